@@ -1,7 +1,7 @@
 //! Names the program by its sources: SHA-256 over every file that a trial is made of, the same for every build of them. Lists the files
 //! that `holdsafe` brings along: the shipped scenarios and everything that they name. Gives `--version` its commit and its target.
 //!
-//! Partitions of a campaign may come from several machines and builds; only those of one program are merged.
+//! Partitions of a campaign may come from several machines and builds; only campaigns of one program are merged.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -49,13 +49,13 @@ const MADE_OF: [&str; 34] = [
 
 /// Places of the files that `holdsafe` reads below a checkout's root, and brings along for where there is none.
 const SHIPPED: [&str; 4] = ["scenarios", "platforms", "policies", "references"];
-/// Their endings: other files beside them, such as those of an editor, are not shipped.
+/// Their endings: other files beside them, such as an editor's, are not shipped.
 const ENDINGS: [&str; 2] = ["toml", "jsonl"];
 
 fn main() -> std::io::Result<()> {
     // Read when the script runs: a cache may bring this very script from another clone.
-    let here = std::env::var_os("CARGO_MANIFEST_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
-    let root = Path::new(&here).join("../..");
+    let folder = std::env::var_os("CARGO_MANIFEST_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
+    let root = Path::new(&folder).join("../..");
     let mut digest = Sha256::new();
     for name in MADE_OF {
         println!("cargo::rerun-if-changed={}", root.join(name).display());
@@ -79,7 +79,7 @@ fn main() -> std::io::Result<()> {
 }
 
 /// The commit that a release is built of: `HOLDSAFE_COMMIT`, or the clone's, with a plus where files were changed since. None in a debug
-/// build, which would be made anew after each commit.
+/// build, which would be made again after each commit.
 fn commit(root: &Path) -> Option<String> {
     println!("cargo::rerun-if-env-changed=HOLDSAFE_COMMIT");
     if let Ok(given) = std::env::var("HOLDSAFE_COMMIT") {
@@ -120,11 +120,11 @@ fn list_shipped(root: &Path) -> std::io::Result<()> {
 }
 
 /// Every file at or below a path, in the order of their names.
-fn files(at: &Path) -> std::io::Result<Vec<PathBuf>> {
-    if at.is_file() {
-        return Ok(vec![at.to_owned()]);
+fn files(path: &Path) -> std::io::Result<Vec<PathBuf>> {
+    if path.is_file() {
+        return Ok(vec![path.to_owned()]);
     }
-    let mut entries = fs::read_dir(at)?.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>()?;
+    let mut entries = fs::read_dir(path)?.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>()?;
     entries.sort();
     let below = entries.iter().map(|entry| files(entry)).collect::<Result<Vec<_>, _>>()?;
     Ok(below.concat())

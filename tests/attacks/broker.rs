@@ -14,7 +14,7 @@ use wire::refusal::Reason;
 use crate::SEEDS;
 
 /// The scenario with one check of the boundary waived, and no class expected.
-fn without(name: &str, check: Check) -> Ready {
+fn waive_check(name: &str, check: Check) -> Ready {
     let mut ready = shipped(name);
     ready.setup.policy.boundary.insert(check, Requirement::Waived);
     ready
@@ -39,21 +39,21 @@ fn acts(run: &Run) -> usize {
 
 /// Displays of commands of this kind, in order.
 fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
-    let given = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+    let commands = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Service(Event::Intended { command, kind, .. }) if kind.name() == wanted.name() => Some(command),
         _ => None,
     });
-    let given: Vec<_> = given.collect();
-    let told = |w: &Witnessed| match w.entry.event {
-        Any::Service(Event::CommandShown { command, shown }) if given.contains(&command) => Some((w.at, shown)),
+    let orders: Vec<_> = commands.collect();
+    let statement = |w: &Witnessed| match w.entry.event {
+        Any::Service(Event::CommandShown { command, shown }) if orders.contains(&command) => Some((w.at, shown)),
         _ => None,
     };
-    run.evidence.entries.iter().filter_map(told).collect()
+    run.evidence.entries.iter().filter_map(statement).collect()
 }
 
 /// Orders that the unit refused for this reason, by its closing account.
 fn counted(run: &Run, wanted: Reason) -> u64 {
-    let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+    let times = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Service(Event::Count { account: Account::Refused(Interface::Commands, reason), n })
             if reason == wanted =>
         {
@@ -61,7 +61,7 @@ fn counted(run: &Run, wanted: Reason) -> u64 {
         }
         _ => None,
     });
-    of.sum()
+    times.sum()
 }
 
 /// Captured by a hostile broker; the act happens once.
@@ -78,10 +78,10 @@ fn redelivered_orders_are_refused() {
 /// The mode still stops a repeated confirmation.
 #[test]
 fn idempotency_waiver_lets_repeated_arming_through() {
-    let run = without("command_replay", Check::Duplicate).run(1);
+    let run = waive_check("command_replay", Check::Duplicate).run(1);
     assert_eq!(acts(&run), 1);
     assert!(answers(&run, "confirm").contains(&Some(Reason::Interlock)), "{:?}", answers(&run, "confirm"));
-    let run = without("command_rearm", Check::Duplicate).run(1);
+    let run = waive_check("command_rearm", Check::Duplicate).run(1);
     assert!(answers(&run, "arm").iter().filter(|a| a.is_none()).count() > 1, "{:?}", answers(&run, "arm"));
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "carried out again: {:?}", run.verdict.findings);
 }
@@ -105,7 +105,7 @@ fn orders_kept_three_seconds_are_refused_late() {
 
 #[test]
 fn nonce_age_waiver_executes_a_kept_order() {
-    let run = without("command_late", Check::Late).run(1);
+    let run = waive_check("command_late", Check::Late).run(1);
     assert!(!answers(&run, "confirm").contains(&Some(Reason::Late)));
 }
 
@@ -142,19 +142,22 @@ fn repeated_safe_order_is_refused_as_seen() {
             let lost =
                 run.evidence.entries.iter().find(|w| matches!(w.entry.event, Any::Service(Event::SessionLost { .. })));
             let lost = lost.expect("the unit lost its session").at;
-            let again = run.evidence.entries.iter().filter(|w| w.at > lost && w.entry.node == NodeId::UNIT_A);
-            let again = again.filter_map(|w| match w.entry.event {
+            let repeated = run.evidence.entries.iter().filter(|w| w.at > lost && w.entry.node == NodeId::UNIT_A);
+            let repeated = repeated.filter_map(|w| match w.entry.event {
                 Any::Service(Event::Executed { kind: given, refused, .. }) if given.name() == kind => Some(refused),
                 _ => None,
             });
-            let again: Vec<_> = again.collect();
-            assert!(!again.is_empty() && again.iter().all(|a| *a == Some(Reason::Duplicate)), "{kind}: {again:?}");
+            let repeated: Vec<_> = repeated.collect();
+            assert!(
+                !repeated.is_empty() && repeated.iter().all(|a| *a == Some(Reason::Duplicate)),
+                "{kind}: {repeated:?}"
+            );
             assert_eq!(answers(&run, &kind).iter().filter(|a| a.is_none()).count(), 1, "{kind}");
         }
     }
 }
 
-/// It is obeyed when it is given anew.
+/// It is obeyed when it is given again.
 #[test]
 fn arming_kept_past_a_session_is_void() {
     for run in shipped("command_void").expect(SEEDS) {
@@ -201,7 +204,7 @@ fn unheard_intent_cannot_use_anothers_confirmation() {
 
 #[test]
 fn signature_waiver_admits_an_invented_confirmation() {
-    let run = without("command_invent", Check::Signature).run(1);
+    let run = waive_check("command_invent", Check::Signature).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe);
     assert_eq!(acts(&run), 1, "{:?}", run.verdict.findings);
 }
@@ -225,7 +228,7 @@ fn forged_acknowledgement_is_refused_and_lease_holds() {
 
 #[test]
 fn signature_waiver_shows_a_forged_acknowledgement() {
-    let run = without("ack_forge", Check::Signature).run(1);
+    let run = waive_check("ack_forge", Check::Signature).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
     assert!(shown(&run, CommandKind::Hold).iter().any(|(_, s)| *s == ShownAs::Executed));
 }
@@ -236,15 +239,15 @@ fn missing_acknowledgement_shows_within_a_second() {
     for name in ["ack_suppress", "hold_block"] {
         let kind = if name == "hold_block" { "hold" } else { "confirm" };
         for run in shipped(name).expect(SEEDS) {
-            let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            let order = run.evidence.entries.iter().find_map(|w| match w.entry.event {
                 Any::Service(Event::Intended { kind: k, .. }) if k.name() == kind => Some((w.at, k)),
                 _ => None,
             });
-            let (given, kind) = given.expect("the operator asked");
+            let (order_time, kind) = order.expect("the operator asked");
             let shown = shown(&run, kind);
             let alarm = shown.iter().find(|(_, s)| *s == ShownAs::NotAcknowledged).expect("an alarm").0;
             // A confirmation is asked twice: the second is away once the gateway has staged the first.
-            assert!(alarm - given <= 1_050_000, "{name}: {} ms", (alarm - given) / 1000);
+            assert!(alarm - order_time <= 1_050_000, "{name}: {} ms", (alarm - order_time) / 1000);
             assert!(shown.iter().all(|(_, s)| *s != ShownAs::Executed), "{name}: {shown:?}");
         }
     }

@@ -13,13 +13,16 @@ use crate::SEEDS;
 #[test]
 fn stalled_hold_is_late_and_unneeded() {
     for run in shipped("command_stall").expect(SEEDS) {
-        let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+        let order = run.evidence.entries.iter().find_map(|w| match w.entry.event {
             Any::Service(Event::Intended { kind: CommandKind::Hold, .. }) => Some(w.at as f64 / 1000.0),
             _ => None,
         });
-        let given = given.expect("the operator held");
+        let order_time = order.expect("the operator held");
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("the lease lapsed").t_ms;
-        assert!(held >= given && held - given <= 560.0, "lease, one control period and a hop: {given} to {held} ms");
+        assert!(
+            held >= order_time && held - order_time <= 560.0,
+            "lease, one control period and a hop: {order_time} to {held} ms"
+        );
         // The operator asks again when nothing is acknowledged; of what waited in the stall only the young is executed.
         let first = run.evidence.entries.iter().find_map(|w| match w.entry.event {
             Any::Service(Event::Executed { kind: CommandKind::Hold, refused, .. }) => Some(refused),
@@ -43,7 +46,7 @@ fn cut_command_connection_loses_hold_and_recovers() {
     }
 }
 
-/// By the secure layer.
+/// Refused by the secure layer.
 #[test]
 fn damaged_confirmation_is_refused_without_act() {
     for run in shipped("command_corrupt").expect(SEEDS) {
@@ -55,7 +58,7 @@ fn damaged_confirmation_is_refused_without_act() {
         // The operator asks again when nothing is acknowledged, and may act once the path is whole.
         let damaged = times(&|e| matches!(e, Any::Instrument(Note::Tampered { deed: StreamEffect::Damaged, .. })));
         let acted = times(&|e| matches!(e, Any::Instrument(Note::PlantAct { .. })));
-        assert!(acted.first().is_none_or(|at| Some(at) > damaged.last()), "{acted:?} {damaged:?}");
+        assert!(acted.first().is_none_or(|time| Some(time) > damaged.last()), "{acted:?} {damaged:?}");
     }
 }
 
@@ -65,11 +68,11 @@ fn stolen_session_is_alarmed_voided_and_recovered() {
         let whose = if ready.cell.as_deref() == Some("gateway") { PeerId::GATEWAY } else { PeerId::UNIT_A };
         for run in ready.expect(SEEDS) {
             let entries = &run.evidence.entries;
-            let told = |event: Event| {
+            let times_of = |event: Event| {
                 entries.iter().filter(|w| w.entry.event == Any::Service(event)).map(|w| w.at).collect::<Vec<_>>()
             };
-            let by_broker = told(Event::TakenOver { peer: whose });
-            let by_owner = told(Event::SessionLost { peer: whose });
+            let by_broker = times_of(Event::TakenOver { peer: whose });
+            let by_owner = times_of(Event::SessionLost { peer: whose });
             assert!(by_owner.len() > 1, "they take turns: {by_owner:?}");
             assert!(by_broker.len() >= 2 * by_owner.len() - 1, "the thief is displaced as well: {by_broker:?}");
             assert!(by_owner.len() < 12, "and not as fast as they can: {by_owner:?}");

@@ -19,7 +19,7 @@ fn combined_link_liveness_and_view_attack_holds() {
     for run in shipped("link_down_view_kept").expect(SEEDS) {
         let bounds = &run.evidence.bounds;
         let begun =
-            |of: &Any| matches!(of, Any::Instrument(Note::Step { step, begun: true }) if step.as_str() == "cut");
+            |event: &Any| matches!(event, Any::Instrument(Note::Step { step, begun: true }) if step.as_str() == "cut");
         let cut = run.evidence.entries.iter().find(|w| begun(&w.entry.event)).expect("the link was cut").at;
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
         let took = held.t_ms - cut as f64 / 1000.0;
@@ -51,9 +51,9 @@ fn silence_reveals_counter_and_hold_attack() {
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
         assert_eq!(held.cause, "lost:lease", "nothing arrived, and that was enough");
         assert!((0.0..=run.evidence.bounds.to_hold_safe_ms as f64).contains(&(held.t_ms - hold)), "{held:?}");
-        let told =
+        let is_report =
             |event: &Any| matches!(event, Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. }));
-        assert!(run.evidence.entries.iter().any(|w| told(&w.entry.event)), "the operator is told");
+        assert!(run.evidence.entries.iter().any(|w| is_report(&w.entry.event)), "the operator is told");
     }
 }
 
@@ -77,16 +77,15 @@ fn each_demo_attack_has_its_stated_effect() {
     for run in shipped("demo").expect(1..4) {
         assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);
         let begun = |name: &str| {
-            let begins =
-                |of: &Any| matches!(of, Any::Instrument(Note::Step { step, begun: true }) if step.as_str() == name);
+            let begins = |event: &Any| matches!(event, Any::Instrument(Note::Step { step, begun: true }) if step.as_str() == name);
             let entry = run.evidence.entries.iter().find(|w| begins(&w.entry.event));
             entry.unwrap_or_else(|| panic!("{name} never began")).at as f64 / 1000.0
         };
         let end = run.evidence.duration as f64 / 1000.0;
         for (at, (name, worst)) in DEMO.iter().enumerate() {
             let until = DEMO.get(at + 1).map_or(end, |(next, _)| begun(next));
-            let within = begun(name)..until;
-            let after = run.verdict.transitions.iter().filter(|row| within.contains(&row.t_ms));
+            let range = begun(name)..until;
+            let after = run.verdict.transitions.iter().filter(|row| range.contains(&row.t_ms));
             let reached: Vec<&str> = after.filter(|row| row.cause != "operator").map(|row| row.to.as_str()).collect();
             for mode in [Mode::Degraded, Mode::HoldSafe] {
                 // On its way to HOLD_SAFE a unit may be DEGRADED first.
@@ -100,12 +99,12 @@ fn each_demo_attack_has_its_stated_effect() {
 }
 
 /// A shipped scenario with these tables beside its own.
-fn beside(name: &str, tables: &[(&str, Value)]) -> Ready {
+fn with_tables(name: &str, tables: &[(&str, Value)]) -> Ready {
     let Ready { cell, scenario, setup } = shipped(name);
-    let with = |scenario: scenario::Scenario, (path, table): &(&str, Value)| {
+    let changed = |scenario: scenario::Scenario, (path, table): &(&str, Value)| {
         Settings::one(path, table.clone()).applied_to(&scenario).expect("a table of a scenario")
     };
-    Ready { cell, scenario: tables.iter().fold(scenario, with), setup }
+    Ready { cell, scenario: tables.iter().fold(scenario, changed), setup }
 }
 
 #[test]
@@ -133,7 +132,7 @@ fn masked_attack_is_named_and_other_judged() {
         ),
     ] {
         for seed in SEEDS {
-            let run = beside(name, &tables).run(seed);
+            let run = with_tables(name, &tables).run(seed);
             let fates: Vec<Fate> = run.verdict.injections.iter().map(|injection| injection.fate).collect();
             assert!(fates.contains(&Fate::Masked(masked)), "{name}: {fates:?}");
             assert!(!fates.contains(&Fate::NotProven), "{name}: {fates:?}");

@@ -63,7 +63,7 @@ fn claimed_stream_attack_has_no_receipt() {
     }
 }
 
-/// Live, the gateway sends an order and says so, and the broker may be quicker to say that it kept it.
+/// Live, the gateway sends an order and reports it, and the broker may be quicker to say that it kept it.
 #[test]
 fn sender_may_report_just_after_the_broker() {
     let run = shipped("command_splice").run(1);
@@ -93,9 +93,9 @@ fn outsider_datagrams_leave_class_and_accounts_unchanged() {
         let verdict = judge(&evidence);
         assert_eq!((verdict.outcome, &verdict.findings), (run.verdict.outcome, &run.verdict.findings), "{name}");
         let trial = oracle::judged::trial(1, Default::default(), &evidence, &verdict);
-        let told: Vec<_> = trial.outsiders.iter().map(|(at, n)| (at.as_str(), *n)).collect();
-        assert_eq!(told, [("guard-gateway", 7), ("guard-unit-a", 7), ("relay-telemetry", 7)]);
-        // The same in an account of the run's own would not balance.
+        let names: Vec<_> = trial.outsiders.iter().map(|(at, n)| (at.as_str(), *n)).collect();
+        assert_eq!(names, [("guard-gateway", 7), ("guard-unit-a", 7), ("relay-telemetry", 7)]);
+        // An equal change in an account of the run's own would not balance.
         for w in &mut evidence.entries {
             if let Any::Service(Event::Count { account, .. }) = &mut w.entry.event
                 && *account == Account::Outsiders

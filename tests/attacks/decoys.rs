@@ -35,14 +35,14 @@ fn refused_by(name: &str, modalities: &[Modality]) {
     for run in shipped(name).expect(SEEDS) {
         let doubts = doubts(&run);
         for modality in modalities {
-            assert!(doubts.iter().any(|vetoed| vetoed.has(*modality)), "{name}: {modality:?} not in {doubts:?}");
+            assert!(doubts.iter().any(|vetoed| vetoed.contains(*modality)), "{name}: {modality:?} not in {doubts:?}");
         }
         assert!(!authority(&run), "{name}: {:?}", run.verdict.transitions);
     }
 }
 
-/// The same run with some checks of perception waived.
-fn without(name: &str, checks: &[Check]) -> Run {
+/// The run with some checks of perception waived.
+fn run_waiving(name: &str, checks: &[Check]) -> Run {
     let mut ready = shipped(name);
     ready.setup.policy.boundary.extend(checks.iter().map(|check| (*check, Requirement::Waived)));
     ready.run(1)
@@ -62,7 +62,7 @@ fn a_heated_wall_is_refused_by_its_size() {
 fn cold_inflatable_is_refused_by_thermal_camera() {
     refused_by("decoy_cold", &[Modality::Thermal]);
     for run in shipped("decoy_cold").expect(SEEDS) {
-        let thermal = Modalities::default().with(Modality::Thermal);
+        let thermal = Modalities::default().with_modality(Modality::Thermal);
         assert!(doubts(&run).iter().all(|vetoed| *vetoed == thermal), "{:?}", doubts(&run));
     }
 }
@@ -81,7 +81,7 @@ fn heater_switched_on_in_view_earns_nothing() {
     for run in shipped("decoy_heating").expect(SEEDS) {
         let warm_and_doubted = |w: &Witnessed| match w.entry.event {
             Any::Service(Event::Doubted { class: Class::Vehicle, supported, vetoed, .. }) => {
-                supported.has(Modality::Thermal) && vetoed.has(Modality::Thermal)
+                supported.contains(Modality::Thermal) && vetoed.contains(Modality::Thermal)
             }
             _ => false,
         };
@@ -96,7 +96,8 @@ fn heater_switched_on_in_view_earns_nothing() {
     }
 }
 
-/// The same mission; the unit drives to where it has seen the vehicle from far enough around, unless that is further than it gets.
+/// A mission of the same kind; the unit drives to where it has seen the vehicle from far enough around, unless that is further
+/// than it gets.
 #[test]
 fn authority_waits_for_bearings_far_enough_apart() {
     let mut look = shipped("look");
@@ -123,7 +124,7 @@ fn each_decoy_works_without_its_check() {
     for (name, checks) in
         [("decoy_cold", &[Check::Warmth][..]), ("billboard_warm", &walls[..2]), ("billboard", &walls[..])]
     {
-        let run = without(name, checks);
+        let run = run_waiving(name, checks);
         assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{name}: {:?}", run.verdict.transitions);
     }
 }
@@ -132,13 +133,13 @@ fn each_decoy_works_without_its_check() {
 #[ignore = "long: rendered trials by the dozen"]
 fn print_deceives_neither_thermal_nor_the_fused_network() {
     let [run] = &shipped("decoy_printed").expect(1..2)[..] else { panic!("one run") };
-    let both = Modalities::default().with(Modality::Thermal).with(Modality::Rgb);
+    let both = Modalities::default().with_modality(Modality::Thermal).with_modality(Modality::Rgb);
     assert!(doubts(run).contains(&both) && !authority(run), "{:?}", doubts(run));
     for check in [Check::Warmth, Check::Fusion] {
-        let other = without("decoy_printed", &[check]);
+        let other = run_waiving("decoy_printed", &[check]);
         assert_eq!(other.verdict.outcome, Outcome::Rejected, "{check:?}: {:?}", other.verdict.transitions);
     }
-    let neither = without("decoy_printed", &[Check::Warmth, Check::Fusion]);
+    let neither = run_waiving("decoy_printed", &[Check::Warmth, Check::Fusion]);
     assert_eq!(neither.verdict.outcome, Outcome::Unsafe, "{:?}", neither.verdict.transitions);
 }
 
@@ -152,7 +153,7 @@ fn printed_heated_inflatable_is_acted_on() {
     let run = heated.run(1);
     assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
     assert!(
-        doubts(&run).contains(&Modalities::default().with(Modality::Rgb)) && !authority(&run),
+        doubts(&run).contains(&Modalities::default().with_modality(Modality::Rgb)) && !authority(&run),
         "{:?}",
         doubts(&run)
     );
@@ -169,7 +170,11 @@ fn warm_colour_print_is_acted_on() {
     joint.scenario = cooler.applied_to(&joint.scenario).unwrap();
     let run = joint.run(1);
     assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
-    assert!(doubts(&run).iter().any(|vetoed| vetoed.has(Modality::Thermal)) && !authority(&run), "{:?}", doubts(&run));
+    assert!(
+        doubts(&run).iter().any(|vetoed| vetoed.contains(Modality::Thermal)) && !authority(&run),
+        "{:?}",
+        doubts(&run)
+    );
 }
 
 /// Made with the detector's weights and judged in other places (`trainer perturbations`). An object as cold as the ground is refused; a
@@ -180,7 +185,7 @@ fn pattern_deceives_neither_thermal_nor_the_fused_network() {
     let mut cells = variations("perturbation").into_iter();
     let (mut cold, mut heated) = (cells.next().unwrap(), cells.next().unwrap());
     let [run] = &cold.expect(1..2)[..] else { panic!("one run") };
-    let both = Modalities::default().with(Modality::Thermal).with(Modality::Rgb);
+    let both = Modalities::default().with_modality(Modality::Thermal).with_modality(Modality::Rgb);
     assert!(doubts(run).contains(&both) && !authority(run), "{:?}", doubts(run));
     let waived = [Check::Warmth, Check::Fusion].map(|check| (check, Requirement::Waived));
     cold.setup.policy.boundary.extend(waived);

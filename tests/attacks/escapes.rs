@@ -18,7 +18,7 @@ use serde_json::json;
 use topology::{RunSecret, lay_out};
 use wire::person::Role;
 
-/// The services, each of which is hostile in a run of its own.
+/// The services, each of which is hostile in its own run.
 const SERVICES: [&str; 8] = ["sim", "perception", "autonomy", "gateway", "broker", "console", "recorder", "adversary"];
 
 /// Attempts that a machine without namespaces lets through.
@@ -41,9 +41,9 @@ struct Machine {
 impl Machine {
     fn new(hostile: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
+        let path_of = |name: &str| folder.path().join(name);
         for service in SERVICES.into_iter().chain(["host", "janitor"]) {
-            let program = at(&format!("holdsafe-{service}"));
+            let program = path_of(&format!("holdsafe-{service}"));
             if service == hostile {
                 symlink(env!("CARGO_BIN_EXE_hostile"), program).unwrap();
                 continue;
@@ -55,13 +55,13 @@ impl Machine {
         let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let shared = Path::new("/dev/shm").join(format!("hs_{:x}other_{hostile}", std::process::id()));
         fs::write(&shared, "another host's").unwrap();
-        fs::write(at("secret"), "a person's").unwrap();
+        fs::write(path_of("secret"), "a person's").unwrap();
         let targets = json!({
-            "secret": at("secret"), "tcp": tcp.local_addr().unwrap(), "udp": udp.local_addr().unwrap(), "local": at("socket"),
+            "secret": path_of("secret"), "tcp": tcp.local_addr().unwrap(), "udp": udp.local_addr().unwrap(), "local": path_of("socket"),
             "shared": shared, "journal": if hostile == "recorder" { "stranger" } else { "recorder" }, "free_port": free,
         });
-        fs::write(at("targets.json"), targets.to_string()).unwrap();
-        let local = UnixListener::bind(at("socket")).unwrap();
+        fs::write(path_of("targets.json"), targets.to_string()).unwrap();
+        let local = UnixListener::bind(path_of("socket")).unwrap();
         let echoes = udp.try_clone().unwrap();
         let echo = std::thread::spawn(move || {
             let mut bytes = [0; 16];
@@ -81,7 +81,7 @@ impl Machine {
         let secret = RunSecret::seeded(1);
         let topology = lay_out(&nominal.scenario, &nominal.setup, 1, &secret).seating(Role::Supervise);
         let keep = self.folder.path().join(format!("run-{confinement:?}"));
-        // Another service's journal that exists whoever starts first.
+        // Another service's journal that exists whichever process starts first.
         fs::create_dir_all(keep.join("mouth")).unwrap();
         fs::write(keep.join("mouth/stranger.cbor"), "another's").unwrap();
         let options = Options {
@@ -101,16 +101,16 @@ impl Machine {
         else {
             panic!("the hostile service did not answer");
         };
-        let told = why.find('{').map(|at| &why[at..]).unwrap_or_else(|| panic!("{why}"));
-        serde_json::from_str(told).unwrap_or_else(|_| panic!("{why}"))
+        let text = why.find('{').map(|index| &why[index..]).unwrap_or_else(|| panic!("{why}"));
+        serde_json::from_str(text).unwrap_or_else(|_| panic!("{why}"))
     }
 }
 
 impl Drop for Machine {
     fn drop(&mut self) {
         let _gone = fs::remove_file(&self.shared);
-        let own = self.udp.local_addr().unwrap();
-        self.udp.send_to(&[], own).unwrap();
+        let own_address = self.udp.local_addr().unwrap();
+        self.udp.send_to(&[], own_address).unwrap();
         self.echo.take().map(std::thread::JoinHandle::join);
     }
 }
@@ -125,7 +125,7 @@ fn hostile_service_gets_at_nothing_of_others() {
         let level = confined.remove("level").unwrap();
         for (name, result) in &confined {
             let refused = result.starts_with("refused: ") || result.starts_with("ended: ");
-            // A kernel without Landlock holds no file back either, and the level says so.
+            // A kernel without Landlock holds no file back either, and the level reports it.
             let partly = !level.contains("Landlock") && !NEED_NAMESPACES.contains(&name.as_str());
             let held = level == "refused: full" || partly;
             assert!(refused || !held, "{service}: {name}: {result}, confinement {level}");

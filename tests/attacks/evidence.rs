@@ -19,7 +19,7 @@ use twin::trial::Run;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
 
-use adversary::insider::{InsiderRecorder, Kept};
+use adversary::insider::{InsiderRecorder, RecordedEntry};
 use adversary::plan::Tampering;
 
 use crate::SEEDS;
@@ -59,9 +59,9 @@ fn receipt_of_one_table_serves_no_other() {
         plans.retain(|plan| matches!(plan.what, Planned::Feed(_) | Planned::Rogue));
         assert!(plans.len() > 1, "{name}: {plans:?}");
         for plan in plans {
-            let mut without = run.evidence.clone();
-            without.entries.retain(|w| !deed(w) || w.at + 5_000 < plan.from || w.at > plan.until + 100_000);
-            let verdict = judge(&without);
+            let mut ablated_evidence = run.evidence.clone();
+            ablated_evidence.entries.retain(|w| !deed(w) || w.at + 5_000 < plan.from || w.at > plan.until + 100_000);
+            let verdict = judge(&ablated_evidence);
             assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {plan:?}");
         }
     }
@@ -105,22 +105,22 @@ const ALL: [Tampering; 9] = [
 
 /// A finished run's recording, and its trust anchors outside the recorder: without the logs of guards and launcher, which it cannot
 /// touch.
-fn recorded() -> (Run, Vec<Kept>) {
+fn recorded() -> (Run, Vec<RecordedEntry>) {
     let mut run = shipped("nominal").run(1);
     run.held.heads.retain(|head| by_recorder(head.node));
-    let kept = kept_of(&run, by_recorder);
-    (run, kept)
+    let records = kept_of(&run, by_recorder);
+    (run, records)
 }
 
 /// Logs of those writers for which that is true.
-fn kept_of(run: &Run, of: impl Fn(NodeId) -> bool) -> Vec<Kept> {
-    let kept = run.log.iter().filter(|l| of(l.node));
-    kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect()
+fn kept_of(run: &Run, is_author: impl Fn(NodeId) -> bool) -> Vec<RecordedEntry> {
+    let loggeds = run.log.iter().filter(|l| is_author(l.node));
+    loggeds.map(|Logged { at, node, bytes }| RecordedEntry { at: *at, node: *node, bytes: bytes.clone() }).collect()
 }
 
-fn judged(kept: &[Kept], held: &Held) -> Verification {
+fn judged(records: &[RecordedEntry], held: &Held) -> Verification {
     let mut log_verifier = LogVerifier::new(held);
-    for one in kept {
+    for one in records {
         let _noted = log_verifier.take(one.at, one.node, &one.bytes);
     }
     log_verifier.close()
@@ -129,16 +129,16 @@ fn judged(kept: &[Kept], held: &Held) -> Verification {
 /// Every kind of tampering, each at forty places.
 #[test]
 fn every_tampering_is_found_everywhere() {
-    let (run, kept) = recorded();
-    assert_eq!(judged(&kept, &run.held).flaws, [], "untouched");
+    let (run, records) = recorded();
+    assert_eq!(judged(&records, &run.held).flaws, [], "untouched");
     let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     for does in ALL {
         let mut places = BTreeSet::new();
         for seed in 0..40 {
-            let mut hands = kept.clone();
+            let mut hands = records.clone();
             let place = InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands);
             let verification = judged(&hands, &run.held);
-            assert!(!verification.flaws.is_empty(), "{does:?} at {place:?} of {}", kept.len());
+            assert!(!verification.flaws.is_empty(), "{does:?} at {place:?} of {}", records.len());
             // Bytes that were changed are found where they are, or at the next entry of their chain.
             if matches!(does, Tampering::Edit) {
                 assert!(verification.flaws[0].at >= place.expect("a place"), "{does:?}: {}", verification.flaws[0]);
@@ -152,23 +152,23 @@ fn every_tampering_is_found_everywhere() {
 /// Benefit of each of the two defences behind the chains: without one, an attack gets through that the other found.
 #[test]
 fn missing_signatures_or_heads_admit_forgeries() {
-    let (run, kept) = recorded();
+    let (run, records) = recorded();
     let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     let after = |does| {
-        let mut hands = kept.clone();
+        let mut hands = records.clone();
         InsiderRecorder::new(recorder.setup.key(), does, 3).lay_on(&mut hands);
         hands
     };
-    // Whoever holds no head knows nothing of any life; that is not what is asked here.
+    // A reader without a head knows nothing of any life; that is not what is asked here.
     let headless = Held { heads: Vec::new(), ..run.held.clone() };
-    let of = |does| {
+    let tampered = |does| {
         let mut flaws = judged(&after(does), &headless).flaws;
         flaws.retain(|flaw| !flaw.what.starts_with("nobody knows of"));
         flaws
     };
-    assert_eq!(of(Tampering::CutAtSeal), [], "a run cut at a seal looks like a shorter run");
+    assert_eq!(tampered(Tampering::CutAtSeal), [], "a run cut at a seal looks like a shorter run");
     for does in [Tampering::Omit, Tampering::Rechain] {
-        assert!(of(does).iter().any(|f| f.what.contains("sign")), "{does:?}: {:?}", of(does));
+        assert!(tampered(does).iter().any(|f| f.what.contains("sign")), "{does:?}: {:?}", tampered(does));
     }
 }
 
@@ -183,19 +183,19 @@ fn guard_and_launcher_logs_resist_tampering() {
     witnesses.sort();
     witnesses.dedup();
     assert!(witnesses.len() > 3 && witnesses.contains(&NodeId::CAMPAIGN), "{witnesses:?}");
-    let found = |what: &str, kept: &[Kept]| {
-        let flaws = judged(kept, &run.held).flaws;
-        assert!(!flaws.is_empty(), "{what}");
+    let found = |name: &str, records: &[RecordedEntry]| {
+        let flaws = judged(records, &run.held).flaws;
+        assert!(!flaws.is_empty(), "{name}");
         flaws
     };
     for witness in witnesses {
-        let own: Vec<usize> = (0..whole.len()).filter(|i| whole[*i].node == witness).collect();
+        let own_indices: Vec<usize> = (0..whole.len()).filter(|i| whole[*i].node == witness).collect();
         let flaws = found("left out", &kept_of(&run, |node| node != witness));
         assert!(flaws.iter().any(|f| f.what.contains(&format!("{witness}, boot 1 wrote"))), "{flaws:?}");
-        for i in own.iter().copied().step_by(own.len().div_ceil(40)) {
-            let mut gone = whole.clone();
-            gone.remove(i);
-            found(&format!("{witness}: entry {i} is gone"), &gone);
+        for i in own_indices.iter().copied().step_by(own_indices.len().div_ceil(40)) {
+            let mut cut = whole.clone();
+            cut.remove(i);
+            found(&format!("{witness}: entry {i} is gone"), &cut);
             let mut ended = whole.clone();
             ended.retain(|one| one.node != witness || one.at < whole[i].at);
             found(&format!("{witness}: ended before entry {i}"), &ended);
@@ -205,17 +205,17 @@ fn guard_and_launcher_logs_resist_tampering() {
                 found(&format!("{witness}: byte {byte} of entry {i}"), &changed);
             }
         }
-        // With its chain written anew by somebody who has not its key, and no head to hold it to.
+        // With its chain written again by somebody who has not its key, and no head to hold it to.
         let mut held = run.held.clone();
         held.heads.retain(|head| head.node != witness);
         held.killed.push(Life { node: witness, boot: Boot(1) });
-        let mut kept = whole.clone();
-        let mut entry = Entry::decode(&kept[own[0]].bytes).expect("an entry");
+        let mut records = whole.clone();
+        let mut entry = Entry::decode(&records[own_indices[0]].bytes).expect("an entry");
         entry.at.0 += 1;
-        kept[own[0]].bytes = wire::codec::encode(&entry);
+        records[own_indices[0]].bytes = wire::codec::encode(&entry);
         let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
-        InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0).chain_anew(&mut kept);
-        let flaws = judged(&kept, &held).flaws;
+        InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0).chain_anew(&mut records);
+        let flaws = judged(&records, &held).flaws;
         let unsigned = format!("{witness}, boot 1 did not sign its chain here");
         assert!(flaws.iter().any(|f| f.what == unsigned), "{unsigned}: {flaws:?}");
     }
@@ -223,17 +223,17 @@ fn guard_and_launcher_logs_resist_tampering() {
 
 #[test]
 fn service_left_out_by_the_recorder_is_missed() {
-    let (run, mut kept) = recorded();
-    kept.retain(|one| one.node != NodeId::CONSOLE);
-    let flaws = judged(&kept, &run.held).flaws;
+    let (run, mut records) = recorded();
+    records.retain(|one| one.node != NodeId::CONSOLE);
+    let flaws = judged(&records, &run.held).flaws;
     assert!(flaws.iter().any(|f| f.what.contains("console, boot 1 wrote")), "{flaws:?}");
     let full = heads(&run.log);
     assert!(full.iter().any(|head| head.node == NodeId::CONSOLE));
 }
 
 /// The entries of one life.
-fn of_life(kept: &[Kept], life: Life) -> Vec<Kept> {
-    kept.iter().filter(|one| Entry::decode(&one.bytes).is_ok_and(|e| Life::of(&e) == life)).cloned().collect()
+fn of_life(records: &[RecordedEntry], life: Life) -> Vec<RecordedEntry> {
+    records.iter().filter(|one| Entry::decode(&one.bytes).is_ok_and(|e| Life::of(&e) == life)).cloned().collect()
 }
 
 #[test]
@@ -241,24 +241,24 @@ fn life_before_a_restart_rests_on_signatures() {
     let mut ready = shipped("process_ends");
     let change = (DisplayedState::Ready, DisplayedState::PrepareToAct);
     ready.scenario = ready.scenario.ending_at(Process::Autonomy, Ending::Kill, change);
-    let again = Settings::one("kill.0.restart_after_s", serde_json::json!(1.0));
-    ready.scenario = again.applied_to(&ready.scenario).expect("a restart");
+    let repeated = Settings::one("kill.0.restart_after_s", serde_json::json!(1.0));
+    ready.scenario = repeated.applied_to(&ready.scenario).expect("a restart");
     let run = ready.run(1);
     assert_eq!(run.evidence.log_flaws, []);
     let [first, second] = [1, 2].map(|boot| Life { node: NodeId::UNIT_A, boot: Boot(boot) });
     // Live nobody holds the head of one that was killed.
     let mut held = run.held.clone();
     held.heads.retain(|head| head.life() != first && by_recorder(head.node));
-    let kept = kept_of(&run, by_recorder);
-    assert_eq!(judged(&kept, &held).flaws, [], "that it was killed is on record");
+    let records = kept_of(&run, by_recorder);
+    assert_eq!(judged(&records, &held).flaws, [], "that it was killed is on record");
     let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
-    let lives = [first, second].map(|life| of_life(&kept, life).len());
+    let lives = [first, second].map(|life| of_life(&records, life).len());
     assert!(lives.iter().all(|n| *n > 20), "{lives:?}");
     let hands = InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0);
     for (what, unsigned) in [("rewritten", false), ("rewritten without its signatures", true)] {
-        let mut kept = kept.clone();
+        let mut records = records.clone();
         let mut old = 0;
-        kept.retain_mut(|one| {
+        records.retain_mut(|one| {
             let Ok(mut entry) = Entry::decode(&one.bytes) else { return true };
             if Life::of(&entry) != first {
                 return true;
@@ -270,35 +270,35 @@ fn life_before_a_restart_rests_on_signatures() {
             }
             !unsigned || !matches!(entry.event, Any::Service(Event::Signed { .. }))
         });
-        hands.chain_anew(&mut kept);
-        let flaws = judged(&kept, &held).flaws;
+        hands.chain_anew(&mut records);
+        let flaws = judged(&records, &held).flaws;
         assert!(flaws.iter().any(|f| f.what.contains("unit-a, boot 1 did not sign")), "{what}: {flaws:?}");
     }
     held.killed.clear();
-    let flaws = judged(&kept, &held).flaws;
+    let flaws = judged(&records, &held).flaws;
     assert!(flaws.iter().any(|f| f.what == "nobody knows of unit-a, boot 1"), "{flaws:?}");
 }
 
 #[test]
 fn entry_kept_as_anothers_is_a_flaw() {
-    let (run, mut kept) = recorded();
-    let i = kept.iter().position(|one| one.node == NodeId::CONSOLE).expect("an entry of the console's");
-    kept[i].node = NodeId::GATEWAY;
-    let flaws = judged(&kept, &run.held).flaws;
+    let (run, mut records) = recorded();
+    let i = records.iter().position(|one| one.node == NodeId::CONSOLE).expect("an entry of the console's");
+    records[i].node = NodeId::GATEWAY;
+    let flaws = judged(&records, &run.held).flaws;
     assert_eq!(flaws.iter().map(|f| f.at).collect::<Vec<_>>(), [i + 1], "{flaws:?}");
 }
 
 /// The recorder's own last entry has no later entry that would cover it.
 #[test]
 fn no_entrys_time_can_be_moved() {
-    let (run, kept) = recorded();
-    for i in 0..kept.len() {
-        let mut hands = kept.clone();
+    let (run, records) = recorded();
+    for i in 0..records.len() {
+        let mut hands = records.clone();
         let mut entry = Entry::decode(&hands[i].bytes).expect("an entry");
         entry.at.0 += 1;
         hands[i].bytes = wire::codec::encode(&entry);
         let verification = judged(&hands, &run.held);
-        assert!(!verification.flaws.is_empty(), "entry {} of {}, {}", i + 1, kept.len(), entry.node);
+        assert!(!verification.flaws.is_empty(), "entry {} of {}, {}", i + 1, records.len(), entry.node);
     }
 }
 
@@ -336,8 +336,9 @@ fn seen_in(name: &str, cell: &str) -> Vec<Trial> {
     let variation = scenario.variations(None).into_iter().find(|v| v.cell.as_deref() == Some(cell)).expect("a cell");
     let expected = &variation.scenario.expected;
     let trials = SEEDS.map(|seed| stacks::trial(&variation.scenario, seed).expect("it runs"));
-    let told = trials.inspect(|t| assert!(expected.contains(&t.outcome), "{cell}: {:?} {:?}", t.outcome, t.findings));
-    told.collect()
+    let verdicts =
+        trials.inspect(|t| assert!(expected.contains(&t.outcome), "{cell}: {:?} {:?}", t.outcome, t.findings));
+    verdicts.collect()
 }
 
 #[test]
@@ -347,8 +348,8 @@ fn telemetry_observer_reads_only_certificates() {
         for what in
             ["the name of gateway", "the name of unit-", "the certificate of gateway", "the certificate of unit-"]
         {
-            let told = format!("in the clear: {what}");
-            assert!(trial.findings.iter().any(|f| f.starts_with(&told)), "{told}: {:?}", trial.findings);
+            let text = format!("in the clear: {what}");
+            assert!(trial.findings.iter().any(|f| f.starts_with(&text)), "{text}: {:?}", trial.findings);
         }
         assert_eq!((trial.receipt, trial.accepted), (true, 16));
     }
@@ -364,8 +365,8 @@ fn command_observer_reads_only_the_broker_name() {
 
 #[test]
 fn unprotected_link_reveals_every_word() {
-    let read = |cell: &str, what: &str| {
-        let counts = observed(cell).into_iter().map(|t| t.findings.iter().filter(|f| f.contains(what)).count());
+    let read = |cell: &str, name: &str| {
+        let counts = observed(cell).into_iter().map(|t| t.findings.iter().filter(|f| f.contains(name)).count());
         counts.collect::<Vec<_>>()
     };
     for (cell, what, n) in [
@@ -395,7 +396,7 @@ fn confidential_bus_shows_a_listener_nothing() {
         assert_eq!((trial.receipt, trial.dropped["time"], trial.findings), (true, 16, Vec::new()));
     }
     for trial in seen_in("process/bus_listener", "bus/behind") {
-        let read = |what: &str| trial.findings.iter().filter(|f| f.starts_with(what)).count();
+        let read = |name: &str| trial.findings.iter().filter(|f| f.starts_with(name)).count();
         let counts = ["read: order ", "read: acknowledgement ", "read: reason ", "read: the channel's key"].map(read);
         assert_eq!(counts, [8, 8, 8, 0], "{:?}", trial.findings);
     }
@@ -412,16 +413,16 @@ fn bus_trials_at_once_leave_the_file_mask_alone() {
         std::fs::remove_dir(path).unwrap();
         mode
     };
-    let (before, over) = (made("before"), AtomicBool::new(false));
+    let (before, bool) = (made("before"), AtomicBool::new(false));
     std::thread::scope(|scope| {
         let trials = [(); 3].map(|()| scope.spawn(|| seen_in("process/bus_listener", "bus/path")));
-        let meanwhile = scope.spawn(|| {
-            let going_on = std::iter::repeat(()).take_while(|()| !over.load(Ordering::Relaxed));
+        let reader = scope.spawn(|| {
+            let going_on = std::iter::repeat(()).take_while(|()| !bool.load(Ordering::Relaxed));
             going_on.map(|()| made("meanwhile")).filter(|mode| *mode != before).count()
         });
         trials.into_iter().for_each(|trials| assert!(!trials.join().unwrap().is_empty()));
-        over.store(true, Ordering::Relaxed);
-        assert_eq!(meanwhile.join().unwrap(), 0, "folders came out with other rights");
+        bool.store(true, Ordering::Relaxed);
+        assert_eq!(reader.join().unwrap(), 0, "folders came out with other rights");
     });
     assert_eq!(made("after"), before);
 }

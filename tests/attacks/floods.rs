@@ -29,7 +29,7 @@ struct Pair {
     gateway: Gateway,
     console: Console,
     now: Instant,
-    /// Refusals that the console was told of.
+    /// Refusals that the console was informed of.
     told: usize,
     /// Everything else that came out of the console.
     said: usize,
@@ -106,11 +106,11 @@ impl Pair {
         }
     }
 
-    /// Lets `span` go by, with every deadline in it.
+    /// Lets `span` pass, with every deadline in it.
     fn pass(&mut self, span: Span) {
         let until = self.now + span;
         loop {
-            let due = |at: Option<Instant>| at.filter(|at| *at <= until);
+            let due = |time: Option<Instant>| time.filter(|time| *time <= until);
             match (due(self.gateway.deadline()), due(self.console.deadline())) {
                 (Some(at), other) if other.is_none_or(|other| at <= other) => {
                     self.now = self.now.max(at);
@@ -131,7 +131,7 @@ impl Pair {
     }
 }
 
-/// Of this reason, from whomever.
+/// Number of refusals for this reason, from any peer.
 fn times(shown: &Shown, reason: Reason) -> u64 {
     shown.refusals.iter().filter(|refused| refused.reason == reason && !refused.here).map(|refused| refused.n).sum()
 }
@@ -154,8 +154,8 @@ fn refusal_flood_is_displayed_within_two_seconds() {
             pair.at_gateway(&Input::Record { session: SessionId(session), bytes });
             pair.pass(Span(1_000_000 / RATE));
         }
-        let told = Reason::ALL.iter().map(|reason| times(&pair.shown(), *reason)).sum::<u64>();
-        assert!(told >= second.saturating_sub(1) * RATE, "{told} in second {second}");
+        let reported = Reason::ALL.iter().map(|reason| times(&pair.shown(), *reason)).sum::<u64>();
+        assert!(reported >= second.saturating_sub(1) * RATE, "{reported} in second {second}");
     }
     pair.pass(Span::s(2));
     let shown = pair.shown();
@@ -163,13 +163,13 @@ fn refusal_flood_is_displayed_within_two_seconds() {
         (Reason::Schema, PeerId::UNIT_A, seconds * RATE / 100 * 99),
         (Reason::Length, PeerId::UNIT_B, seconds * RATE / 100),
     ] {
-        assert_eq!(pair.gateway.accounts().of(Account::Refused(Interface::Uplink, reason)), sent);
-        let of = shown.refusals.iter().find(|of| of.reason == reason);
-        assert_eq!(of.map(|of| (of.peer, of.here, of.n)), Some((Some(peer), false, sent)));
+        assert_eq!(pair.gateway.accounts().total(Account::Refused(Interface::Uplink, reason)), sent);
+        let refusals = shown.refusals.iter().find(|refusals| refusals.reason == reason);
+        assert_eq!(refusals.map(|refusal| (refusal.peer, refusal.here, refusal.n)), Some((Some(peer), false, sent)));
     }
     assert_eq!(shown.refusals.len(), 2, "one line a kind, however many there are");
     let passed = seconds as usize + 2;
     assert!(pair.told - before.0 <= TOLD * (passed + 1), "{} told", pair.told - before.0);
-    // At most twenty pictures a second, a challenge a second, and what little else is told of.
+    // At most twenty pictures a second, a challenge a second, and what little else is reported.
     assert!(pair.said - before.1 <= 25 * passed, "{} said", pair.said - before.1);
 }

@@ -2,7 +2,7 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
-use holdsafe_tests::{shipped, under, variations};
+use holdsafe_tests::{shipped, variations, with_policy};
 use instrument::{Any, GuardVerdict, Note};
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
@@ -85,7 +85,7 @@ fn a_naive_relay_gets_no_record_in() {
 
 #[test]
 fn age_bound_waiver_still_blocks_session_replay() {
-    let ready = under("replay", "session-only");
+    let ready = with_policy("replay", "session-only");
     for seed in SEEDS {
         let outcome = ready.run(seed).verdict.outcome;
         assert!(!matches!(outcome, Outcome::Unsafe | Outcome::Invalid), "{outcome:?}");
@@ -104,7 +104,7 @@ fn keyless_alerts_are_harmless_with_guard() {
         );
     }
     for seed in SEEDS {
-        let run = under("alert", "guard-off").run(seed);
+        let run = with_policy("alert", "guard-off").run(seed);
         assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "{:?}", run.verdict.transitions);
     }
 }
@@ -114,7 +114,7 @@ fn keyless_alerts_are_harmless_with_guard() {
 fn silent_hello_blocks_no_peer() {
     shipped("silent_hello").expect(SEEDS);
     for seed in SEEDS {
-        let run = under("silent_hello", "guard-off").run(seed);
+        let run = with_policy("silent_hello", "guard-off").run(seed);
         assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
         let unit = |w: &&Witnessed| w.entry.node == NodeId::UNIT_A;
         let sessions = run.evidence.entries.iter().filter(unit).filter_map(|w| match w.entry.event {

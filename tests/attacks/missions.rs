@@ -17,15 +17,15 @@ fn has_authority(run: &Run) -> bool {
 }
 
 /// The shipped scenario with this put into it.
-fn with(name: &str, path: &str, value: serde_json::Value) -> Ready {
+fn with_value(name: &str, path: &str, value: serde_json::Value) -> Ready {
     let mut ready = shipped(name);
     ready.scenario = Settings::one(path, value).applied_to(&ready.scenario).expect("it fits");
     ready
 }
 
-/// A scenario whose operator finds no track to arm on, for the car is gone.
+/// A scenario whose operator finds no track to arm on: the car has left.
 fn without_the_car(name: &str) -> Ready {
-    with(name, "scene.object", json!([]))
+    with_value(name, "scene.object", json!([]))
 }
 
 #[test]
@@ -46,8 +46,8 @@ fn new_scenario_arms_in_twin_and_rendered() {
 fn quiet_run_without_arming_is_inconclusive() {
     let run = without_the_car("nominal").run(1);
     assert_eq!(run.verdict.outcome, Outcome::Invalid, "{:?}", run.verdict.transitions);
-    let told = "arm, due at 2500 ms: never, no vehicle shown";
-    assert!(run.verdict.mission.missing[0].ends_with(told), "{:?}", run.verdict.mission);
+    let text = "arm, due at 2500 ms: never, no vehicle shown";
+    assert!(run.verdict.mission.missing[0].ends_with(text), "{:?}", run.verdict.mission);
 }
 
 #[test]
@@ -60,9 +60,10 @@ fn loss_without_authority_is_inconclusive() {
 }
 
 /// A cold wall that covers the parked car in part, while the unit drives up to it: length along its heading, width, height.
-fn walled(at: [f64; 2], size: [f64; 3]) -> Ready {
-    let wall = json!({ "name": "wall", "class": "obstacle", "path_m": [at], "size_m": size, "temperature_k": 288.0 });
-    with("nominal", "scene.object.4", wall)
+fn walled(place: [f64; 2], size: [f64; 3]) -> Ready {
+    let wall =
+        json!({ "name": "wall", "class": "obstacle", "path_m": [place], "size_m": size, "temperature_k": 288.0 });
+    with_value("nominal", "scene.object.4", wall)
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! Attacks on the detector's file: swapped, edited, cut, or with parts that no detector needs. A runtime's behaviour on
-//! files that pass is tested in processes of their own, by `campaign`'s command tests.
+//! files that pass is tested in their own processes, by `campaign`'s command tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -54,9 +54,9 @@ fn swapped_model_is_refused_before_reading() {
     let swapped = fs::read(seed("yolo-v5")).expect("a seed");
     for bytes in [&edited[..], &swapped, &good[..good.len() - 1], b""] {
         fs::write(&file, bytes).expect("a write");
-        let why = load(&pinned).expect_err("another file");
-        assert!(matches!(why, LoadError::Pin { why: ModelError::Changed { .. }, .. }), "{why}");
-        assert!(why.to_string().contains(&pinned.model.sha256), "{why}");
+        let error = load(&pinned).expect_err("another file");
+        assert!(matches!(error, LoadError::Pin { why: ModelError::Changed { .. }, .. }), "{error}");
+        assert!(error.to_string().contains(&pinned.model.sha256), "{error}");
     }
     fs::File::create(&file).and_then(|f| f.set_len(MAX_MODEL as u64 + 1)).expect("a large file");
     assert!(matches!(load(&pinned), Err(LoadError::Pin { why: ModelError::TooLarge { .. }, .. })));
@@ -73,9 +73,9 @@ fn model_with_forbidden_parts_is_refused() {
         ("few", "no ONNX model"),
         ("onnx-head", "no ONNX model"),
     ] {
-        let why = refused(&seed(name), colours("yolo-v8"));
-        assert!(matches!(&why, LoadError::Detector(DetectorError::Onnx(_))), "{name}: {why}");
-        assert!(why.to_string().contains(said), "{name}: {why}");
+        let error = refused(&seed(name), colours("yolo-v8"));
+        assert!(matches!(&error, LoadError::Detector(DetectorError::Onnx(_))), "{name}: {error}");
+        assert!(error.to_string().contains(said), "{name}: {error}");
     }
 }
 
@@ -90,11 +90,11 @@ fn mismatched_model_is_refused_before_first_frame() {
         ("yolo-v5", "yolo-v8", "detector gives Tensor<f32>(1, 320, 8), expected one float32 tensor [1, 7, N]"),
     ];
     for (name, head, said) in cases {
-        let why = refused(&seed(name), colours(head));
-        assert!(why.to_string().contains(said), "{name} as {head}: {why}");
+        let error = refused(&seed(name), colours(head));
+        assert!(error.to_string().contains(said), "{name} as {head}: {error}");
     }
-    let why = refused(&seed("yolo-v8"), Head::Grid);
-    assert!(why.to_string().contains("expected one float32 tensor [1, 3, 120, 160]"), "{why}");
+    let error = refused(&seed("yolo-v8"), Head::Grid);
+    assert!(error.to_string().contains("expected one float32 tensor [1, 3, 120, 160]"), "{error}");
 }
 
 #[test]
@@ -104,10 +104,10 @@ fn truncated_file_is_no_model() {
         for cut in 0..whole.len() {
             let bytes = &whole[..cut];
             let model = perception::model::Model::pinned(bytes, &perception::model::hex_digest(bytes));
-            let inspected = perception::onnx::Inspected::of(model.expect("under its own hash"));
+            let inspected = perception::onnx::Inspected::new(model.expect("under its own hash"));
             // What comes after the graph, the version of its operators, may be gone: the runtime then takes its own.
-            let told = matches!(inspected, Err(OnnxError::Malformed { .. } | OnnxError::Empty));
-            assert!(told || cut + 8 > whole.len(), "{name} cut to {cut} of {} bytes", whole.len());
+            let refused = matches!(inspected, Err(OnnxError::Malformed { .. } | OnnxError::Empty));
+            assert!(refused || cut + 8 > whole.len(), "{name} cut to {cut} of {} bytes", whole.len());
         }
     }
 }
@@ -122,11 +122,11 @@ fn honest_custom_detector_works_with_either_head() {
         {
             let found = detector.detect(&square(72, 40, 16, colour), 350).expect("an image of the camera's size");
             assert_eq!(found.first().map(|d| d.class), class, "{head} {colour:?}: {found:?}");
-            let within = |d: &wire::sensor::Detection| {
+            let is_inside = |d: &wire::sensor::Detection| {
                 let (x, y) = ((d.bounds.x0 + d.bounds.x1) / 2, (d.bounds.y0 + d.bounds.y1) / 2);
                 (72..88).contains(&x) && (40..56).contains(&y)
             };
-            assert!(found.iter().all(within), "{head} {colour:?}: {found:?}");
+            assert!(found.iter().all(is_inside), "{head} {colour:?}: {found:?}");
         }
     }
 }

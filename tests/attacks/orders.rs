@@ -1,7 +1,7 @@
 //! Attacks by holders of a key or certificate: rights, roles, standing, counters, rates, values.
 
 use evidence::trial::Outcome;
-use holdsafe_tests::{shipped, under, variations};
+use holdsafe_tests::{shipped, variations, with_policy};
 use instrument::{Any, Note};
 use oracle::Property;
 use scenario::Settings;
@@ -14,12 +14,12 @@ use wire::refusal::Reason;
 use crate::SEEDS;
 
 /// The first operator's requests, by kind.
-fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
-    let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+fn requests(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
+    let stored = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Service(Event::Intended { command, kind, .. }) if kind.name() == wanted => Some((w.at, command)),
         _ => None,
     });
-    of.collect()
+    stored.collect()
 }
 
 /// True if the unit carried it out.
@@ -34,7 +34,7 @@ fn executed(run: &Run, wanted: CommandId) -> bool {
 
 /// True if the first operator's request was carried out, by kind.
 fn obeyed(run: &Run, kind: &str) -> bool {
-    asked(run, kind).iter().any(|(_, id)| executed(run, *id))
+    requests(run, kind).iter().any(|(_, id)| executed(run, *id))
 }
 
 /// Number of refusals at `at` for this reason that `node` reported.
@@ -54,13 +54,13 @@ fn got_through(run: &Run) -> Vec<CommandKind> {
         Any::Instrument(Note::Rogue { command, kind, .. }) => Some((command, kind)),
         _ => None,
     });
-    let given = |id: &CommandId| {
+    let is_given = |id: &CommandId| {
         !run.evidence
             .entries
             .iter()
             .any(|w| matches!(w.entry.event, Any::Service(Event::Intended { command, .. }) if command == *id))
     };
-    rogue.filter(|(id, _)| given(id) && executed(run, *id)).map(|(_, kind)| kind).collect()
+    rogue.filter(|(id, _)| is_given(id) && executed(run, *id)).map(|(_, kind)| kind).collect()
 }
 
 /// Broker, gateway and unit each refuse it by themselves.
@@ -88,7 +88,7 @@ fn vehicle_credential_cannot_order() {
 #[test]
 fn without_the_role_check_anybodys_good_signature_acts() {
     for name in ["role_broker", "role_gateway"] {
-        let run = under(name, "role-waived").run(1);
+        let run = with_policy(name, "role-waived").run(1);
         assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{name}");
         assert!(got_through(&run).iter().any(|kind| kind.name() == "confirm"), "{name}");
     }
@@ -110,11 +110,11 @@ fn rogue_station_cannot_silence_the_operator() {
         assert_eq!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Revoked), 3);
         assert!(obeyed(&run, "hold") && obeyed(&run, "resume"), "{:?}", run.verdict.transitions);
     }
-    let run = under("rogue_station", "standing-waived").run(1);
+    let run = with_policy("rogue_station", "standing-waived").run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe);
 }
 
-/// By running the counter ahead.
+/// An attempt that runs the counter ahead.
 #[test]
 fn stolen_key_cannot_lock_out_its_operator() {
     for run in shipped("stolen_key").expect(SEEDS) {
@@ -123,7 +123,7 @@ fn stolen_key_cannot_lock_out_its_operator() {
             assert!(obeyed(&run, kind), "{kind}: {:?}", run.verdict.transitions);
         }
     }
-    let run = under("stolen_key", "jump-waived").run(1);
+    let run = with_policy("stolen_key", "jump-waived").run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "one id for all that the operator can still give");
     assert!(obeyed(&run, "hold"), "towards safe asks no counter");
     assert!(!run.verdict.transitions.iter().any(|t| t.from == "HOLD_SAFE"), "the thief has locked the operator out");
@@ -134,15 +134,18 @@ fn stolen_key_cannot_lock_out_its_operator() {
 fn stolen_key_cannot_reuse_counted_ids() {
     for ready in variations("stolen_key_reused") {
         for run in ready.expect(SEEDS) {
-            let given = asked(&run, "hold").last().expect("the operator held").1;
+            let last_hold = requests(&run, "hold").last().expect("the operator held").1;
             let rogue = run.evidence.entries.iter().find_map(|w| match w.entry.event {
                 Any::Instrument(Note::Rogue { command, .. }) => Some(command),
                 _ => None,
             });
             let rogue = rogue.expect("the rogue ordered");
             match ready.cell.as_deref() {
-                Some("last-id") => assert_eq!(rogue, given),
-                _ => assert!(rogue.boot < given.boot && rogue.sequence > given.sequence, "{rogue:?} {given:?}"),
+                Some("last-id") => assert_eq!(rogue, last_hold),
+                _ => assert!(
+                    rogue.boot < last_hold.boot && rogue.sequence > last_hold.sequence,
+                    "{rogue:?} {last_hold:?}"
+                ),
             }
             assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Duplicate), 1);
             assert!(obeyed(&run, "resume"), "the operator's own resume is heard: {:?}", run.verdict.transitions);
@@ -171,13 +174,13 @@ fn confirmation_for_another_track_is_refused() {
 fn sound_disarm_burst_is_refused_by_rate_only() {
     for run in shipped("disarm_burst").expect(SEEDS) {
         assert!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Rate) > 0);
-        let others = run.evidence.entries.iter().filter(|w| match w.entry.event {
+        let other_entries = run.evidence.entries.iter().filter(|w| match w.entry.event {
             Any::Service(Event::Refused { at: Interface::Requests | Interface::Commands, reason, .. }) => {
                 reason != Reason::Rate
             }
             _ => false,
         });
-        assert_eq!(others.count(), 0);
+        assert_eq!(other_entries.count(), 0);
     }
 }
 
@@ -195,7 +198,7 @@ fn expired_operator_is_refused_unless_waived() {
         assert_eq!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Expired), 4);
         assert_eq!(got_through(&run), []);
     }
-    assert_eq!(under("expired_operator", "standing-waived").run(1).verdict.outcome, Outcome::Unsafe);
+    assert_eq!(with_policy("expired_operator", "standing-waived").run(1).verdict.outcome, Outcome::Unsafe);
 }
 
 #[test]
@@ -207,10 +210,10 @@ fn hold_passes_a_flood_in_time() {
         ("hold_flood", at_gateway),
     ] {
         for run in shipped(name).expect(SEEDS) {
-            let (given, id) = asked(&run, "hold")[0];
+            let (given_us, id) = requests(&run, "hold")[0];
             assert!(executed(&run, id), "{name}");
             let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("held").t_ms;
-            assert!(held <= given as f64 / 1000.0 + 1000.0, "{name}: {held}");
+            assert!(held <= given_us as f64 / 1000.0 + 1000.0, "{name}: {held}");
             let counted = run.evidence.entries.iter().find_map(|w| match w.entry.event {
                 Any::Service(Event::Count { account: Account::Refused(interface, Reason::Rate), n })
                     if interface == at =>
@@ -234,12 +237,15 @@ fn own_key_disarm_flood_cannot_block_hold() {
     }
     for run in ready.expect(SEEDS) {
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Rate) > 0, "the flood is one");
-        let (given, id) = asked(&run, "hold")[0];
-        let at = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+        let (given_us, id) = requests(&run, "hold")[0];
+        let executed_us = run.evidence.entries.iter().find_map(|w| match w.entry.event {
             Any::Service(Event::Executed { command, refused: None, .. }) if command == id => Some(w.at),
             _ => None,
         });
-        assert!(at.is_some_and(|at| at <= given + 300_000), "given at {given}, executed at {at:?}");
+        assert!(
+            executed_us.is_some_and(|time| time <= given_us + 300_000),
+            "given at {given_us}, executed at {executed_us:?}"
+        );
     }
 }
 
@@ -251,6 +257,6 @@ fn unsafe_combined_values_are_refused() {
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock) > 0);
         assert!(obeyed(&run, "configure") && got_through(&run).is_empty());
     }
-    let run = under("unsafe_values", "joint-waived").run(1);
+    let run = with_policy("unsafe_values", "joint-waived").run(1);
     assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
 }

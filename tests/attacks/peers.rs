@@ -50,30 +50,30 @@ fn cell(scenario: &str, name: &str) -> Ready {
     found.expect("the cell is in its scenario")
 }
 
-fn said(run: &Run) -> Claims {
+fn claims_made(run: &Run) -> Claims {
     claims(&run.evidence, None)
 }
 
 /// Reasons for which the gateway refused B's records, from `since` on, microseconds.
 fn refusals(run: &Run, since: u64) -> Vec<Reason> {
-    let of = |event: &Any| match event {
+    let forgery = |event: &Any| match event {
         Any::Service(Event::Refused { at: Interface::Uplink, peer: Some(PeerId::UNIT_B), reason, .. }) => Some(*reason),
         _ => None,
     };
     let later = run.evidence.entries.iter().filter(|w| w.at >= since && w.entry.node == NodeId::GATEWAY);
-    later.filter_map(|w| of(&w.entry.event)).collect()
+    later.filter_map(|w| forgery(&w.entry.event)).collect()
 }
 
 fn findings(run: &Run) -> Vec<Inconsistency> {
-    let of = |event: &Any| match event {
+    let forgery = |event: &Any| match event {
         Any::Service(Event::Inconsistent { finding, .. }) => Some(*finding),
         _ => None,
     };
-    run.evidence.entries.iter().filter_map(|w| of(&w.entry.event)).collect()
+    run.evidence.entries.iter().filter_map(|w| forgery(&w.entry.event)).collect()
 }
 
 fn all_refused(run: &Run) {
-    let claims = said(run);
+    let claims = claims_made(run);
     assert_eq!((claims.said, claims.accepted), (60, 0));
     assert!(refusals(run, 0).len() >= 60);
 }
@@ -89,7 +89,7 @@ fn earlier_session_records_are_always_refused() {
         assert!(refused.contains(&Reason::Session) && refused.contains(&Reason::Replayed), "{refused:?}");
     }
     for run in cell("session_replay", "order-waived").expect(SEEDS) {
-        assert_eq!(said(&run).accepted, 60, "without these checks every one gets in");
+        assert_eq!(claims_made(&run).accepted, 60, "without these checks every one gets in");
         assert_eq!(findings(&run)[0], Inconsistency::TimeBase);
     }
 }
@@ -104,7 +104,7 @@ fn records_before_a_restart_fail_by_boot() {
         assert!(refusals(&run, 0).contains(&Reason::Epoch));
     }
     for run in cell("restart_replay", "order-waived").expect(SEEDS) {
-        assert_eq!(said(&run).accepted, 60);
+        assert_eq!(claims_made(&run).accepted, 60);
     }
 }
 
@@ -119,13 +119,13 @@ fn synthetic_or_foreign_time_reports_are_refused() {
     ];
     for (name, reason) in expected {
         for run in cell("mode_confusion", name).expect(SEEDS) {
-            let claims = said(&run);
+            let claims = claims_made(&run);
             assert!(claims.said >= 29 && claims.accepted == 0, "{name}: {claims:?}");
             assert!(refusals(&run, 0).iter().filter(|r| **r == reason).count() as u64 >= claims.said, "{name}");
         }
     }
     for run in cell("mode_confusion", "synthetic/product-waived").expect(SEEDS) {
-        let claims = said(&run);
+        let claims = claims_made(&run);
         assert_eq!(claims.accepted, claims.said);
     }
 }

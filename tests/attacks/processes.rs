@@ -6,7 +6,7 @@ use holdsafe_tests::{Ready, shipped, variations};
 use instrument::{Any, Note};
 use oracle::judge;
 use scenario::{DisplayedState, Ending, Process, Settings};
-use topology::Role;
+use topology::MemberRole;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
@@ -28,8 +28,8 @@ fn plant_brakes_by_lease_after_autonomy_dies() {
         let plant = response.plant.expect("the world lives on");
         assert!(plant.speed_mm_s > 1000, "it was driving: {plant:?}");
         let lease = plant.lease_ended_ms.expect("the lease ends");
-        let asked = run.evidence.bounds.set_point_lease_ms as f64;
-        assert!(lease > 0.0 && lease <= asked + 10.0, "one step after the lease at the latest: {plant:?}");
+        let requested = run.evidence.bounds.set_point_lease_ms as f64;
+        assert!(lease > 0.0 && lease <= requested + 10.0, "one step after the lease at the latest: {plant:?}");
         assert!(plant.standing_ms.expect("it stands") > lease, "{plant:?}");
     }
 }
@@ -42,8 +42,8 @@ fn plant_lease_ends_with_the_last_set_point() {
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
             let plant = response.plant.expect("the world lives on");
             assert_eq!(plant.speed_mm_s > 1000, ready.cell.as_deref() == Some("driving"), "{plant:?}");
-            let asked = run.evidence.bounds.set_point_lease_ms as f64;
-            assert!(plant.lease_ended_ms.is_some_and(|ms| ms <= asked + 10.0), "{plant:?}");
+            let requested = run.evidence.bounds.set_point_lease_ms as f64;
+            assert!(plant.lease_ended_ms.is_some_and(|ms| ms <= requested + 10.0), "{plant:?}");
         }
     }
 }
@@ -111,31 +111,31 @@ fn short_pause_within_product_life_continues() {
     ready.scenario = Settings::one("kill.0.duration_s", short).applied_to(&ready.scenario).expect("a duration");
     for seed in SEEDS {
         let run = ready.run(seed);
-        let kept = run.verdict.responses.iter().all(|r| r.kept);
+        let in_time = run.verdict.responses.iter().all(|r| r.kept);
         let restricted = run.verdict.transitions.iter().any(|t| t.cause.starts_with("lost"));
-        assert!(kept && !restricted, "{:?} {:?}", run.verdict.findings, run.verdict.transitions);
+        assert!(in_time && !restricted, "{:?} {:?}", run.verdict.findings, run.verdict.transitions);
     }
 }
 
 #[test]
 fn restarted_unit_is_idle_and_unarmed() {
     let mut ready = ending_at(Process::Autonomy, Ending::Kill, ARMING);
-    let again = serde_json::json!(1.0);
-    ready.scenario = Settings::one("kill.0.restart_after_s", again).applied_to(&ready.scenario).expect("a restart");
+    let repeated = serde_json::json!(1.0);
+    ready.scenario = Settings::one("kill.0.restart_after_s", repeated).applied_to(&ready.scenario).expect("a restart");
     for run in ready.expect(SEEDS) {
         let restarted = run.evidence.entries.iter().find_map(|w| match w.entry.event {
             Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, boot }) => Some((w.at, boot.0)),
             _ => None,
         });
-        let (at, boot) = restarted.expect("it is started again");
+        let (restart_us, boot) = restarted.expect("it is started again");
         assert_eq!(boot, 2);
-        let heard = |w: &evidence::Witnessed| w.at > at && w.entry.node == NodeId::GATEWAY;
+        let heard = |w: &evidence::Witnessed| w.at > restart_us && w.entry.node == NodeId::GATEWAY;
         let reports = run.evidence.entries.iter().filter(|w| heard(w)).any(|w| match w.entry.event {
             Any::Service(Event::Accepted { record, .. }) => record.node == NodeId::UNIT_A && record.boot.0 == 2,
             _ => false,
         });
         assert!(reports, "it reports under its new boot");
-        let later: Vec<_> = run.verdict.transitions.iter().filter(|t| t.t_ms > at as f64 / 1000.0).collect();
+        let later: Vec<_> = run.verdict.transitions.iter().filter(|t| t.t_ms > restart_us as f64 / 1000.0).collect();
         assert!(later.is_empty(), "nobody enabled it: {later:?}");
     }
 }
@@ -145,19 +145,19 @@ fn restarted_judge_resumes_the_remaining_validity() {
     let ready = shipped("expired_operator");
     let (topology, _) = twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
     let mandate = |member: &topology::Member| match &member.role {
-        Role::Autonomy(config) => config.mandates.first().copied(),
-        Role::Gateway(config) => config.mandates.first().copied(),
+        MemberRole::Autonomy(config) => config.mandates.first().copied(),
+        MemberRole::Gateway(config) => config.mandates.first().copied(),
         _ => None,
     };
     let judges: Vec<_> = topology.members.iter().filter(|member| mandate(member).is_some()).collect();
     assert!(judges.iter().any(|m| m.node() == NodeId::UNIT_A) && judges.iter().any(|m| m.node() == NodeId::GATEWAY));
     for judge in judges {
-        let (before, after) = (judge.again(2_000_000), judge.again(4_000_000));
-        let stands = |member| {
+        let (before, after) = (judge.restarted(2_000_000), judge.restarted(4_000_000));
+        let is_up = |member| {
             let revoked = RevocationList::new(&[mandate(member).expect("it is still there")], Instant(0));
-            revoked.stands(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
+            revoked.check_admitted(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
         };
-        assert!(stands(judge) && stands(&before) && !stands(&after), "3.5 s of the run, whoever starts when");
+        assert!(is_up(judge) && is_up(&before) && !is_up(&after), "3.5 s of the run, whoever starts when");
     }
 }
 
@@ -173,12 +173,13 @@ fn slow_broker_delays_a_message_from_any_start() {
 
 #[test]
 fn short_stop_owes_nothing_and_long_one_does() {
-    let owed = |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.owed);
+    let expected_at =
+        |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.owed);
     for process in [Process::Sim, Process::Perception, Process::Autonomy, Process::Gateway, Process::Recorder] {
-        assert!(owed(process, Ending::Hang) && owed(process, Ending::Kill), "{process:?}");
-        assert!(!owed(process, Ending::Slow), "{process:?}");
+        assert!(expected_at(process, Ending::Hang) && expected_at(process, Ending::Kill), "{process:?}");
+        assert!(!expected_at(process, Ending::Slow), "{process:?}");
     }
-    assert!(!owed(Process::Console, Ending::Kill), "no bound asks for a person");
+    assert!(!expected_at(Process::Console, Ending::Kill), "no bound asks for a person");
 }
 
 #[test]
@@ -204,13 +205,13 @@ fn claimed_hang_with_writes_is_no_evidence() {
 
 /// Times at which the gateway accepted a report of the unit's.
 fn reported(run: &twin::trial::Run) -> Vec<u64> {
-    let mine = run.evidence.entries.iter().filter(|w| match w.entry.event {
+    let own_entries = run.evidence.entries.iter().filter(|w| match w.entry.event {
         Any::Service(Event::Accepted { record, .. }) => {
             w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A
         }
         _ => false,
     });
-    mine.map(|w| w.at).collect()
+    own_entries.map(|w| w.at).collect()
 }
 
 fn longest_pause(times: &[u64]) -> u64 {
@@ -219,8 +220,8 @@ fn longest_pause(times: &[u64]) -> u64 {
 
 /// Time at which the recorder's disk was reported full, or to have room again.
 fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
-    let told = |on: bool| Any::Instrument(Note::DiskFull { node: NodeId::RECORDER, on });
-    run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)
+    let disk_full = |on: bool| Any::Instrument(Note::DiskFull { node: NodeId::RECORDER, on });
+    run.evidence.entries.iter().find(|w| w.entry.event == disk_full(full)).map(|w| w.at)
 }
 
 /// Within the seal limit.
@@ -232,8 +233,8 @@ fn full_disk_revokes_authority_without_blocking() {
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
             assert!(response.kept && response.fate == ProcessFault::Full, "{response:?} {:?}", run.verdict.findings);
             let bounds = run.evidence.bounds;
-            let owed = (bounds.seal_limit_ms + bounds.control_period_ms) as f64;
-            assert!(response.restricted_ms.is_some_and(|ms| ms <= owed), "{response:?}");
+            let limit = (bounds.seal_limit_ms + bounds.control_period_ms) as f64;
+            assert!(response.restricted_ms.is_some_and(|ms| ms <= limit), "{response:?}");
             let first = run.verdict.transitions.iter().find(|t| t.t_ms > response.killed_ms).expect("it changes");
             assert_eq!((first.to.as_str(), first.cause.as_str()), ("DEGRADED", "lost:sealed_log"));
             let pause = longest_pause(&reported(&run));
@@ -252,13 +253,13 @@ fn freed_disk_loses_nothing_and_arms_nothing() {
         let later: Vec<_> = run.verdict.transitions.iter().filter(|t| t.t_ms > freed as f64 / 1000.0).collect();
         let to: Vec<&str> = later.iter().map(|t| t.to.as_str()).collect();
         assert_eq!(to, ["READY"], "{later:?}");
-        let own =
+        let own_entries =
             |w: &&evidence::Witnessed| evidence::log::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER;
         let sealed = run.evidence.entries.iter().rev().find_map(|w| match w.entry.event {
             Any::Service(Event::Sealed { entries, .. }) => Some(entries),
             _ => None,
         });
-        assert_eq!(sealed, Some(run.evidence.entries.iter().filter(own).count() as u64));
+        assert_eq!(sealed, Some(run.evidence.entries.iter().filter(own_entries).count() as u64));
     }
 }
 
@@ -267,19 +268,19 @@ fn claimed_full_disk_needs_a_stalled_recording() {
     for cell in variations("disk_full") {
         let run = cell.run(1);
         let full = disk(&run, true).expect("it is full");
-        let kept = |w: &evidence::Witnessed| matches!(w.entry.event, Any::Instrument(Note::Kept { .. }));
+        let is_sealed = |w: &evidence::Witnessed| matches!(w.entry.event, Any::Instrument(Note::Kept { .. }));
         let mut unseen = run.evidence.clone();
-        unseen.entries.retain(|w| !kept(w));
+        unseen.entries.retain(|w| !is_sealed(w));
         assert_eq!(judge(&unseen).outcome, Outcome::Invalid, "nobody looked");
         let mut grows = run.evidence.clone();
-        let last = *grows.entries.iter().find(|w| kept(w)).expect("it grew");
+        let last = *grows.entries.iter().find(|w| is_sealed(w)).expect("it grew");
         grows.entries.push(evidence::Witnessed { at: full + 1_000_000, ..last });
         grows.entries.sort_by_key(|w| w.at);
         assert_eq!(judge(&grows).outcome, Outcome::Invalid, "it went on growing");
     }
 }
 
-/// In time, with half and with a quarter of it.
+/// Noticed in time, with half and with a quarter of it.
 #[test]
 fn losses_are_noticed_on_a_slow_processor() {
     for name in ["constrained_loss", "constrained_blackout"] {
@@ -294,7 +295,7 @@ fn late_products_are_a_lost_stage() {
     shipped("slow_inference").expect(SEEDS);
 }
 
-/// The same log without the hold: the judge has to miss it.
+/// The log without the hold: the judge has to miss it.
 #[test]
 fn unit_ignoring_its_hang_is_late() {
     let mut run = ending_at(Process::Autonomy, Ending::Hang, ARMING).run(1);

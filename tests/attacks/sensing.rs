@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Witnessed};
-use explain::{Explanation, Place, explain};
+use explain::{Explanation, FaultSite, explain};
 use holdsafe_tests::{Ready, rendered, shipped, variations};
 use instrument::{Any, Note, Sensor};
 use oracle::{Property, judge};
@@ -42,7 +42,7 @@ fn degraded_unit_at_full_speed_is_late() {
         let verdict = ready.run(seed).verdict;
         assert!(verdict.transitions.iter().any(|t| t.to == "DEGRADED"), "{:?}", verdict.transitions);
         assert_eq!(verdict.outcome, Outcome::Late, "seed {seed}: {:?}", verdict.findings);
-        let by_the_plant = |what: &str| what.starts_with("DEGRADED, and the plant");
+        let by_the_plant = |name: &str| name.starts_with("DEGRADED, and the plant");
         assert!(
             verdict.findings.iter().all(|f| f.property == Property::P2 && by_the_plant(&f.what)),
             "{:?}",
@@ -51,7 +51,7 @@ fn degraded_unit_at_full_speed_is_late() {
     }
 }
 
-/// The same run with one check of the policy waived.
+/// The run with one check of the policy waived.
 fn unchecked(name: &str, check: Check, seed: u64) -> Run {
     let mut ready = shipped(name);
     ready.setup.policy.boundary.insert(check, Requirement::Waived);
@@ -72,7 +72,7 @@ fn frozen_camera_is_lost_by_content_check() {
     }
 }
 
-/// By four frames as by all that are remembered.
+/// A delay by four frames as by all that are remembered.
 #[test]
 fn delayed_camera_is_lost_for_good() {
     for (name, cause) in [("rgb_skew", "lost:rgb"), ("thermal_skew", "lost:thermal")] {
@@ -118,8 +118,8 @@ fn chaff_takes_neither_table_nor_track() {
 #[ignore = "long: rendered missions"]
 fn painted_chaff_crowds_the_detectors_list() {
     for run in rendered("chaff").expect(1..3) {
-        let mut told = run.evidence.entries.iter().map(|w| w.entry.event);
-        assert!(told.any(|event| matches!(
+        let mut events = run.evidence.entries.iter().map(|w| w.entry.event);
+        assert!(events.any(|event| matches!(
             event,
             Any::Service(Event::Crowded { detections, .. }) if usize::from(detections) >= perception::CROWD
         )));
@@ -180,8 +180,8 @@ fn seen(run: &Run) -> Vec<(bool, bool)> {
 
 /// The first loss of a run, explained.
 fn loss(run: &Run) -> Explanation {
-    let told = explain(&run.evidence.entries, &run.evidence.bounds);
-    told.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{:?}", run.verdict.transitions))
+    let explanations = explain(&run.evidence.entries, &run.evidence.bounds);
+    explanations.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{:?}", run.verdict.transitions))
 }
 
 /// One receiver and one odometer: either may be wrong.
@@ -191,14 +191,14 @@ fn wrong_odometry_holds_and_neither_source_is_blamed() {
         for run in shipped(name).expect(SEEDS) {
             let Explanation { origin, cause, .. } = loss(&run);
             let places = (origin.place, &origin.or[..]);
-            let either = (Place::Sensor(Sensor::Localisation), &[Place::Sensor(Sensor::Odometry)][..]);
+            let either = (FaultSite::Sensor(Sensor::Localisation), &[FaultSite::Sensor(Sensor::Odometry)][..]);
             assert_eq!((places, cause.label().as_str()), (either, "lost:drift"), "{name}: {}", origin.what);
             assert!(origin.what.starts_with("fix and odometry disagree"), "{name}: {}", origin.what);
         }
     }
 }
 
-/// The same scenario with another size of its fault.
+/// The scenario with another size of its fault.
 fn sized(name: &str, magnitude: f64) -> Ready {
     let mut ready = shipped(name);
     let set = Settings::one("fault.0.magnitude.0", serde_json::json!(magnitude));
@@ -211,7 +211,7 @@ fn sized(name: &str, magnitude: f64) -> Ready {
 fn odometry_that_cannot_be_holds_and_is_named() {
     for run in sized("odometry_scale", 2.0).expect(SEEDS) {
         let origin = loss(&run).origin;
-        assert_eq!((origin.place, &origin.or[..]), (Place::Sensor(Sensor::Odometry), &[][..]), "{}", origin.what);
+        assert_eq!((origin.place, &origin.or[..]), (FaultSite::Sensor(Sensor::Odometry), &[][..]), "{}", origin.what);
     }
 }
 
@@ -232,7 +232,7 @@ fn single_impossible_odometry_costs_nothing_and_is_named() {
     }
 }
 
-/// Of a way that wheels could have turned.
+/// A jump along a way that wheels could have turned.
 #[test]
 fn small_odometry_jump_holds_in_time() {
     holds_within_th("odometry_jump_small");
@@ -246,8 +246,8 @@ fn jamming_with_fixes_degrades_without_flicker() {
     }
 }
 
-/// The same run with one guard of the policy waived.
-fn without(name: &str, guard: Guard, seed: u64) -> Run {
+/// The run with one guard of the policy waived.
+fn run_waiving(name: &str, guard: Guard, seed: u64) -> Run {
     let mut ready = shipped(name);
     ready.setup.policy.guards.insert(guard, Requirement::Waived);
     ready.run(seed)
@@ -260,7 +260,7 @@ fn slow_drift_is_found_before_the_fence() {
         let lost = run.verdict.transitions.iter().any(|t| t.cause == "lost:drift");
         assert!(lost, "{:?}", run.verdict.transitions);
     }
-    let run = without("localisation_drift", Guard::Drift, 1);
+    let run = run_waiving("localisation_drift", Guard::Drift, 1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
     assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
 }

@@ -57,15 +57,15 @@ fn creeping_delay_ends_supervision_within_the_window() {
 #[test]
 fn mode_is_steady_at_the_windows_edge() {
     let ready = shipped("delay_edge");
-    let apart = 10.0 * ready.setup.bounds.freshness_ms as f64;
+    let distance = 10.0 * ready.setup.bounds.freshness_ms as f64;
     for run in ready.expect(1..60) {
-        let own = run.verdict.transitions.iter().filter(|t| t.cause != "operator" && t.t_ms >= 4000.0);
-        let times: Vec<f64> = own.filter(|t| t.cause != "expired").map(|t| t.t_ms).collect();
-        assert!(times.windows(2).all(|pair| pair[1] - pair[0] >= apart), "{:?}", run.verdict.transitions);
+        let own_rows = run.verdict.transitions.iter().filter(|t| t.cause != "operator" && t.t_ms >= 4000.0);
+        let times: Vec<f64> = own_rows.filter(|t| t.cause != "expired").map(|t| t.t_ms).collect();
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] >= distance), "{:?}", run.verdict.transitions);
     }
 }
 
-/// It goes on only when the operator says so.
+/// It goes on only when the operator orders it.
 #[test]
 fn alternating_contact_holds_in_each_gap() {
     for run in shipped("contact_windows").expect(SEEDS) {
@@ -94,14 +94,14 @@ fn freshness_waiver_accepts_stale_and_is_detected() {
 /// Ages of the records of a peer with a clock `ppm` too fast, with `way` microseconds from one to the other: each with the
 /// time since the challenge went out.
 fn ages(ppm: i64, way: u64) -> Vec<(u64, Option<u64>)> {
-    let ours = |true_us: u64| Instant(1_000_000_000 + true_us);
-    let theirs =
+    let our_time = |true_us: u64| Instant(1_000_000_000 + true_us);
+    let peer_time =
         |true_us: u64| PeerStamp(5_000_000_000 + true_us.saturating_add_signed(true_us as i64 * ppm / 1_000_000));
     let mut bound = AgeBound::new(Span::s(3));
-    bound.issue(Nonce(7), ours(0));
-    assert!(bound.prove(Echo { nonce: Nonce(7), seen: theirs(way) }));
+    bound.issue(Nonce(7), our_time(0));
+    assert!(bound.prove(Echo { nonce: Nonce(7), seen: peer_time(way) }));
     let written = (way..3_000_000 - way).step_by(9_973);
-    written.map(|t| (t, bound.age(theirs(t), ours(t + way)).map(|age| age.upper().0))).collect()
+    written.map(|t| (t, bound.age(peer_time(t), our_time(t + way)).map(|age| age.upper().0))).collect()
 }
 
 /// Or hides little.

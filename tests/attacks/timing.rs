@@ -2,7 +2,7 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
-use holdsafe_tests::{shipped, under};
+use holdsafe_tests::{shipped, with_policy};
 use instrument::{Action, Any, Note};
 use oracle::judge;
 use twin::trial::Run;
@@ -13,7 +13,7 @@ use wire::mode::Mode;
 use crate::SEEDS;
 
 /// Time at which the step of this name began or ended.
-fn told(run: &Run, name: &str, begun: bool) -> Option<u64> {
+fn step_time(run: &Run, name: &str, begun: bool) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
         Any::Instrument(Note::Step { step, begun: is }) if step.as_str() == name && is == begun => Some(w.at),
         _ => None,
@@ -38,9 +38,9 @@ fn entered(run: &Run, mode: Mode) -> Option<u64> {
 fn link_cut_at_arming_holds() {
     for run in shipped("cut_at_arming").expect(SEEDS) {
         let armed = entered(&run, Mode::PrepareToAct).expect("it arms");
-        let cut = told(&run, "cut", true).expect("the step begins");
+        let cut = step_time(&run, "cut", true).expect("the step begins");
         assert!((50_000..60_000).contains(&(cut - armed)), "armed at {armed}, cut at {cut}");
-        assert!(first(&run, Action::Drop, NodeId::RELAY_TELEMETRY).is_some_and(|at| at >= cut));
+        assert!(first(&run, Action::Drop, NodeId::RELAY_TELEMETRY).is_some_and(|time| time >= cut));
     }
 }
 
@@ -61,11 +61,12 @@ fn cut_session_returns_after_the_cut() {
     /// Lengths of the two ClientHellos.
     const HELLOS: [u16; 2] = [149, 169];
     for run in shipped("cut_at_arming").expect(SEEDS) {
-        let (cut, over) = (told(&run, "cut", true).expect("it begins"), told(&run, "cut", false).expect("it ends"));
+        let (cut, end) =
+            (step_time(&run, "cut", true).expect("it begins"), step_time(&run, "cut", false).expect("it ends"));
         let ended = session(&run, false, cut).expect("nothing is heard");
         assert!((1_900_000..2_000_000).contains(&(ended - cut)), "cut at {cut}, ended at {ended}");
         let opened = session(&run, true, ended).expect("it comes back");
-        assert!((over..over + 1_200_000).contains(&opened), "over at {over}, opened at {opened}");
+        assert!((end..end + 1_200_000).contains(&opened), "over at {end}, opened at {opened}");
         let dropped = |w: &&Witnessed| match w.entry.event {
             Any::Instrument(Note::Attack { action: Action::Drop, length, .. }) => HELLOS.contains(&length),
             _ => false,
@@ -81,7 +82,7 @@ fn attack_without_its_moment_is_no_evidence() {
     ready.scenario.operator = Default::default();
     for seed in SEEDS {
         let run = ready.run(seed);
-        assert_eq!(told(&run, "cut", true), None);
+        assert_eq!(step_time(&run, "cut", true), None);
         assert_eq!(run.verdict.outcome, Outcome::Invalid, "{:?}", run.verdict.transitions);
     }
 }
@@ -102,11 +103,12 @@ fn claimed_step_without_effect_is_no_evidence() {
 #[test]
 fn storm_cut_and_mute_in_sequence_hold() {
     for run in shipped("storm_then_cut").expect(SEEDS) {
-        let at = |name, begun| told(&run, name, begun).unwrap_or_else(|| panic!("{name} {begun} is not told"));
-        let (storm, over) = (at("storm", true), at("storm", false));
-        assert!((990_000..1_010_000).contains(&(over - storm)), "200 hellos, 5 ms apart: {storm} to {over}");
-        let (cut, mute) = (at("cut", true), at("mute", true));
-        assert!(cut > over && cut - over < 10_000, "the cut waits for the end of the storm");
+        let step_at =
+            |name, begun| step_time(&run, name, begun).unwrap_or_else(|| panic!("{name} {begun} is not told"));
+        let (storm, end) = (step_at("storm", true), step_at("storm", false));
+        assert!((990_000..1_010_000).contains(&(end - storm)), "200 hellos, 5 ms apart: {storm} to {end}");
+        let (cut, mute) = (step_at("cut", true), step_at("mute", true));
+        assert!(cut > end && cut - end < 10_000, "the cut waits for the end of the storm");
         assert!((100_000..110_000).contains(&(mute - cut)), "the mute waits for the beginning of the cut");
         let hello = first(&run, Action::Inject, NodeId::RELAY_TELEMETRY).expect("a hello is sent");
         assert!(hello >= storm);
@@ -118,16 +120,16 @@ fn storm_cut_and_mute_in_sequence_hold() {
 fn insider_forwards_from_the_first_authority_report() {
     for run in shipped("heard_then_forward").expect(SEEDS) {
         let armed = entered(&run, Mode::PrepareToAct).expect("it arms");
-        let began = told(&run, "forward", true).expect("the step begins");
+        let began = step_time(&run, "forward", true).expect("the step begins");
         assert!(began > armed && began - armed < 300_000, "a report later: {armed}, {began}");
-        assert!(first(&run, Action::Forward, NodeId::INSIDER_B).is_some_and(|at| at >= began));
+        assert!(first(&run, Action::Forward, NodeId::INSIDER_B).is_some_and(|time| time >= began));
     }
 }
 
 /// Without the moment the same forwarding is the table's; under a boundary that asks who speaks it is refused all the same.
 #[test]
 fn timing_does_not_defeat_attribution() {
-    let ready = under("heard_then_forward", "session-bound");
+    let ready = with_policy("heard_then_forward", "session-bound");
     for seed in SEEDS {
         assert_eq!(ready.run(seed).verdict.outcome, Outcome::Rejected);
     }

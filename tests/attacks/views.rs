@@ -14,7 +14,7 @@ use wire::refusal::Reason;
 use crate::SEEDS;
 
 /// The scenario with one rule of the display waived, and no class expected.
-fn without(name: &str, rule: DisplayRule) -> Ready {
+fn waive_rule(name: &str, rule: DisplayRule) -> Ready {
     let mut ready = shipped(name);
     ready.setup.policy.display.insert(rule, Requirement::Waived);
     ready
@@ -44,8 +44,8 @@ fn hold_under_a_stale_display_stops_the_unit() {
     for run in shipped("hold_stale_view").expect(SEEDS) {
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
         assert_eq!(held.cause, "operator");
-        let at = (held.t_ms * 1000.0) as u64;
-        let before = displayed(&run).into_iter().rfind(|(shown, ..)| *shown < at);
+        let time = (held.t_ms * 1000.0) as u64;
+        let before = displayed(&run).into_iter().rfind(|(shown, ..)| *shown < time);
         assert!(before.is_some_and(|(_, _, fresh)| fresh != Freshness::Fresh), "{before:?}");
     }
 }
@@ -62,7 +62,7 @@ fn altered_reports_are_not_displayed() {
 
 #[test]
 fn unit_signature_waiver_lets_gateway_forge_display() {
-    let run = without("view_forged", DisplayRule::Signature).run(1);
+    let run = waive_rule("view_forged", DisplayRule::Signature).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
     assert!(
         displayed(&run).iter().any(|(_, mode, freshness)| *mode == Mode::HoldSafe && *freshness == Freshness::Fresh)
@@ -75,10 +75,10 @@ fn withheld_reports_age_out_unused() {
     for run in shipped("view_withheld").expect(SEEDS) {
         let zero = run.verdict.zero.expect("a receipt");
         // Fresh for Tf, late for two periods more; the last report was younger than a period when the withholding began.
-        let owed = (run.evidence.bounds.freshness_ms + 2 * run.evidence.bounds.telemetry_period_ms) * 1000;
-        let stale = displayed(&run).into_iter().find(|(at, _, f)| *at >= zero && *f == Freshness::Stale);
+        let limit = (run.evidence.bounds.freshness_ms + 2 * run.evidence.bounds.telemetry_period_ms) * 1000;
+        let stale = displayed(&run).into_iter().find(|(time, _, f)| *time >= zero && *f == Freshness::Stale);
         let stale = stale.expect("it ages out").0;
-        assert!(stale - zero <= owed, "{} ms", (stale - zero) / 1000);
+        assert!(stale - zero <= limit, "{} ms", (stale - zero) / 1000);
         assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))));
     }
 }
@@ -91,8 +91,8 @@ fn chosen_reports_show_old_modes_briefly() {
             run.verdict.transitions.iter().find(|t| t.from == "PREPARE_TO_ACT").expect("disarmed").t_ms * 1000.0;
         let limit = (run.evidence.bounds.freshness_ms + run.evidence.bounds.telemetry_period_ms) as f64 * 1000.0;
         let shown = displayed(&run);
-        let fresh = |(at, mode, f): &&(u64, Mode, Freshness)| {
-            *at as f64 > after + limit && *mode == Mode::PrepareToAct && *f == Freshness::Fresh
+        let fresh = |(time, mode, f): &&(u64, Mode, Freshness)| {
+            *time as f64 > after + limit && *mode == Mode::PrepareToAct && *f == Freshness::Fresh
         };
         assert_eq!(shown.iter().find(fresh), None);
     }
@@ -104,20 +104,20 @@ fn kept_report_is_shown_at_its_age() {
     for name in ["view_late", "view_young"] {
         for run in shipped(name).expect(SEEDS) {
             let zero = run.verdict.zero.expect("a receipt");
-            let kept = |at: u64| at > zero + 500_000 && at < zero + 3_000_000;
+            let in_window = |time: u64| time > zero + 500_000 && time < zero + 3_000_000;
             let shown = displayed(&run);
-            let mut within = shown.iter().filter(|(at, ..)| kept(*at)).peekable();
-            assert!(within.peek().is_some(), "{name}");
-            assert!(within.all(|(_, _, f)| *f == Freshness::Stale), "{name}: 800 ms is stale");
+            let mut window = shown.iter().filter(|(time, ..)| in_window(*time)).peekable();
+            assert!(window.peek().is_some(), "{name}");
+            assert!(window.all(|(_, _, f)| *f == Freshness::Stale), "{name}: 800 ms is stale");
         }
     }
 }
 
 #[test]
 fn challenge_waiver_lets_gateway_rejuvenate_reports() {
-    let run = without("view_young", DisplayRule::Watch).run(1);
+    let run = waive_rule("view_young", DisplayRule::Watch).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
-    let honest = without("view_late", DisplayRule::Watch).run(1);
+    let honest = waive_rule("view_late", DisplayRule::Watch).run(1);
     assert_eq!(honest.verdict.outcome, Outcome::Rejected, "an honest gateway's word was enough");
 }
 
@@ -125,27 +125,27 @@ fn challenge_waiver_lets_gateway_rejuvenate_reports() {
 fn old_report_claimed_new_is_refused() {
     for run in shipped("view_replayed").expect(SEEDS) {
         assert!(refused(&run).contains(&Reason::Stale), "{:?}", refused(&run));
-        assert!(displayed(&run).iter().filter(|(at, ..)| *at > 2_000_000).all(|(_, mode, _)| *mode != Mode::Idle));
+        assert!(displayed(&run).iter().filter(|(time, ..)| *time > 2_000_000).all(|(_, mode, _)| *mode != Mode::Idle));
     }
 }
 
-/// The effect of a gateway that keeps on granting on a HOLD is listed, not closed: the operator is told, the unit is
+/// The effect of a gateway that keeps on granting on a HOLD is listed, not closed: the operator is informed, the unit is
 /// not.
 #[test]
 fn swallowed_hold_is_shown_as_unacknowledged() {
     for run in shipped("gateway_hold").expect(SEEDS) {
-        let given = run
+        let entry = run
             .evidence
             .entries
             .iter()
             .find(|w| matches!(w.entry.event, Any::Service(Event::Intended { kind, .. }) if kind.name() == "hold"));
-        let given = given.expect("the operator held").at;
+        let given_us = entry.expect("the operator held").at;
         let alarm = run.evidence.entries.iter().find(|w| {
-            w.at > given
+            w.at > given_us
                 && matches!(w.entry.event, Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. }))
         });
         let alarm = alarm.expect("an alarm").at;
-        assert!(alarm - given <= 1_050_000, "{} ms", (alarm - given) / 1000);
+        assert!(alarm - given_us <= 1_050_000, "{} ms", (alarm - given_us) / 1000);
         assert!(run.verdict.transitions.iter().all(|t| t.to != "HOLD_SAFE"), "{:?}", run.verdict.transitions);
     }
 }

@@ -17,7 +17,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, Test
 use scenario::{AttackSpace, Setup, Weakness, Weaknesses};
 use search::{Action, AttackSequence, Cause, Moments, RunConfig, SearchConfig, Strategy, Test, ends_in};
 
-/// Of the shipped lists: one action at any time, one at a certain time, two actions.
+/// Weaknesses of the shipped lists: one action at any time, one at a certain time, two actions.
 const WEAKNESSES: [&str; 3] = ["freshness-path", "late-path", "jump-stations"];
 const SEEDS: u64 = 20;
 /// Most trials until the first failure, and most to shrink it.
@@ -31,12 +31,17 @@ fn main() {
     for name in WEAKNESSES {
         let weakness = listed(&root, name);
         let config = config(&root, &weakness);
-        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        let (mut direct, mut external) = (Vec::new(), Vec::new());
         for seed in 1..=SEEDS {
-            ours.push(timed(|| holdsafe(&config, &weakness, seed)));
-            theirs.push(timed(|| proptest(&config, &weakness, seed)));
+            direct.push(timed(|| holdsafe(&config, &weakness, seed)));
+            external.push(timed(|| proptest(&config, &weakness, seed)));
         }
-        println!("{name:16} holdsafe {}\n{:16} proptest {}", told(&config, &ours), "", told(&config, &theirs));
+        println!(
+            "{name:16} holdsafe {}\n{:16} proptest {}",
+            report_text(&config, &direct),
+            "",
+            report_text(&config, &external)
+        );
     }
 }
 
@@ -76,7 +81,7 @@ fn holdsafe(config: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Ans
     let result =
         config.search(run, None, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
     let nominal = config.try_sequence(&AttackSequence::default()).expect("it runs");
-    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
+    let moments = Moments::from_run(&nominal, &config.space, &config.setup.bounds);
     let (cause, found) = result.found.into_iter().next()?;
     let shrunk = config.shrink(&found.sequence, &test, &cause, &moments).expect("it runs");
     Some(Answer { sequence: shrunk.sequence, found: found.trial, shrunk: shrunk.executions })
@@ -125,14 +130,15 @@ fn proptest(config: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Ans
     }
 }
 
-fn told(config: &SearchConfig, all: &[Timed]) -> String {
+fn report_text(config: &SearchConfig, all: &[Timed]) -> String {
     let answers: Vec<(&Answer, f64)> = all.iter().filter_map(|(answer, ms)| Some((answer.as_ref()?, *ms))).collect();
-    let median = |of: &dyn Fn(&(&Answer, f64)) -> f64| {
-        let mut values: Vec<f64> = answers.iter().map(of).collect();
+    let median = |value_of: &dyn Fn(&(&Answer, f64)) -> f64| {
+        let mut values: Vec<f64> = answers.iter().map(value_of).collect();
         values.sort_by(f64::total_cmp);
         values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
     };
-    let different: BTreeSet<String> = answers.iter().map(|(answer, _)| answer.sequence.told(&config.space)).collect();
+    let different: BTreeSet<String> =
+        answers.iter().map(|(answer, _)| answer.sequence.describe(&config.space)).collect();
     let actions: BTreeSet<usize> = answers.iter().map(|(answer, _)| answer.sequence.actions().len()).collect();
     format!(
         "{:5.0} / {:4.0} / {:6.0} ms; {actions:?} actions; {} different of {}; {} not found",

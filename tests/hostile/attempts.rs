@@ -67,17 +67,17 @@ pub(crate) struct Targets {
 }
 
 impl Targets {
-    /// Those that the test wrote beside this program.
+    /// Targets that the test wrote beside this program.
     pub(crate) fn read(program: &Path) -> Result<Self, String> {
         let file = program.with_file_name("targets.json");
-        let text = fs::read(&file).map_err(|why| format!("{}: {why}", file.display()))?;
-        serde_json::from_slice(&text).map_err(|why| why.to_string())
+        let text = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        serde_json::from_slice(&text).map_err(|error| error.to_string())
     }
 }
 
 /// Tries one: `Ok` if it succeeded, else the machine's reason.
 pub(crate) fn attempt(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> Result<(), String> {
-    tried(name, service, spec, targets).map_err(|why| why.to_string())
+    tried(name, service, spec, targets).map_err(|error| error.to_string())
 }
 
 fn tried(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> io::Result<()> {
@@ -86,7 +86,7 @@ fn tried(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> io
     let victim = std::env::args().nth(2).and_then(|pid| pid.parse().ok()).unwrap_or(1);
     let pid = Pid::from_raw(victim);
     let of_victim = |file: &str| PathBuf::from(format!("/proc/{victim}/{file}"));
-    match name.split_once(": ").map_or(name, |(_, how)| how) {
+    match name.split_once(": ").map_or(name, |(_, manner)| manner) {
         "read a secret in the user's home" => read(&targets.secret),
         "read a list of users" => read(Path::new("/etc/passwd")),
         "read another service's journal" => File::open(&other).map(drop),
@@ -133,9 +133,9 @@ fn tried(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> io
             wanted.try_reserve_exact((row.memory_mib as usize) << 20).map_err(io::Error::other)
         }
         "fill the disk by its journal" => {
-            let own = run.join("mouth").join(format!("{}.cbor", spec.node));
-            let own = File::options().write(true).create(true).truncate(false).open(own)?;
-            own.write_at(&[0], 5 << 30).and_then(|_| own.set_len(0))
+            let own_path = run.join("mouth").join(format!("{}.cbor", spec.node));
+            let own_file = File::options().write(true).create(true).truncate(false).open(own_path)?;
+            own_file.write_at(&[0], 5 << 30).and_then(|_| own_file.set_len(0))
         }
         "more than its limit" => {
             let null = io::stdout();
@@ -146,14 +146,14 @@ fn tried(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> io
         "another process's network" => Ok(setns(File::open(of_victim("ns/net"))?, CloneFlags::CLONE_NEWNET)?),
         "mount a file system" => {
             use rustix::mount::{MountFlags, mount};
-            // In mounts of its own where it can take them, so that a success leaves nothing.
+            // Its own mounts, where it can take them, so that a success leaves nothing.
             let _own = unshare(CloneFlags::CLONE_NEWNS);
             Ok(mount("tmpfs", "/tmp", "tmpfs", MountFlags::empty(), None::<&std::ffi::CStr>)?)
         }
         "another root folder" => Ok(nix::unistd::chroot("/tmp")?),
         "name of the machine" => {
-            let own = nix::unistd::gethostname()?;
-            Ok(nix::unistd::sethostname(own)?)
+            let own_text = nix::unistd::gethostname()?;
+            Ok(nix::unistd::sethostname(own_text)?)
         }
         LEVEL => Err(io::Error::other(spec.level().to_string())),
         other => Err(io::Error::other(format!("no attempt called {other}"))),

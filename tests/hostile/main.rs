@@ -1,7 +1,7 @@
 //! A service's process with an attacker's main: it takes the specification and the confinement of the service in the place of which it is started,
 //! and then tries to get at everything that is not its own.
 //!
-//! Each attempt is a process of its own, since some of them are fatal. The results go to the launcher in the words of a service that refuses
+//! Each attempt is its own process, since some of them are fatal. The results go to the launcher in the words of a service that refuses
 //! to start, and so to the test that counts them (`tests/attacks/escapes.rs`).
 
 mod attempts;
@@ -30,14 +30,14 @@ fn main() -> ExitCode {
             Err(why) => return link::drive::refuse(&service, &why.to_string()),
         };
         // This process is the one to signal and to trace: one of the user's that is not confined.
-        let told: BTreeMap<&str, String> =
+        let map: BTreeMap<&str, String> =
             attempts::NAMES.iter().map(|name| (*name, in_a_process(program, name, &spec))).collect();
-        return link::drive::refuse(&service, &serde_json::to_string(&told).unwrap_or_default());
+        return link::drive::refuse(&service, &serde_json::to_string(&map).unwrap_or_default());
     };
     let _read = std::io::stdin().read_to_end(&mut bytes);
-    let done = ServiceSpec::read(bytes.as_slice()).map_err(|why| why.to_string()).and_then(|spec| {
+    let done = ServiceSpec::read(bytes.as_slice()).map_err(|error| error.to_string()).and_then(|spec| {
         let targets = Targets::read(program)?;
-        let spec = link::confined::confine(spec, &service).map_err(|why| why.to_string())?;
+        let spec = link::confined::confine(spec, &service).map_err(|error| error.to_string())?;
         Ok(attempts::attempt(attempt, &service, &spec, &targets))
     });
     match done {
@@ -72,11 +72,11 @@ fn in_a_process(program: &Path, attempt: &str, spec: &ServiceSpec) -> String {
     match child.wait_with_output() {
         Err(why) => format!("not tried: {why}"),
         Ok(output) => {
-            let said = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+            let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
             match (output.status.code(), output.status.signal()) {
                 (Some(code), _) if code == i32::from(SUCCEEDED) => "succeeded".to_owned(),
-                (Some(0), _) => format!("refused: {said}"),
-                (Some(_), _) => said,
+                (Some(0), _) => format!("refused: {text}"),
+                (Some(_), _) => text,
                 (None, signal) => format!("ended: signal {}", signal.unwrap_or_default()),
             }
         }

@@ -14,9 +14,9 @@ use topology::{RunSecret, lay_out};
 fn same_seed_same_log() {
     for name in ["nominal", "replay", "loss"] {
         let ready = shipped(name);
-        let of = |seed| hashes(&ready.run(seed).evidence.entries);
-        let (first, again, other) = (of(1), of(1), of(2));
-        assert_eq!(first, again, "{name}");
+        let log_of = |seed| hashes(&ready.run(seed).evidence.entries);
+        let (first, repeated, other) = (log_of(1), log_of(1), log_of(2));
+        assert_eq!(first, repeated, "{name}");
         assert_ne!(first.0, other.0, "{name}: log");
         assert_ne!(first.1, other.1, "{name}: decisions");
     }
@@ -34,15 +34,15 @@ fn names() -> Vec<String> {
 #[ignore = "long: every scenario twice"]
 fn no_scenario_hangs_on_anything_but_its_seed() {
     // A draw without a seed, or the order of a table that is hashed, comes out otherwise the second time.
-    let twice = |name: &String| {
+    let repeat_run = |name: &String| {
         let ready = shipped(name);
-        let of = || {
+        let record = || {
             let run = ready.run(11);
             (hashes(&run.evidence.entries), run.evidence.planned, run.verdict)
         };
-        Ok::<_, std::convert::Infallible>((of() != of()).then(|| name.clone()))
+        Ok::<_, std::convert::Infallible>((record() != record()).then(|| name.clone()))
     };
-    let differ = parallel::map(parallel::cores(), &names(), twice).unwrap_or_default();
+    let differ = parallel::map(parallel::cores(), &names(), repeat_run).unwrap_or_default();
     assert_eq!(differ.into_iter().flatten().collect::<Vec<_>>(), [""; 0]);
 }
 
@@ -95,15 +95,15 @@ fn every_model_error_reaches_the_world() {
         let scenario = Settings::one(path, factor.into()).applied_to(&ready.scenario).expect("a scenario");
         let topology = lay_out(&scenario, &ready.setup, 1, &RunSecret::seeded(1));
         let world = topology.world().expect("a world").fidelity;
-        let told = [("models.noise", world.noise), ("models.load", world.load), ("models.grip", world.grip)];
-        let off: Vec<_> = told.into_iter().filter(|(_, factor)| *factor != 1.0).collect();
+        let settings = [("models.noise", world.noise), ("models.load", world.load), ("models.grip", world.grip)];
+        let off: Vec<_> = settings.into_iter().filter(|(_, factor)| *factor != 1.0).collect();
         assert_eq!(off, [(path, factor as f32)]);
         let off = Ready { scenario, ..shipped("nominal") };
         assert_ne!(hashes(&off.run(1).evidence.entries).0, as_shipped, "{path}");
     }
 }
 
-/// One reference in so many is run again; `holdsafe evaluate --reproduce` runs them all.
+/// One reference of this number is run again; `holdsafe evaluate --reproduce` runs them all.
 const ONE_IN: usize = 4;
 
 #[test]
@@ -118,9 +118,9 @@ fn runs_reproduce_their_committed_references() {
         let ready = variations(&then.scenario).into_iter().find(|ready| ready.cell == then.cell);
         let ready = ready.unwrap_or_else(|| panic!("{} {:?} is no more: {RENEW}", then.scenario, then.cell));
         let run = ready.run(references.seed);
-        let now = Reference::of(&then.scenario, then.cell.as_deref(), &run.evidence, &run.verdict);
-        let again = then.again(&now, &run.evidence.entries);
-        assert_eq!(again, Again::Same, "{} {:?}: {RENEW}", then.scenario, then.cell);
+        let now = Reference::from_run(&then.scenario, then.cell.as_deref(), &run.evidence, &run.verdict);
+        let repeated = then.compare(&now, &run.evidence.entries);
+        assert_eq!(repeated, Again::Same, "{} {:?}: {RENEW}", then.scenario, then.cell);
         assert_eq!(then.outcome, now.outcome, "{} {:?}: {RENEW}", then.scenario, then.cell);
     }
 }

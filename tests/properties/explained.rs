@@ -1,7 +1,7 @@
 //! Reason for a change of mode, from the services' logs; and the same without any other log.
 
 use evidence::Witnessed;
-use explain::{Explanation, Log, Place, Stage, explain, why_not};
+use explain::{Explanation, FaultSite, LinkStage, Log, explain, why_not};
 use holdsafe_tests::{Ready, root, shipped};
 use instrument::{Any, Note, Sensor};
 use scenario::AttackSpace;
@@ -12,52 +12,52 @@ use wire::id::{NodeId, PeerId, UnitId};
 use wire::mode::Mode;
 
 /// Scenarios, and where the first loss of each begins as far as services can tell.
-const ORIGINS: [(&str, Place); 16] = [
-    ("thermal_loss", Place::Sensor(Sensor::Thermal)),
-    ("rgb_loss", Place::Sensor(Sensor::Rgb)),
-    ("track_starvation", Place::Sensor(Sensor::Depth)),
-    ("localisation_loss", Place::Sensor(Sensor::Localisation)),
-    ("localisation_jump", Place::Sensor(Sensor::Localisation)),
-    ("time_step", Place::Sensor(Sensor::Localisation)),
-    ("loss", Place::Telemetry),
-    ("cut_at_arming", Place::Telemetry),
-    ("command_cut", Place::CommandPlane),
-    ("hold_block", Place::CommandPlane),
-    ("masquerade_gateway", Place::Gateway),
-    ("process_ends", Place::Gateway),
-    ("masquerade_forged", Place::Perception),
-    ("slow_inference", Place::Perception),
-    ("disk_full", Place::Recorder),
-    ("heard_then_forward", Place::Teammate(UnitId::C)),
+const ORIGINS: [(&str, FaultSite); 16] = [
+    ("thermal_loss", FaultSite::Sensor(Sensor::Thermal)),
+    ("rgb_loss", FaultSite::Sensor(Sensor::Rgb)),
+    ("track_starvation", FaultSite::Sensor(Sensor::Depth)),
+    ("localisation_loss", FaultSite::Sensor(Sensor::Localisation)),
+    ("localisation_jump", FaultSite::Sensor(Sensor::Localisation)),
+    ("time_step", FaultSite::Sensor(Sensor::Localisation)),
+    ("loss", FaultSite::Telemetry),
+    ("cut_at_arming", FaultSite::Telemetry),
+    ("command_cut", FaultSite::CommandPlane),
+    ("hold_block", FaultSite::CommandPlane),
+    ("masquerade_gateway", FaultSite::Gateway),
+    ("process_ends", FaultSite::Gateway),
+    ("masquerade_forged", FaultSite::Perception),
+    ("slow_inference", FaultSite::Perception),
+    ("disk_full", FaultSite::Recorder),
+    ("heard_then_forward", FaultSite::Teammate(UnitId::C)),
 ];
 
 /// Attack spaces, moves of theirs with when they begin and how long they last (ms), and where the first loss then begins.
-type Moved = (&'static str, &'static [(&'static str, u32, u32)], Place);
+type Moved = (&'static str, &'static [(&'static str, u32, u32)], FaultSite);
 
 const MOVES: [Moved; 19] = [
-    ("processes", &[("gateway-hangs", 4_600, 1_200)], Place::Gateway),
-    ("processes", &[("adversary-hangs", 4_600, 470)], Place::Telemetry),
-    ("processes", &[("adversary-hangs", 4_600, 1_200)], Place::Telemetry),
-    // Longer than a session waits: the unit is back in another one, in which numbers begin anew.
-    ("processes", &[("adversary-hangs", 4_100, 2_900)], Place::Telemetry),
-    ("path", &[("cut", 4_100, 2_900)], Place::Telemetry),
-    ("processes", &[("gateway-hangs", 4_100, 2_900)], Place::Gateway),
-    ("processes", &[("gateway-hangs", 5_500, 4_000)], Place::Gateway),
+    ("processes", &[("gateway-hangs", 4_600, 1_200)], FaultSite::Gateway),
+    ("processes", &[("adversary-hangs", 4_600, 470)], FaultSite::Telemetry),
+    ("processes", &[("adversary-hangs", 4_600, 1_200)], FaultSite::Telemetry),
+    // Longer than a session waits: the unit is back in another one, in which numbers begin again.
+    ("processes", &[("adversary-hangs", 4_100, 2_900)], FaultSite::Telemetry),
+    ("path", &[("cut", 4_100, 2_900)], FaultSite::Telemetry),
+    ("processes", &[("gateway-hangs", 4_100, 2_900)], FaultSite::Gateway),
+    ("processes", &[("gateway-hangs", 5_500, 4_000)], FaultSite::Gateway),
     // One that comes back, and whose records are refused until the end of the run.
-    ("processes", &[("gateway-hangs", 5_090, 3_770)], Place::Gateway),
-    ("processes", &[("autonomy-hangs", 4_500, 1_000)], Place::Unit),
+    ("processes", &[("gateway-hangs", 5_090, 3_770)], FaultSite::Gateway),
+    ("processes", &[("autonomy-hangs", 4_500, 1_000)], FaultSite::Unit),
     // As long as a unit without navigation may be silent too.
-    ("processes", &[("autonomy-hangs", 5_660, 410)], Place::Unit),
+    ("processes", &[("autonomy-hangs", 5_660, 410)], FaultSite::Unit),
     // Back again when its loss is found.
-    ("sensors", &[("thermal-out", 3_560, 240)], Place::Sensor(Sensor::Thermal)),
-    ("processes", &[("sim-hangs", 4_500, 1_500)], Place::World),
-    ("processes", &[("perception-hangs", 4_500, 1_500)], Place::Perception),
-    ("path", &[("cut", 4_600, 1_200)], Place::Telemetry),
-    ("path", &[("cut-up", 4_600, 1_200)], Place::Uplink),
-    ("path", &[("cut-down", 4_600, 1_200)], Place::Downlink),
-    ("perception", &[("elsewhere", 4_570, 1_730)], Place::Sensor(Sensor::Localisation)),
-    ("perception", &[("echo-navigation", 4_160, 2_090)], Place::Sensor(Sensor::Localisation)),
-    ("perception", &[("synthetic", 4_660, 3_230), ("echo", 5_600, 3_010)], Place::Perception),
+    ("sensors", &[("thermal-out", 3_560, 240)], FaultSite::Sensor(Sensor::Thermal)),
+    ("processes", &[("sim-hangs", 4_500, 1_500)], FaultSite::World),
+    ("processes", &[("perception-hangs", 4_500, 1_500)], FaultSite::Perception),
+    ("path", &[("cut", 4_600, 1_200)], FaultSite::Telemetry),
+    ("path", &[("cut-up", 4_600, 1_200)], FaultSite::Uplink),
+    ("path", &[("cut-down", 4_600, 1_200)], FaultSite::Downlink),
+    ("perception", &[("elsewhere", 4_570, 1_730)], FaultSite::Sensor(Sensor::Localisation)),
+    ("perception", &[("echo-navigation", 4_160, 2_090)], FaultSite::Sensor(Sensor::Localisation)),
+    ("perception", &[("synthetic", 4_660, 3_230), ("echo", 5_600, 3_010)], FaultSite::Perception),
 ];
 
 fn space(name: &str) -> AttackSpace {
@@ -65,13 +65,13 @@ fn space(name: &str) -> AttackSpace {
 }
 
 /// The first loss of `ready` with these moves in it.
-fn first_loss(ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> Explanation {
-    lost(ready, of, moves).1
+fn first_loss(ready: Ready, name: &str, moves: &[(&str, u32, u32)]) -> Explanation {
+    lost(ready, name, moves).1
 }
 
-/// The same with the run that it is of.
-fn lost(mut ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> (Run, Explanation) {
-    let space = space(of);
+/// The explanation with the run that it is of.
+fn lost(mut ready: Ready, text: &str, moves: &[(&str, u32, u32)]) -> (Run, Explanation) {
+    let space = space(text);
     let actions = moves.iter().map(|(name, begins, lasts)| {
         let kind = space.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
         // Every length of these attack spaces goes from 50 ms on in steps of 10; what else varies is at its first value.
@@ -81,8 +81,8 @@ fn lost(mut ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> (Run, Explana
     });
     ready.scenario = AttackSequence::new(actions.collect()).in_scenario(&space, &ready.scenario).expect("it fits");
     let run = ready.run(1);
-    let told = explain(&run.evidence.entries, &run.evidence.bounds);
-    let loss = told.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{moves:?}: no loss"));
+    let explanations = explain(&run.evidence.entries, &run.evidence.bounds);
+    let loss = explanations.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{moves:?}: no loss"));
     (run, loss)
 }
 
@@ -100,9 +100,9 @@ fn what_looks_alike_is_told_apart() {
 #[test]
 fn frozen_camera_is_dated_from_its_last_frame() {
     let run = shipped("thermal_freeze").run(1);
-    let told = explain(&run.evidence.entries, &run.evidence.bounds);
-    let loss = told.iter().find(|e| e.restricts()).expect("a loss");
-    assert_eq!(loss.origin.place, Place::Sensor(Sensor::Thermal), "{loss:#?}");
+    let explanations = explain(&run.evidence.entries, &run.evidence.bounds);
+    let loss = explanations.iter().find(|e| e.restricts()).expect("a loss");
+    assert_eq!(loss.origin.place, FaultSite::Sensor(Sensor::Thermal), "{loss:#?}");
     let zero = run.verdict.zero.expect("a receipt");
     assert!(loss.origin.since_us <= zero && zero < loss.at_us, "injected at {zero}: {loss:#?}");
 }
@@ -110,7 +110,7 @@ fn frozen_camera_is_dated_from_its_last_frame() {
 /// And from one that died later.
 #[test]
 fn holding_link_differs_from_a_stalled_gateway() {
-    let of = |name: &str, moves: &[(&str, u32, &[u32])]| {
+    let explained = |name: &str, moves: &[(&str, u32, &[u32])]| {
         let (mut ready, space) = (shipped("nominal"), space(name));
         let actions = moves.iter().map(|(name, begins, places)| {
             let kind = space.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
@@ -121,35 +121,37 @@ fn holding_link_differs_from_a_stalled_gateway() {
     };
     let place = |ready: &Ready| {
         let run = ready.run(1);
-        let told = explain(&run.evidence.entries, &run.evidence.bounds);
-        let loss = told.into_iter().find(Explanation::restricts).expect("a loss");
+        let explanations = explain(&run.evidence.entries, &run.evidence.bounds);
+        let loss = explanations.into_iter().find(Explanation::restricts).expect("a loss");
         (loss.origin.place, loss.origin.or)
     };
     // For 3.97 s, by 2.08 s.
-    assert_eq!(place(&of("path", &[("hold", 3_750, &[392, 207])])), (Place::Telemetry, vec![]));
-    let mut cut = of("path", &[("cut", 4_090, &[48])]);
+    assert_eq!(place(&explained("path", &[("hold", 3_750, &[392, 207])])), (FaultSite::Telemetry, vec![]));
+    let mut cut = explained("path", &[("cut", 4_090, &[48])]);
     let dies = AttackSequence::new(vec![Action { begins: 563, kind: 3, places: vec![] }]);
     let processes = space("processes");
     assert_eq!(processes.moves[3].name.as_str(), "gateway-ends");
     cut.scenario = dies.in_scenario(&processes, &cut.scenario).expect("it fits");
-    assert_eq!(place(&cut), (Place::Telemetry, vec![]));
+    assert_eq!(place(&cut), (FaultSite::Telemetry, vec![]));
 }
 
-/// It is told from a fault of the order path.
+/// It is distinguished from a fault of the order path.
 #[test]
 fn late_hold_of_a_hung_console_is_recognised() {
-    // In that attack space the operator gives a HOLD at 7 s.
+    // The operator gives a HOLD at 7 s in that attack space.
     let mut ready = shipped("nominal");
     ready.scenario = AttackSequence::default().in_scenario(&space("stations"), &ready.scenario).expect("it fits");
     let loss = first_loss(ready, "processes", &[("console-hangs", 4_830, 3_000)]);
-    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Console, &[][..]), "{loss:#?}");
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (FaultSite::Console, &[][..]), "{loss:#?}");
 }
 
-/// From the link of one.
+/// Explained from the link of one unit.
 #[test]
 fn stalled_gateway_is_told_by_other_units() {
     for lasts in [1_200, 2_400, 4_000] {
-        for (moved, of, place) in [("gateway-hangs", "processes", Place::Gateway), ("cut", "path", Place::Telemetry)] {
+        for (moved, of, place) in
+            [("gateway-hangs", "processes", FaultSite::Gateway), ("cut", "path", FaultSite::Telemetry)]
+        {
             let mut ready = shipped("nominal");
             ready.scenario =
                 AttackSequence::default().in_scenario(&space("teammates"), &ready.scenario).expect("it fits");
@@ -174,16 +176,20 @@ fn ambiguous_link_and_gateway_are_both_named() {
         };
         let entries: Vec<Witnessed> =
             run.evidence.entries.into_iter().filter(|w| !of_a_teammate(&w.entry.event)).collect();
-        let told = explain(&entries, &run.evidence.bounds);
-        let origin = &told.iter().find(|e| e.restricts()).expect("a loss").origin;
-        assert_eq!((origin.place, &origin.or[..]), (Place::Telemetry, &[Place::Gateway][..]), "{moved}: {origin:#?}");
+        let explanations = explain(&entries, &run.evidence.bounds);
+        let origin = &explanations.iter().find(|e| e.restricts()).expect("a loss").origin;
+        assert_eq!(
+            (origin.place, &origin.or[..]),
+            (FaultSite::Telemetry, &[FaultSite::Gateway][..]),
+            "{moved}: {origin:#?}"
+        );
     }
 }
 
 #[test]
 fn swallowed_order_traces_to_the_session_takeover() {
     let loss = first_loss(shipped("nominal"), "stations", &[("take-session", 4_500, 3_900)]);
-    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (FaultSite::CommandPlane, &[][..]), "{loss:#?}");
     assert!(loss.origin.since_us.abs_diff(4_500_000) < DATED_BACK, "{loss:#?}");
     // A theft that was over when somebody else swallowed the order is not what it goes back to.
     let mut ready = shipped("nominal");
@@ -194,7 +200,7 @@ fn swallowed_order_traces_to_the_session_takeover() {
     let theft = AttackSequence::new(vec![Action { begins, kind, places: vec![145] }]);
     ready.scenario = theft.in_scenario(&stations, &ready.scenario).expect("it fits");
     let loss = first_loss(ready, "broker", &[("drop-holds", 6_300, 2_500)]);
-    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (FaultSite::CommandPlane, &[][..]), "{loss:#?}");
     assert!(loss.origin.since_us > 6_300_000, "{loss:#?}");
 }
 
@@ -205,8 +211,8 @@ const DATED_BACK: u64 = 400_000;
 fn first_loss_traces_to_its_attack() {
     for (name, place) in ORIGINS {
         let run = shipped(name).run(1);
-        let told = explain(&run.evidence.entries, &run.evidence.bounds);
-        let loss = told.iter().find(|e| e.restricts()).unwrap_or_else(|| panic!("{name}: no loss"));
+        let explanations = explain(&run.evidence.entries, &run.evidence.bounds);
+        let loss = explanations.iter().find(|e| e.restricts()).unwrap_or_else(|| panic!("{name}: no loss"));
         assert_eq!(loss.origin.place, place, "{name}: {loss:#?}");
         assert!(loss.origin.since_us <= loss.at_us, "{name}: an origin after what it led to");
         let zero = run.verdict.zero.unwrap_or_else(|| panic!("{name}: no receipt"));
@@ -217,11 +223,18 @@ fn first_loss_traces_to_its_attack() {
 #[test]
 fn chain_leads_from_cause_to_display() {
     let run = shipped("thermal_loss").run(1);
-    let told = explain(&run.evidence.entries, &run.evidence.bounds);
-    let loss = told.iter().find(|e| e.restricts()).expect("a loss");
-    let stages: Vec<Stage> = loss.chain.iter().map(|step| step.stage).collect();
+    let explanations = explain(&run.evidence.entries, &run.evidence.bounds);
+    let loss = explanations.iter().find(|e| e.restricts()).expect("a loss");
+    let stages: Vec<LinkStage> = loss.chain.iter().map(|step| step.stage).collect();
     assert!(stages.is_sorted(), "{stages:?}");
-    for stage in [Stage::Cause, Stage::Guard, Stage::Transition, Stage::Authority, Stage::Actuation, Stage::Display] {
+    for stage in [
+        LinkStage::Cause,
+        LinkStage::Guard,
+        LinkStage::Transition,
+        LinkStage::Authority,
+        LinkStage::Actuation,
+        LinkStage::Display,
+    ] {
         assert!(stages.contains(&stage), "{stage:?} is missing in {stages:?}");
     }
 }
@@ -250,7 +263,7 @@ fn explanation_needs_only_the_services_logs() {
 #[test]
 fn obstacles_to_ready_are_named_until_ready() {
     let run = shipped("loss").run(1);
-    let log = Log::of(&run.evidence.entries, run.evidence.bounds);
+    let log = Log::from_entries(&run.evidence.entries, run.evidence.bounds);
     let held = why_not(&log, Mode::Ready, run.evidence.duration);
     assert_eq!(held.mode, Mode::HoldSafe);
     assert!(held.blocks.iter().any(|block| block.contains("no operator asked for resume")), "{held:?}");

@@ -1,5 +1,5 @@
-//! A fork continues exactly as the run it was taken from, and leaves that run alone; a branch continues by random draws of
-//! its own, in the values that the scenario lets vary and in no others.
+//! A fork continues exactly as the run it was taken from, and leaves that run alone; a branch continues by its own random
+//! draws, in the values that the scenario lets vary and in no others.
 
 use evidence::log::{Logged, hashes};
 use evidence::reading::read;
@@ -49,7 +49,7 @@ fn forks_during_an_attack_end_the_same() {
 const BRANCHES_AT: u64 = 6_000_000;
 
 /// Logs of a fork and two kinds of branches behind `BRANCHES_AT`.
-fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
+fn fork_and_branches(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
     let (topology, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
     trunk.run_until(BRANCHES_AT);
     let before = trunk.log().len();
@@ -61,10 +61,10 @@ fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
 #[test]
 fn branch_draws_by_its_seed_without_recording() {
     let ready = shipped("nominal");
-    let (fork, [one, same]) = behind(&ready, [7, 7]);
+    let (fork, [one, same]) = fork_and_branches(&ready, [7, 7]);
     assert_eq!(one, same, "the same seed");
     assert_ne!(one, fork, "chances of its own");
-    assert_ne!(one, behind(&ready, [8, 8]).1[0], "another seed");
+    assert_ne!(one, fork_and_branches(&ready, [8, 8]).1[0], "another seed");
     let (_, problem) = read(&one);
     assert!(problem.is_some(), "a log without its beginning passes for a run's");
 }
@@ -73,7 +73,7 @@ fn branch_draws_by_its_seed_without_recording() {
 fn branch_redraws_only_varied_values() {
     let mut ready = shipped("nominal");
     (ready.scenario.varies.noise, ready.scenario.varies.delays) = (false, false);
-    let (fork, [one, other]) = behind(&ready, [7, 8]);
+    let (fork, [one, other]) = fork_and_branches(&ready, [7, 8]);
     assert!(fork == one && fork == other, "links without loss, no noise, no delays: there is nothing to draw");
 }
 
@@ -88,7 +88,7 @@ fn each_source_of_chance_redraws_by_itself() {
     (noisy.varies.noise, late.varies.delays) = (true, true);
     for (what, scenario) in [("loss", lossy()), ("noise", noisy), ("delays", late)] {
         let ready = Ready { scenario, ..shipped("nominal") };
-        let (fork, [one, other]) = behind(&ready, [7, 8]);
+        let (fork, [one, other]) = fork_and_branches(&ready, [7, 8]);
         assert!(one != fork && one != other, "{what} went on as it was");
     }
 }

@@ -103,9 +103,9 @@ fn targets_have_binaries_and_seeds_have_targets() {
 #[test]
 fn seeds_include_accepted_and_refused_inputs() {
     for target in &TARGETS {
-        let (taken, refused): (Vec<bool>, _) =
+        let (accepted, refused): (Vec<bool>, _) =
             seeds(target.name).iter().map(|(_, b)| (target.holds)(b)).partition(|t| *t);
-        assert!(!taken.is_empty(), "{}: no seed is taken any more", target.name);
+        assert!(!accepted.is_empty(), "{}: no seed is taken any more", target.name);
         assert!(!refused.is_empty() || target.name == "relay", "{}: none is refused", target.name);
     }
 }
@@ -118,10 +118,10 @@ fn the_seeds_are_small() {
 
 /// A seed with one to four places damaged.
 fn damaged(rng: &mut ChaCha8Rng, seeds: &[Seed]) -> (String, Vec<u8>) {
-    let (name, bytes) = &seeds[below(rng, seeds.len())];
+    let (name, bytes) = &seeds[uniform_below(rng, seeds.len())];
     let mut bytes = bytes.clone();
-    for _ in 0..=below(rng, 4) {
-        let other = &seeds[below(rng, seeds.len())].1;
+    for _ in 0..=uniform_below(rng, 4) {
+        let other = &seeds[uniform_below(rng, seeds.len())].1;
         damage(rng, &mut bytes, other);
     }
     bytes.truncate(MAX_INPUT);
@@ -132,31 +132,31 @@ fn damage(rng: &mut ChaCha8Rng, bytes: &mut Vec<u8>, other: &[u8]) {
     /// Lengths and numbers at the ends of their ranges.
     const EDGES: [&[u8]; 8] =
         [&[0], &[0xff], &[0x7f], &[0x80], &[0xff; 2], &[0xff; 4], &[0xff; 8], &[0x7f, 0xff, 0xff, 0xff]];
-    let at = below(rng, bytes.len() + 1);
-    let end = at + below(rng, bytes.len() - at + 1).min(32);
-    let from = below(rng, other.len() + 1);
-    match below(rng, 7) {
-        0 => bytes.truncate(at),
-        1 => drop(bytes.drain(at..end)),
-        2 => drop(bytes.splice(at..at, other[from..].iter().take(64).copied())),
-        3 => drop(bytes.splice(at.., other[from..].iter().copied())),
+    let index = uniform_below(rng, bytes.len() + 1);
+    let end = index + uniform_below(rng, bytes.len() - index + 1).min(32);
+    let from = uniform_below(rng, other.len() + 1);
+    match uniform_below(rng, 7) {
+        0 => bytes.truncate(index),
+        1 => drop(bytes.drain(index..end)),
+        2 => drop(bytes.splice(index..index, other[from..].iter().take(64).copied())),
+        3 => drop(bytes.splice(index.., other[from..].iter().copied())),
         4 => {
-            let edge = EDGES[below(rng, EDGES.len())];
-            bytes.splice(at..(at + edge.len()).min(bytes.len()), edge.iter().copied());
+            let edge = EDGES[uniform_below(rng, EDGES.len())];
+            bytes.splice(index..(index + edge.len()).min(bytes.len()), edge.iter().copied());
         }
         5 => {
-            let again = bytes[at..end].to_vec();
-            bytes.splice(at..at, again);
+            let repeated = bytes[index..end].to_vec();
+            bytes.splice(index..index, repeated);
         }
         _ => {
-            if let Some(byte) = bytes.get_mut(at) {
-                *byte ^= 1 << below(rng, 8);
+            if let Some(byte) = bytes.get_mut(index) {
+                *byte ^= 1 << uniform_below(rng, 8);
             }
         }
     }
 }
 
 /// A number below `n`.
-fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
+fn uniform_below(rng: &mut ChaCha8Rng, n: usize) -> usize {
     (rng.next_u64() % n as u64) as usize
 }

@@ -3,11 +3,11 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about one note")]
 
 use adversary::AdversaryConfig;
-use holdsafe_tests::on;
+use holdsafe_tests::on_platform;
 use instrument::{Any, Note};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use topology::{Role, RunSecret, Topology, lay_out};
+use topology::{MemberRole, RunSecret, Topology, lay_out};
 use wire::platform::{Body, Limits, Sensors, Vehicle};
 use wire::time::Span;
 
@@ -26,12 +26,12 @@ const STATED: [&str; 10] = [
 ];
 
 fn courier() -> Topology {
-    let ready = on("nominal", "courier").remove(0);
+    let ready = on_platform("nominal", "courier").remove(0);
     lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1))
 }
 
-/// What a live process is told of a configuration.
-fn told<T: Serialize + DeserializeOwned>(config: &T) -> T {
+/// A configuration as a live process receives it.
+fn roundtrip<T: Serialize + DeserializeOwned>(config: &T) -> T {
     serde_json::from_str(&serde_json::to_string(config).expect("it can be written")).expect("it can be read")
 }
 
@@ -40,25 +40,25 @@ fn cores_get_the_numbers_of_their_platform() {
     let (mut bodies, mut eyes, mut minds) = (0, 0, 0);
     for member in courier().members {
         match member.role {
-            Role::Sim(config) => {
-                let Body::Wheeled(vehicle) = told(&config).body else { panic!("the courier drives on wheels") };
+            MemberRole::Sim(config) => {
+                let Body::Wheeled(vehicle) = roundtrip(&config).body else { panic!("the courier drives on wheels") };
                 let Vehicle { mass_kg, max_speed_m_s, .. } = vehicle;
                 assert_eq!((mass_kg, max_speed_m_s), (27.0, 1.8));
-                assert_eq!(told(&config).sensors.lidar.up_m, 0.6);
+                assert_eq!(roundtrip(&config).sensors.lidar.up_m, 0.6);
                 bodies += 1;
             }
-            Role::Perception(config) => {
-                let Sensors { camera, lidar } = told(&config).sensors;
+            MemberRole::Perception(config) => {
+                let Sensors { camera, lidar } = roundtrip(&config).sensors;
                 assert_eq!((camera.forward_m, camera.up_m, lidar.up_m), (0.35, 0.5, 0.6));
                 eyes += 1;
             }
-            Role::Autonomy(config) => {
-                let Limits { rear_axle_mm, curvature_per_km, standoff_mm, .. } = told(&config).limits;
+            MemberRole::Autonomy(config) => {
+                let Limits { rear_axle_mm, curvature_per_km, standoff_mm, .. } = roundtrip(&config).limits;
                 assert_eq!((rear_axle_mm, curvature_per_km, standoff_mm), (250, 1000, 1500));
                 assert_eq!(member.setup.bounds.max_speed_mm_s, 1500);
                 minds += 1;
             }
-            Role::Gateway(_) | Role::Console(_) | Role::Recorder | Role::Adversary(_) => {}
+            MemberRole::Gateway(_) | MemberRole::Console(_) | MemberRole::Recorder | MemberRole::Adversary(_) => {}
         }
     }
     assert!(bodies >= 1 && bodies == eyes && bodies == minds, "{bodies} {eyes} {minds}");
@@ -89,7 +89,7 @@ const SHARED: [&str; 16] = [
 #[ignore = "long: every scenario on every platform"]
 fn shared_scenarios_end_in_the_same_classes_in_every_domain() {
     for (name, domain) in SHARED.into_iter().flat_map(|name| [(name, "air"), (name, "space")]) {
-        for ready in on(name, domain) {
+        for ready in on_platform(name, domain) {
             assert_eq!(ready.scenario.platform.as_str(), domain);
             assert!(!ready.scenario.expected.is_empty(), "{name}: nothing is owed");
             ready.expect(1..3);
@@ -100,7 +100,7 @@ fn shared_scenarios_end_in_the_same_classes_in_every_domain() {
 /// Killed in the air, it needs no message: it holds its place, and then it lands.
 #[test]
 fn unit_without_autonomy_loiters_and_lands() {
-    let ready = on("autonomy_ends", "air").remove(0);
+    let ready = on_platform("autonomy_ends", "air").remove(0);
     let run = ready.run(1);
     let margins: Vec<i32> = run
         .evidence
@@ -118,7 +118,7 @@ fn unit_without_autonomy_loiters_and_lands() {
 /// Faster than the courier's limit nothing drives, and it does drive.
 #[test]
 fn courier_keeps_to_its_own_speed() {
-    let run = on("nominal", "courier").remove(0).run(1);
+    let run = on_platform("nominal", "courier").remove(0).run(1);
     let speeds = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Truth { speed_mm_s, .. }) => Some(speed_mm_s.abs()),
         _ => None,
@@ -130,7 +130,7 @@ fn courier_keeps_to_its_own_speed() {
 #[test]
 fn courier_ends_in_the_stated_classes() {
     for name in STATED {
-        for ready in on(name, "courier") {
+        for ready in on_platform(name, "courier") {
             assert!(!ready.scenario.expected.is_empty(), "{name}: nothing is stated");
             ready.expect(1..3);
         }
@@ -140,7 +140,7 @@ fn courier_ends_in_the_stated_classes() {
 /// Rise, set and distance by Skyfield 1.54 of the same elements and stations.
 #[test]
 fn contact_plan_of_ground_stations_agrees_with_an_independent_program() {
-    let ready = on("contact_gap", "space").remove(0);
+    let ready = on_platform("contact_gap", "space").remove(0);
     let topology = lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1));
     let plan: Vec<(u64, u64)> = topology.contacts.iter().map(|contact| (contact.from.0, contact.until.0)).collect();
     assert_eq!(plan.len(), 2, "{plan:?}");
@@ -148,8 +148,8 @@ fn contact_plan_of_ground_stations_agrees_with_an_independent_program() {
     assert!(plan[0].1.abs_diff(27_975_700) < 10_000, "sets at {} µs", plan[0].1);
     assert!(plan[1].0.abs_diff(58_439_868) < 10_000, "rises at {} µs", plan[1].0);
     let relays = topology.members.iter().filter_map(|member| match &member.role {
-        Role::Adversary(AdversaryConfig::DatagramRelay(config)) => Some(config.medium.clone()),
-        Role::Adversary(AdversaryConfig::StreamRelay(config)) => Some(config.medium.clone()),
+        MemberRole::Adversary(AdversaryConfig::DatagramRelay(config)) => Some(config.medium.clone()),
+        MemberRole::Adversary(AdversaryConfig::StreamRelay(config)) => Some(config.medium.clone()),
         _ => None,
     });
     for medium in relays {
@@ -165,15 +165,15 @@ fn contact_plan_of_ground_stations_agrees_with_an_independent_program() {
 #[test]
 fn unit_and_gateway_know_the_contact_plan() {
     let known = |scenario: &str, platform: &str| {
-        let ready = on(scenario, platform).remove(0);
+        let ready = on_platform(scenario, platform).remove(0);
         let topology = lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1));
         let contacts = topology.contacts.clone();
-        let told = topology.members.iter().filter(|member| match &member.role {
-            Role::Autonomy(config) => told(config).contacts == contacts,
-            Role::Gateway(config) => told(config).contacts == [(wire::id::UnitId::A, contacts.clone())],
+        let members = topology.members.iter().filter(|member| match &member.role {
+            MemberRole::Autonomy(config) => roundtrip(config).contacts == contacts,
+            MemberRole::Gateway(config) => roundtrip(config).contacts == [(wire::id::UnitId::A, contacts.clone())],
             _ => false,
         });
-        (contacts.iter().count(), told.count())
+        (contacts.iter().count(), members.count())
     };
     assert_eq!(known("contact_gap", "space"), (2, 2));
     assert_eq!(known("nominal", "space"), (0, 2));
@@ -192,8 +192,8 @@ fn stations_that_never_see_the_satellite_are_refused() {
         scenario::Setup::load(&root, &scenario::load_with(&file, Some(&root)).unwrap(), None, false)
     };
     load(&near).expect("one of the two stations sees it");
-    let told = load(&far).unwrap_err().render(false);
-    assert!(told.contains("no ground station sees the satellite within the trial"), "{told}");
+    let line = load(&far).unwrap_err().render(false);
+    assert!(line.contains("no ground station sees the satellite within the trial"), "{line}");
 }
 
 #[test]
@@ -202,6 +202,6 @@ fn ground_stations_need_an_orbit() {
     let scenario = holdsafe_tests::shipped("contact_gap").scenario;
     let problems =
         scenario::Setup::load_on(&root, &scenario, &root.join("platforms/air.toml"), None, false).unwrap_err();
-    let told = problems.render(false);
-    assert!(told.contains("the platform `air` is in no orbit") && told.contains("conditions.station"), "{told}");
+    let text = problems.render(false);
+    assert!(text.contains("the platform `air` is in no orbit") && text.contains("conditions.station"), "{text}");
 }

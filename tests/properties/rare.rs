@@ -12,7 +12,7 @@ use stats::mean::Mean;
 use twin::Twin;
 use twin::trial::start;
 
-/// The estimates of so many repetitions, and the trials of the first stage that got to its end.
+/// The estimates of a given number of repetitions, and the trials of the first stage that got to its end.
 fn ask(question: &Question, levels: &[f64], trials: u64, repetitions: u64) -> (Vec<f64>, u64) {
     let levels = question.event.ladder(levels).expect("levels that rise");
     let plan = Plan { levels, trials, repetitions, seed: 1 };
@@ -34,9 +34,9 @@ fn false_hold() -> Question {
 fn splitting_agrees_with_monte_carlo_on_holds() {
     let question = false_hold();
     let (_, hits) = ask(&question, &[], 100, 3);
-    let plain = Share::of(hits, 300);
+    let plain = Share::new(hits, 300);
     let (estimates, _) = ask(&question, &[250.0, 350.0, 450.0], 60, 6);
-    let [from, to] = Mean::of(&estimates).interval_95.expect("it happens");
+    let [from, to] = Mean::from_values(&estimates).interval_95.expect("it happens");
     assert!(hits > 10, "too few to compare: {hits}");
     assert!(from < plain.upper_95 && plain.lower_95 < to, "{from} to {to}, plain {plain:?}");
 }
@@ -60,14 +60,14 @@ fn lease_age_is_the_level_until_hold() {
 #[test]
 fn distance_to_the_fence_is_the_true_one() {
     let twin = flown("nominal", 3);
-    let told = read(twin.log()).0.into_iter().rev().find_map(|witnessed| {
+    let margin = read(twin.log()).0.into_iter().rev().find_map(|witnessed| {
         if let Any::Instrument(Note::Truth { fence_mm, .. }) = witnessed.entry.event {
             Some(f64::from(fence_mm))
         } else {
             None
         }
     });
-    let told = told.expect("the sim tells the truth ten times a second");
+    let margin = margin.expect("the sim tells the truth ten times a second");
     // Between two entries it drives a third of a metre at most.
-    assert!((Event::Fence.level(&twin) + told).abs() < 350.0, "{told} and {}", Event::Fence.level(&twin));
+    assert!((Event::Fence.level(&twin) + margin).abs() < 350.0, "{margin} and {}", Event::Fence.level(&twin));
 }

@@ -12,14 +12,20 @@ use twin::trial::{baseline, start, start_following};
 use crate::forks::finish;
 
 /// Number of a run's cores that followed its baseline to the end, and of all.
-fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenario, sequence: &str) -> (usize, usize) {
-    let (topology, twin) = start(of, &ready.setup, seed, false).expect("it starts");
-    let alone = finish(twin, topology.duration);
-    let (topology, mut twin) = start_following(of, &ready.setup, seed, known).expect("it starts");
+fn along_to_the_end(
+    ready: &Ready,
+    seed: u64,
+    known: &Arc<Baseline>,
+    scenario: &Scenario,
+    sequence: &str,
+) -> (usize, usize) {
+    let (topology, twin) = start(scenario, &ready.setup, seed, false).expect("it starts");
+    let single_loggeds = finish(twin, topology.duration);
+    let (topology, mut twin) = start_following(scenario, &ready.setup, seed, known).expect("it starts");
     twin.run_until(topology.duration);
     twin.finish(1_500_000);
     // Every byte, signatures too.
-    assert!(twin.log() == alone, "{sequence}");
+    assert!(twin.log() == single_loggeds, "{sequence}");
     let follows = |part: &Part| matches!(part, Part::Following(along) if along.follows());
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }
@@ -39,16 +45,16 @@ fn run_along_a_trunk_is_unchanged_under_attack() {
     let ready = shipped("nominal");
     for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
         let space = AttackSpace::load(&file.path()).expect("a shipped attack space");
-        let nothing = AttackSequence::default().in_scenario(&space, &ready.scenario).expect("it fits");
-        let known = Arc::new(baseline(&nothing, &ready.setup, 1).expect("it runs"));
+        let empty_scenario = AttackSequence::default().in_scenario(&space, &ready.scenario).expect("it fits");
+        let known = Arc::new(baseline(&empty_scenario, &ready.setup, 1).expect("it runs"));
         let config = SearchConfig::new(ready.scenario.clone(), ready.setup.clone(), 1, space).expect("it runs");
         let nominal = config.try_sequence(&AttackSequence::default()).expect("it runs");
-        let moments = Moments::of(&nominal, &config.space, &ready.setup.bounds);
+        let moments = Moments::from_run(&nominal, &config.space, &ready.setup.bounds);
         let sequences = config.sequences(1, &moments, 10_000).expect("few sequences");
         let (mut followed, mut left) = (0, 0);
         for sequence in sequences.iter().step_by(9) {
-            let of = sequence.in_scenario(&config.space, &ready.scenario).expect("it fits");
-            let (along, all) = along_to_the_end(&ready, 1, &known, &of, &sequence.told(&config.space));
+            let scenario = sequence.in_scenario(&config.space, &ready.scenario).expect("it fits");
+            let (along, all) = along_to_the_end(&ready, 1, &known, &scenario, &sequence.describe(&config.space));
             (followed, left) = (followed + along, left + all - along);
         }
         let name = config.space.name.as_str();

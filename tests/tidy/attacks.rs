@@ -24,7 +24,7 @@ const READ: [(&str, &str, &str); 7] = [
     ("crates/scenario/src/check.rs", "teammate", "the third unit has to be there"),
 ];
 
-/// Attacks by an actor that is cast with a key of its own: the crate of participants reads the identity of that key.
+/// Attacks by an actor that is cast with its own key: the crate of participants reads the identity of that key.
 const CAST: [(&str, &str); 2] =
     [("crates/topology/src/station.rs", "rogue"), ("crates/topology/src/station.rs", "takeover")];
 
@@ -59,7 +59,7 @@ fn no_other_file_names_an_attack() {
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         for (key, _) in rows() {
             let read = [format!("s.{key}."), format!("scenario.{key}.")].iter().any(|field| code.contains(field));
-            let known = READ.iter().any(|(of, field, _)| (*of, *field) == (file.as_str(), key.as_str()))
+            let known = READ.iter().any(|(name, field, _)| (*name, *field) == (file.as_str(), key.as_str()))
                 || CAST.contains(&(file.as_str(), key.as_str()));
             if read && !known {
                 named.push(format!("{file} reads `{key}`"));
@@ -113,12 +113,12 @@ fn a_new_attack_touches_two_files() {
     fs::write(folder.join("blackout.rs"), BLACKOUT).expect("the attack");
     let registration = fs::read_to_string(folder.join("mod.rs")).expect("the registration");
     let (module, row) = ("pub(super) mod broker_delay;\n", "            delay: Delay,");
-    let with = registration.replacen(module, &format!("pub(super) mod blackout;\n{module}"), 1).replacen(
+    let replaced = registration.replacen(module, &format!("pub(super) mod blackout;\n{module}"), 1).replacen(
         row,
         &format!("            blackout: Blackout, 16, \"Every telemetry datagram lost.\";\n{row}"),
         1,
     );
-    fs::write(folder.join("mod.rs"), with).expect("the registration");
+    fs::write(folder.join("mod.rs"), replaced).expect("the registration");
     let scenario = scenario::find(tree.path(), "loss").expect("a shipped scenario");
     let text = fs::read_to_string(&scenario).expect("a scenario");
     fs::write(scenario, text.replace("[[loss]]", "[[blackout]]").replace("share = 1.0\n", "")).expect("a scenario");

@@ -65,9 +65,9 @@ fn every_test_that_a_row_names_exists() {
             // A long test runs before a release.
             let source = read(file);
             let lines: Vec<&str> = source.lines().filter(|line| !line.starts_with("#[ignore = \"long: ")).collect();
-            let there =
+            let exists =
                 lines.windows(2).any(|pair| pair[0] == "#[test]" && pair[1].starts_with(&format!("fn {name}()")));
-            assert!(there, "{} names {test}: there is no such test", row.id.as_str());
+            assert!(exists, "{} names {test}: there is no such test", row.id.as_str());
         }
     }
 }

@@ -16,7 +16,7 @@ fn no_crate_has_a_circle_of_modules() {
         let src = format!("{folder}/src/");
         let files: Vec<_> =
             sources(&src).into_iter().map(|(file, text)| (file[src.len()..].to_owned(), text)).collect();
-        let left = circle(Graph::of(&files).edges);
+        let left = circle(Graph::from_files(&files).edges);
         circles.extend(left.into_iter().map(|((from, to), file)| format!("{folder}: {from} → {to} ({file})")));
     }
     assert!(circles.is_empty(), "modules that depend on each other:\n{}", circles.join("\n"));
@@ -47,7 +47,7 @@ struct Graph {
 
 impl Graph {
     /// The graph of a crate of these files, by their paths below `src/`.
-    fn of(files: &[(String, String)]) -> Self {
+    fn from_files(files: &[(String, String)]) -> Self {
         let lib = files.iter().find(|(file, _)| file == "lib.rs").map(|(_, text)| shipped(text)).expect("a lib.rs");
         let modules = declared(&lib);
         let mut this = Self { exported: exports(&lib, &modules), modules, edges: Edges::new() };
@@ -72,13 +72,13 @@ impl Graph {
 /// Code without comments and without items that only tests have. As rustfmt sets it, such an item ends with its line or at the
 /// margin.
 fn shipped(text: &str) -> String {
-    let mut kept = String::new();
+    let mut retained = String::new();
     let code = code(text);
     let mut lines = code.lines();
     while let Some(line) = lines.next() {
         if line != "#[cfg(test)]" {
-            kept.push_str(line);
-            kept.push('\n');
+            retained.push_str(line);
+            retained.push('\n');
             continue;
         }
         let item = lines.next().unwrap_or_default();
@@ -86,7 +86,7 @@ fn shipped(text: &str) -> String {
             lines.by_ref().find(|line| *line == "}");
         }
     }
-    kept
+    retained
 }
 
 /// The modules that a root declares.
@@ -108,9 +108,12 @@ fn exports(lib: &str, modules: &BTreeSet<String>) -> BTreeMap<String, String> {
 }
 
 /// Text behind each `path` that begins there.
-fn after<'a>(code: &'a str, path: &str) -> Vec<&'a str> {
+fn text_after<'a>(code: &'a str, path: &str) -> Vec<&'a str> {
     let begins = |at: usize| !code[..at].ends_with(|c: char| is_word(c) || c == '$');
-    code.match_indices(path).filter(|(at, _)| begins(*at)).map(|(at, found)| &code[at + found.len()..]).collect()
+    code.match_indices(path)
+        .filter(|(index, _)| begins(*index))
+        .map(|(index, found)| &code[index + found.len()..])
+        .collect()
 }
 
 fn is_word(c: char) -> bool {
@@ -120,7 +123,7 @@ fn is_word(c: char) -> bool {
 /// The names at the top of the crate that the code of a file so deep below it uses.
 fn named(code: &str, depth: usize) -> BTreeSet<String> {
     let supers = "super::".repeat(depth);
-    after(code, "crate::").into_iter().chain(after(code, &supers)).flat_map(heads).collect()
+    text_after(code, "crate::").into_iter().chain(text_after(code, &supers)).flat_map(heads).collect()
 }
 
 /// The first names of a path, or of each in a group of paths.
@@ -153,7 +156,7 @@ fn circles_are_found_through_groups_and_supers() {
         let lib = "pub mod a;\npub mod b;\nmod c;\nmod d;\npub use b::{Inner, Shown};\n#[cfg(test)]\nmod tests;\n";
         let a = "use crate::{b::{self, Inner}, c};\n// crate::nothing\n";
         let files = [("lib.rs", lib), ("a.rs", a), ("b/deep.rs", b), ("c.rs", ""), ("d.rs", d)];
-        let left = circle(Graph::of(&files.map(|(name, text)| file(name, text))).edges);
+        let left = circle(Graph::from_files(&files.map(|(name, text)| file(name, text))).edges);
         left.into_keys().map(|(from, to)| format!("{from} {to}")).collect::<Vec<_>>()
     };
     assert_eq!(circle_with("use super::super::a::Outer;\n", ""), ["a b", "b a"]);

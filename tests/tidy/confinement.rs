@@ -1,6 +1,6 @@
 //! The page on confinement shows the table of rights that services are held to.
 
-use sandbox::table::{Log, Network, Read, Row, Write, rows};
+use sandbox::table::{Log, Network, Read, ServiceRights, Write, rows};
 
 use super::root;
 
@@ -29,12 +29,12 @@ fn table() -> String {
     rows().iter().fold(head.to_owned(), |table, (service, row)| table + &line(service, row))
 }
 
-fn line(service: &str, row: &Row) -> String {
-    let Row { read, write, bus, log, network, memory_mib, descriptors, file_mib } = row;
+fn line(service: &str, row: &ServiceRights) -> String {
+    let ServiceRights { read, write, bus, log, network, memory_mib, descriptors, file_mib } = row;
     let words = |words: Vec<&'static str>| if words.is_empty() { "-".to_owned() } else { words.join(", ") };
-    let reads = words(read.iter().map(|of| reads(*of)).collect());
-    let writes = words(write.iter().map(|of| writes(*of)).collect());
-    let network = words(network.iter().map(|of| uses(*of)).collect());
+    let reads = words(read.iter().map(|right| reads(*right)).collect());
+    let writes = words(write.iter().map(|right| writes(*right)).collect());
+    let network = words(network.iter().map(|right| uses(*right)).collect());
     let log = match log {
         Some(Log::Sends) => "sends",
         Some(Log::Receives) => "receives",
@@ -46,8 +46,8 @@ fn line(service: &str, row: &Row) -> String {
     )
 }
 
-fn reads(of: Read) -> &'static str {
-    match of {
+fn reads(read: Read) -> &'static str {
+    match read {
         Read::Model => "model",
         Read::Libraries => "libraries",
         Read::Processor => "processor",
@@ -55,16 +55,16 @@ fn reads(of: Read) -> &'static str {
     }
 }
 
-fn writes(of: Write) -> &'static str {
-    match of {
+fn writes(write: Write) -> &'static str {
+    match write {
         Write::Journal => "journal",
         Write::Witness => "witness",
         Write::Recording => "recording",
     }
 }
 
-fn uses(of: Network) -> &'static str {
-    match of {
+fn uses(network: Network) -> &'static str {
+    match network {
         Network::Udp => "udp",
         Network::TcpListens => "tcp-listens",
         Network::TcpConnects => "tcp-connects",

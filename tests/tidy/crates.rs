@@ -14,7 +14,7 @@ const SERVICE: &[&str] = &["wire", "link"];
 /// Crates that parts of the instrument may know which run like services, and the broker, whose ingress is observed.
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
-/// Every crate with those of ours that it may depend on, from the bottom up.
+/// Every crate with our crates that it may depend on, from the bottom up.
 const MAY_KNOW: [(&str, &[&str]); 32] = [
     ("wire", &[]),
     // A process's own confinement.
@@ -237,7 +237,7 @@ fn dependencies_point_one_way() {
             assert!(may.contains(&dependency.as_str()), "{name} may not depend on {dependency}");
         }
     }
-    let place = |name: &str| MAY_KNOW.iter().position(|(of, _)| *of == name);
+    let place = |name: &str| MAY_KNOW.iter().position(|(text, _)| *text == name);
     for (name, may) in MAY_KNOW {
         let later = may.iter().find(|other| place(other) >= place(name));
         assert_eq!(later, None, "{name} stands before what it may depend on");
@@ -260,9 +260,9 @@ fn only_link_knows_the_transport_crates() {
 
 #[test]
 fn no_crate_is_a_room_for_everything() {
-    let of = |text: &str| text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with("//")).count();
+    let lines_of = |text: &str| text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with("//")).count();
     for folder in folders() {
-        let lines: usize = sources(&format!("{folder}/src")).iter().map(|(_, text)| of(text)).sum();
+        let lines: usize = sources(&format!("{folder}/src")).iter().map(|(_, text)| lines_of(text)).sum();
         let name = folder.rsplit('/').next().unwrap_or_default();
         let most = LARGE.iter().find(|(large, ..)| *large == name).map_or(MOST_LINES, |(_, most, _)| *most);
         assert!(lines <= most, "{folder} has {lines} lines of code, more than {most}: split it");

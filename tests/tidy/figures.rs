@@ -70,7 +70,7 @@ fn has_a_figure(text: &str) -> bool {
     share || words.windows(3).any(|w| digits(w[0]) && w[1] == "of" && digits(w[2]))
 }
 
-/// The sections of a page, each under its own heading; the text under a deeper heading is a section of its own.
+/// The sections of a page, each under its own heading; the text under a deeper heading is its own section.
 fn sections(text: &str) -> Vec<(String, String)> {
     let mut found = vec![(String::new(), String::new())];
     let mut in_block = false;
@@ -131,7 +131,7 @@ fn each_row_of_published_figures_names_its_command() {
 /// A scenario that is named in a command and is not there was taken away, and its figure was not.
 #[test]
 fn scenarios_that_pages_name_are_there() {
-    let here = |name: &str| scenario::find(&root(), name).is_some();
+    let is_scenario = |name: &str| scenario::find(&root(), name).is_some();
     for page in PAGES {
         let text = fs::read_to_string(root().join(page)).expect("a page");
         for phrase in quoted(&text).chain(blocks(&text)) {
@@ -141,12 +141,15 @@ fn scenarios_that_pages_name_are_there() {
             }
             let words: Vec<&str> = phrase.split_whitespace().take_while(|w| *w != "#").collect();
             // The verb comes first, or right behind the program's name or cargo's `--`.
-            let ours = |at: &usize| *at == 0 || ["holdsafe", "--"].contains(&words[at - 1]);
-            let runs = words.iter().position(|w| ["run", "curve", "live"].contains(w)).filter(ours);
-            let Some(name) = runs.and_then(|at| words.get(at + 1)) else { continue };
+            let is_start = |at: &usize| *at == 0 || ["holdsafe", "--"].contains(&words[at - 1]);
+            let runs = words.iter().position(|w| ["run", "curve", "live"].contains(w)).filter(is_start);
+            let Some(name) = runs.and_then(|index| words.get(index + 1)) else { continue };
             let is_name = name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c.is_ascii_digit());
             let of_the_user = name.starts_with("my_");
-            assert!(!is_name || of_the_user || here(name), "{page}: `{phrase}` names a scenario that is not there");
+            assert!(
+                !is_name || of_the_user || is_scenario(name),
+                "{page}: `{phrase}` names a scenario that is not there"
+            );
         }
     }
 }

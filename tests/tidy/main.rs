@@ -93,9 +93,9 @@ fn no_core_knows_clock_socket_tokio_or_link() {
 #[test]
 fn one_module_writes_lines_for_a_person() {
     for (file, text) in crate_sources() {
-        let own = file.contains("/src/") && !file.starts_with("measurements/trainer/");
+        let is_product = file.contains("/src/") && !file.starts_with("measurements/trainer/");
         let printed = ["println!(", "print!("].iter().any(|word| code(&text).contains(word));
-        assert!(!own || !printed, "{file} prints by itself: use link::terminal, or link::note!");
+        assert!(!is_product || !printed, "{file} prints by itself: use link::terminal, or link::note!");
     }
 }
 
@@ -168,8 +168,12 @@ fn peer_and_origin_meet_in_attribution_alone() {
     for folder in ["wire", "autonomy", "gateway", "console"] {
         for (file, text) in sources(&format!("crates/{folder}/src")) {
             let found = ways.iter().find(|way| code(&text).contains(**way));
-            let here = file == "crates/wire/src/trust/attribution.rs";
-            assert!(here || found.is_none(), "{file} makes a peer or a node of a name: {}", found.unwrap_or(&""));
+            let is_attribution = file == "crates/wire/src/trust/attribution.rs";
+            assert!(
+                is_attribution || found.is_none(),
+                "{file} makes a peer or a node of a name: {}",
+                found.unwrap_or(&"")
+            );
         }
     }
 }

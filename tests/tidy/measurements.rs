@@ -44,9 +44,9 @@ fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
 fn measurements_know_the_listed_crates() {
     let members = &read("measurements/Cargo.toml")["workspace"]["members"];
     assert_eq!(*members, toml::Value::from(MEASUREMENTS.to_vec()));
-    let ours: Vec<String> = crates().into_iter().chain(MEASUREMENTS.map(str::to_owned)).collect();
+    let our_texts: Vec<String> = crates().into_iter().chain(MEASUREMENTS.map(str::to_owned)).collect();
     for (name, may) in MAY_KNOW {
-        for dependency in dependencies(&format!("measurements/{name}")).iter().filter(|d| ours.contains(d)) {
+        for dependency in dependencies(&format!("measurements/{name}")).iter().filter(|d| our_texts.contains(d)) {
             assert!(may.contains(&dependency.as_str()), "{name} may not depend on {dependency}");
         }
     }
@@ -59,8 +59,8 @@ fn locks_agree_on_versions() {
     for file in ["measurements/Cargo.lock", "fuzz/Cargo.lock"] {
         let other = locked(file);
         // The window of macOS, which nobody builds here.
-        let ours = product.iter().filter(|(name, _)| !name.starts_with("objc2"));
-        let shared = ours.filter_map(|(name, versions)| Some((name, versions, other.get(name)?)));
+        let own_packages = product.iter().filter(|(name, _)| !name.starts_with("objc2"));
+        let shared = own_packages.filter_map(|(name, versions)| Some((name, versions, other.get(name)?)));
         for (name, versions, others) in shared {
             assert!(!versions.is_disjoint(others), "{file}: {name} in {others:?}, the product's is {versions:?}");
         }
@@ -84,14 +84,14 @@ fn workspaces_share_toolchain_and_lints() {
     assert_eq!(fuzz["package"]["rust-version"], product["workspace"]["package"]["rust-version"]);
 }
 
-/// A level that is not the highest would hold in the released program too, which inherits it unless it has one of its own.
+/// A level that is not the highest would hold in the released program too, which inherits it unless it has its own.
 #[test]
 fn released_program_is_optimised_throughout() {
     let profile = &read("Cargo.toml")["profile"];
     assert_eq!(profile["released"]["opt-level"].as_integer(), Some(3));
-    let own = profile["released"].get("package");
+    let own_value = profile["released"].get("package");
     for (name, inherited) in profile["release"]["package"].as_table().expect("packages") {
-        let settings = own.and_then(|packages| packages.get(name)).unwrap_or(inherited);
+        let settings = own_value.and_then(|packages| packages.get(name)).unwrap_or(inherited);
         assert_eq!(settings["opt-level"].as_integer(), Some(3), "{name}");
     }
 }

@@ -45,7 +45,7 @@ fn every_printed_kind_has_a_golden_file() {
 /// The whole page is held by a test of `lab`, which daily tests leave out.
 #[test]
 fn results_page_ends_with_the_rows_by_hand() {
-    let read = |file: &str| fs::read_to_string(root().join(file)).unwrap_or_else(|why| panic!("{file}: {why}"));
+    let read = |file: &str| fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
     let by_hand = read("docs/results/by-hand.txt");
     assert!(read("docs/results.md").ends_with(&by_hand), "docs/results.md does not end with docs/results/by-hand.txt");
 }

@@ -53,7 +53,7 @@ fn no_file_in_git_has_a_private_key() {
     }
 }
 
-/// Those that count at the allocator.
+/// Files that count at the allocator.
 #[test]
 fn only_benchmarks_have_unsafe_code() {
     for folder in folders() {

@@ -14,7 +14,7 @@ use wire::time::Span;
 
 use crate::bench::Bench;
 use crate::scenes;
-use crate::window::{Seated, click, says, seat, standing};
+use crate::window::{Seated, click, seat, shows_text, standing};
 use crate::yard::Yard;
 
 /// The window over a recording of this.
@@ -31,7 +31,7 @@ fn map(seated: &Seated) -> (Rect, f32) {
     let node = seated.query_all_by_role(Kind::Canvas).next().expect("a map");
     let label = node.accesskit_node().label().expect("what it says");
     let across: f32 =
-        label.split("; ").nth(1).and_then(|says| says.split(' ').next()?.parse().ok()).expect("its width");
+        label.split("; ").nth(1).and_then(|text| text.split(' ').next()?.parse().ok()).expect("its width");
     (node.rect(), node.rect().width() / across)
 }
 
@@ -66,15 +66,15 @@ fn words(seated: &Seated) -> Vec<(String, Rect)> {
 
 #[test]
 fn revoking_stands_behind_a_menu_far_from_resuming() {
-    let mut yard = Yard::around(Bench::seating(Role::Supervise), &[UnitId::A, UnitId::B]);
+    let mut yard = Yard::from_bench(Bench::seating(Role::Supervise), &[UnitId::A, UnitId::B]);
     yard.run(Span::s(1));
     let mut seated = seat(yard);
-    assert!(!says(&seated, "strike operator-2 from the roll"), "nobody has asked for it");
+    assert!(!shows_text(&seated, "strike operator-2 from the roll"), "nobody has asked for it");
     click(&mut seated, Kind::Button, "Revoke an identity ...");
     let strike = seated.get_by_role_and_label(Kind::RadioButton, "strike operator-2 from the roll").rect();
     let resume = seated.get_by_role_and_label(Kind::RadioButton, "resume unit-a").rect();
     assert!(strike.top() > resume.bottom() + 60.0, "{strike} is beside {resume}");
-    assert!(seated.state().yard.shown().revocable.iter().all(|(_, asked)| !asked));
+    assert!(seated.state().yard.shown().revocable.iter().all(|(_, requested)| !requested));
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn disabled_controls_of_a_recording_give_the_reason() {
         let mut seated = replayed(standing());
         seated.get_by_role_and_label(kind, label).hover();
         seated.run_steps(10);
-        assert!(says(&seated, "disabled: REPLAY: a recording takes no commands"), "{label}");
+        assert!(shows_text(&seated, "disabled: REPLAY: a recording takes no commands"), "{label}");
     }
 }
 
@@ -102,16 +102,16 @@ fn disabled_controls_of_a_recording_give_the_reason() {
 fn recording_shows_times_of_the_run() {
     let mut seated = replayed(scenes::hold_safe());
     // Shown 8.1 s after the recording began, which was 2 s before the run.
-    assert!(says(&seated, "run time 6.10 s of 7.00 s"));
-    let when = |seated: &Seated| -> Vec<String> {
+    assert!(shows_text(&seated, "run time 6.10 s of 7.00 s"));
+    let times_shown = |seated: &Seated| -> Vec<String> {
         let labels = seated.root().children_recursive().filter_map(|node| node.accesskit_node().value());
         labels.filter(|label| label.contains(" ago") && !label.contains("report")).collect()
     };
     for past in [false, true] {
-        assert_eq!(when(&seated), Vec::<String>::new(), "history {past}");
+        assert_eq!(times_shown(&seated), Vec::<String>::new(), "history {past}");
         click(&mut seated, Kind::CheckBox, "history");
     }
-    assert!(says(&seated, "at 4.8"), "when it went to HOLD_SAFE");
+    assert!(shows_text(&seated, "at 4.8"), "when it went to HOLD_SAFE");
 }
 
 #[test]
@@ -122,11 +122,11 @@ fn strip_explains_link_and_clock_plainly() {
     let mut seated = seat(yard);
     let chips: Vec<String> = seated.query_all_by_label_contains("LINK").filter_map(|node| node.value()).collect();
     assert!(chips.len() >= 3 && chips.iter().all(|chip| !chip.contains("ppm") && !chip.contains("never")), "{chips:?}");
-    assert!(says(&seated, "LINK unit-b up, report 0.10 s ago, clock in step"), "{chips:?}");
-    assert!(says(&seated, "LINK unit-c up, no report yet"), "{chips:?}");
+    assert!(shows_text(&seated, "LINK unit-b up, report 0.10 s ago, clock in step"), "{chips:?}");
+    assert!(shows_text(&seated, "LINK unit-c up, no report yet"), "{chips:?}");
     seated.get_by_label_contains("LINK unit-b").hover();
     seated.run_steps(10);
-    assert!(says(&seated, "ages allow for 200 ppm"), "the figure is in the tooltip");
+    assert!(shows_text(&seated, "ages allow for 200 ppm"), "the figure is in the tooltip");
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn map_layout_fills_the_window() {
     assert!(rect.height() > 500.0, "{rect}");
     seated.state_mut().window.layouts_mut().now().open(Pane::Tracks);
     seated.run_steps(2);
-    assert!(says(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
+    assert!(shows_text(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
 }
 
 /// They end at ten metres.
@@ -178,7 +178,7 @@ fn circles_of_lost_things_are_pale_and_bounded() {
         let nearest = centres.iter().map(|centre| centre.distance(*at)).fold(f32::INFINITY, f32::min);
         assert!(nearest <= 10.0 * metre + 4.0, "{} m", nearest / metre);
     }
-    let legend = words(&seated).into_iter().any(|(says, _)| says.contains("of what is LOST pale, to 10 m at most"));
+    let legend = words(&seated).into_iter().any(|(text, _)| text.contains("of what is LOST pale, to 10 m at most"));
     assert!(legend, "{:?}", words(&seated));
 }
 
@@ -190,13 +190,13 @@ fn map_labels_do_not_overlap() {
             seated.state_mut().window.layouts_mut().start_from(preset);
             seated.run_steps(3);
             let all = words(&seated);
-            let named = |says: &str| says.chars().any(char::is_alphabetic);
-            for (at, (label, place)) in all.iter().enumerate().filter(|(_, (says, _))| named(says)) {
-                let over = all
+            let named = |text: &str| text.chars().any(char::is_alphabetic);
+            for (at, (label, place)) in all.iter().enumerate().filter(|(_, (text, _))| named(text)) {
+                let overlapping = all
                     .iter()
                     .enumerate()
                     .find(|(other, (_, rect))| *other != at && rect.shrink(0.5).intersects(*place));
-                assert!(over.is_none(), "{name}, {preset:?}: {label} lies over {over:?}");
+                assert!(overlapping.is_none(), "{name}, {preset:?}: {label} lies over {overlapping:?}");
             }
         }
     }
@@ -224,15 +224,15 @@ fn uncertain_track_is_smaller_and_paler() {
     let (least, most) = (discs.iter().min_by(by_size).expect("a disc"), discs.iter().max_by(by_size).expect("a disc"));
     assert!(least.0 < 0.7 * most.0 && f32::from(least.1.a()) < 0.5 * f32::from(most.1.a()), "{least:?}, {most:?}");
     let words = words(&seated);
-    let says = |text: &str| words.iter().any(|(says, _)| says.contains(text));
-    assert!(says("3 decoy 0.01") && says("the surer the larger and stronger"), "{words:?}");
+    let shows = |text: &str| words.iter().any(|(line, _)| line.contains(text));
+    assert!(shows("3 decoy 0.01") && shows("the surer the larger and stronger"), "{words:?}");
 }
 
-/// In its progress and in the history.
+/// Named in its progress and in the history.
 #[test]
 fn order_names_its_source_everywhere() {
     let mut seated = seat(standing());
-    assert!(says(&seated, "given by a person"));
+    assert!(shows_text(&seated, "given by a person"));
     click(&mut seated, Kind::CheckBox, "history");
-    assert!(says(&seated, "hold to unit-a, given by a person"));
+    assert!(shows_text(&seated, "hold to unit-a, given by a person"));
 }

@@ -24,54 +24,57 @@ fn failed(orbits: bool) -> Yard {
     for unit in [UnitId::A, UnitId::B] {
         let actor = yard.actor(unit);
         actor.motion = orbits.then_some(orbit);
-        actor.tracks.iter_mut().for_each(|track| track.contradicted = Modalities::default().with(Modality::Lidar));
+        actor
+            .tracks
+            .iter_mut()
+            .for_each(|track| track.contradicted = Modalities::default().with_modality(Modality::Lidar));
     }
     for modality in Modality::ALL {
         let a = yard.actor(UnitId::A);
-        (a.mode, a.cause) = (Mode::Degraded, Cause::Lost(Guard::of(modality)));
-        a.failing = Guards::default().with(Guard::of(modality)).with(Guard::Localisation);
+        (a.mode, a.cause) = (Mode::Degraded, Cause::Lost(Guard::from_modality(modality)));
+        a.failing = Guards::default().with_guard(Guard::from_modality(modality)).with_guard(Guard::Localisation);
         yard.run(Span::ms(600));
         let a = yard.actor(UnitId::A);
         (a.mode, a.cause, a.failing) = (Mode::Idle, Cause::Operator, Guards::default());
         yard.run(Span::ms(600));
         let a = yard.actor(UnitId::A);
-        (a.mode, a.cause) = (Mode::HoldSafe, Cause::Unrecovered(Guard::of(modality)));
-        a.failing = Guards::default().with(Guard::of(modality)).with(Guard::Localisation);
+        (a.mode, a.cause) = (Mode::HoldSafe, Cause::Unrecovered(Guard::from_modality(modality)));
+        a.failing = Guards::default().with_guard(Guard::from_modality(modality)).with_guard(Guard::Localisation);
         yard.run(Span::ms(600));
     }
     yard
 }
 
-/// Every word of the terminal's display and of the window in each of its layouts.
+/// Every text of the terminal's display and of the window in each of its layouts.
 fn words(orbits: bool) -> String {
     let mut words = console::text::lines(&failed(orbits).shown());
     for preset in Preset::ALL {
         let mut seated = seat(failed(orbits));
         seated.state_mut().window.layouts_mut().start_from(preset);
         seated.run_steps(3);
-        tell(&seated.root(), &mut words);
+        collect_names(&seated.root(), &mut words);
     }
     words.to_lowercase()
 }
 
-fn tell(node: &Node<'_>, into: &mut String) {
+fn collect_names(node: &Node<'_>, into: &mut String) {
     let this = node.accesskit_node();
     for words in [this.label(), this.value()].into_iter().flatten() {
         into.push_str(&words);
         into.push('\n');
     }
-    node.children().for_each(|child| tell(&child, into));
+    node.children().for_each(|child| collect_names(&child, into));
 }
 
 #[test]
 fn satellite_has_no_sensor_of_a_vehicle() {
-    let told = words(true);
+    let text = words(true);
     for word in OF_VEHICLES {
-        let line = told.lines().find(|line| line.contains(word));
+        let line = text.lines().find(|line| line.contains(word));
         assert_eq!(line, None, "{word}");
     }
     for name in ["lost:magnetometer", "star tracker", "sun sensor", "horizon sensor", "computed place disagree"] {
-        assert!(told.contains(name), "{name}: {told}");
+        assert!(text.contains(name), "{name}: {text}");
     }
     let of_ground = words(false);
     for word in ["lidar", "odometr", "rgb", "depth", "thermal"] {

@@ -18,7 +18,7 @@ use wire::time::{Instant, Span};
 
 use crate::yard::Yard;
 
-/// A situation, made anew.
+/// A situation, made again.
 pub(crate) type Scene = (&'static str, fn() -> Yard);
 
 /// Every one.
@@ -64,7 +64,7 @@ pub(crate) fn degraded() -> Yard {
     let mut yard = nominal();
     let a = yard.actor(UnitId::A);
     (a.mode, a.cause, a.speed_mm_s) = (Mode::Degraded, Cause::Lost(Guard::Thermal), 900);
-    a.failing = Guards::default().with(Guard::Thermal);
+    a.failing = Guards::default().with_guard(Guard::Thermal);
     yard.run(Span::ms(2_200));
     yard
 }
@@ -72,7 +72,7 @@ pub(crate) fn degraded() -> Yard {
 /// A teammate's claims contradict each other: its records are refused, trust is lost.
 pub(crate) fn hold_safe() -> Yard {
     let mut yard = authority();
-    // Each is told with how many there were of its reason.
+    // Each is reported with how many there were of its reason.
     let counted = |n: usize| if n.is_multiple_of(3) { n as u64 / 3 + 1 } else { (n - n / 3) as u64 };
     for n in 0..23 {
         let reason = [Reason::Origin, Reason::Replayed, Reason::Replayed][n % 3];
@@ -82,7 +82,7 @@ pub(crate) fn hold_safe() -> Yard {
     b.heard = false;
     let a = yard.actor(UnitId::A);
     (a.mode, a.cause, a.speed_mm_s, a.authority) = (Mode::HoldSafe, Cause::Lost(Guard::Teammates), 0, None);
-    a.failing = Guards::default().with(Guard::Teammates);
+    a.failing = Guards::default().with_guard(Guard::Teammates);
     a.tracks.truncate(3);
     yard.run(Span::ms(1_300));
     yard
@@ -169,7 +169,7 @@ pub(crate) fn silent() -> Yard {
 pub(crate) fn ablation() -> Yard {
     let display = [(DisplayRule::AgeOut, Requirement::Waived)].into();
     let policy = Policy { name: "display-age-waived".into(), display, ..Policy::default() };
-    let mut yard = Yard::with(&[UnitId::A, UnitId::B], policy, Role::Supervise);
+    let mut yard = Yard::with_role(&[UnitId::A, UnitId::B], policy, Role::Supervise);
     yard.run(Span::s(3));
     yard.wait(Span::s(3));
     yard
@@ -177,7 +177,7 @@ pub(crate) fn ablation() -> Yard {
 
 /// A console that may only look.
 pub(crate) fn view_only() -> Yard {
-    let mut yard = Yard::with(&[UnitId::A, UnitId::B], Policy::default(), Role::View);
+    let mut yard = Yard::with_role(&[UnitId::A, UnitId::B], Policy::default(), Role::View);
     yard.run(Span::s(3));
     yard
 }
@@ -185,7 +185,7 @@ pub(crate) fn view_only() -> Yard {
 /// Four units and two hundred tracks, most of them lost.
 pub(crate) fn crowd() -> Yard {
     let units = ["unit-a", "unit-b", "unit-c", "unit-d"].map(|name| UnitId::from_name(name).expect("a unit"));
-    let mut yard = Yard::with(&units, Policy::default(), Role::Supervise);
+    let mut yard = Yard::with_role(&units, Policy::default(), Role::Supervise);
     for round in 0..7 {
         for (at, actor) in yard.actors.iter_mut().enumerate() {
             let like = actor.tracks[0];
@@ -219,11 +219,11 @@ fn scattered(like: ReportedTrack, unit: u32, n: u32) -> ReportedTrack {
     }
 }
 
-/// The same picture as of a recording.
+/// The picture as of a recording.
 pub(crate) fn replayed(mut shown: Shown) -> (Shown, Tape) {
     shown.marks.replay = true;
     shown.marks.began = Some(Instant((shown.at.0 + 2_000_000).saturating_sub(8_100_000)));
-    let moment = |ms, what: &str, truth| Moment { at: Span::ms(ms), what: what.to_owned(), truth };
+    let moment = |ms, name: &str, truth| Moment { at: Span::ms(ms), what: name.to_owned(), truth };
     let moments = vec![
         moment(1_020, "unit-a READY: operator", false),
         moment(5_300, "unit-a PREPARE_TO_ACT: operator", false),

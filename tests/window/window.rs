@@ -4,7 +4,7 @@
 
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
 use console::gui::layout::{Pane, Preset};
-use console::gui::{Picture, Window, Wish, theme};
+use console::gui::{ConsoleWindow, Picture, Wish, theme};
 use console::life::Life;
 use console::sidecar::{Image, Mark, Sidecar, Sight};
 use console::source::{Seek, Tape};
@@ -31,7 +31,7 @@ const LEAST: Vec2 = vec2(1320.0, 640.0);
 /// A window over a yard. Interaction reaches the console, and is kept.
 pub(crate) struct Seat {
     pub(crate) yard: Yard,
-    pub(crate) window: Window,
+    pub(crate) window: ConsoleWindow,
     pub(crate) tape: Option<Tape>,
     behind: Option<Span>,
     untaken: bool,
@@ -48,7 +48,7 @@ pub(crate) fn seat(yard: Yard) -> Seated {
 }
 
 fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
-    let window = Window::new(UnitId::A, yard::site());
+    let window = ConsoleWindow::new(UnitId::A, yard::site());
     let seat = Seat {
         yard,
         window,
@@ -80,7 +80,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
             match wish {
                 Wish::Act(act) => {
                     seat.acts.push(act);
-                    // What comes of it is in the next picture.
+                    // Its effect is in the next picture.
                     let _ = seat.yard.bench.act(act);
                 }
                 Wish::Seek(to) => seat.seeks.push(to),
@@ -114,7 +114,7 @@ fn held(seated: &Seated) -> usize {
     seated.state().acts.iter().filter(hold).count()
 }
 
-pub(crate) fn says(seated: &Seated, text: &str) -> bool {
+pub(crate) fn shows_text(seated: &Seated, text: &str) -> bool {
     seated.query_all_by_label_contains(text).next().is_some()
 }
 
@@ -128,7 +128,7 @@ pub(crate) fn standing() -> Yard {
     yard
 }
 
-/// In every scene and layout.
+/// Present in every scene and layout.
 #[test]
 fn hold_is_one_button_away_everywhere() {
     for (name, make) in SCENES.into_iter().filter(|(name, _)| *name != "view-only") {
@@ -195,10 +195,10 @@ fn leaving_safe_is_chosen_armed_and_confirmed() {
     let mut seated = seat(standing());
     click(&mut seated, Kind::RadioButton, "resume unit-a");
     assert!(seated.state().acts.is_empty(), "choosing does nothing");
-    assert!(says(&seated, "DRIVES ON by itself"), "the consequence is spelt out");
+    assert!(shows_text(&seated, "DRIVES ON by itself"), "the consequence is spelt out");
     click(&mut seated, Kind::Button, "Arm: resume unit-a");
     assert_eq!(seated.state().acts, [Act::Prepare(RESUME)]);
-    assert!(says(&seated, "ARMED: resume unit-a, 10.0 s left"), "the countdown is seen");
+    assert!(shows_text(&seated, "ARMED: resume unit-a, 10.0 s left"), "the countdown is seen");
     let confirm = "CONFIRM: resume unit-a   F9";
     assert!(seated.get_by_role_and_label(Kind::Button, confirm).accesskit_node().is_disabled(), "without a reason");
     press(&mut seated, Key::F9);
@@ -208,11 +208,11 @@ fn leaving_safe_is_chosen_armed_and_confirmed() {
     assert_eq!(seated.state().acts[1..], [Act::Confirm(RESUME, wire::codec::Text::new("way is clear"))]);
     seated.state_mut().yard.run(Span::s(1));
     seated.run_steps(2);
-    assert!(says(&seated, "STATE unit-a READY"));
+    assert!(shows_text(&seated, "STATE unit-a READY"));
     let shown = seated.state().yard.shown();
-    assert_eq!(shown.commands.last().map(|given| given.life), Some(Life::Executed));
+    assert_eq!(shown.commands.last().map(|command| command.life), Some(Life::Executed));
     for stage in ["staged +", "confirmed +", "sent +", "answered +", "effect +"] {
-        assert!(says(&seated, stage), "{stage}");
+        assert!(shows_text(&seated, stage), "{stage}");
     }
 }
 
@@ -226,7 +226,7 @@ fn every_order_completes_by_role_and_label() {
         yard
     };
     let striking = || {
-        let mut yard = Yard::around(Bench::seating(wire::person::Role::Supervise), &[UnitId::A, UnitId::B]);
+        let mut yard = Yard::from_bench(Bench::seating(wire::person::Role::Supervise), &[UnitId::A, UnitId::B]);
         yard.run(Span::s(1));
         yard
     };
@@ -275,7 +275,7 @@ fn settings_stay_in_range_and_take_effect() {
     let mut yard = Yard::new();
     yard.actor(UnitId::A).mode = Mode::Idle;
     yard.run(Span::s(1));
-    let own = yard.shown().unit(UnitId::A).unwrap().settings(&yard.shown().bounds);
+    let own_settings = yard.shown().unit(UnitId::A).unwrap().settings(&yard.shown().bounds);
     let mut seated = seat(yard);
     click(&mut seated, Kind::RadioButton, "configure unit-a");
     for (label, typed) in [("Speed, at most", "1.25"), ("Margin to the fence", "99"), ("Confidence to keep", "0.4567")]
@@ -286,9 +286,12 @@ fn settings_stay_in_range_and_take_effect() {
         seated.run_steps(2);
         press(&mut seated, Key::Enter);
     }
-    let values = Settings { speed_mm_s: 1250, margin_mm: 5000, keep_permille: 457, ..own };
+    let values = Settings { speed_mm_s: 1250, margin_mm: 5000, keep_permille: 457, ..own_settings };
     let order = Order::Command(UnitId::A, CommandKind::Configure(values));
-    assert!(says(&seated, "at most 1.25 m/s, 5 m from the fence; arms from 0.6, keeps from 0.457"), "in its own words");
+    assert!(
+        shows_text(&seated, "at most 1.25 m/s, 5 m from the fence; arms from 0.6, keeps from 0.457"),
+        "in its own words"
+    );
     click(&mut seated, Kind::Button, "Arm: configure unit-a");
     type_into(&mut seated, REASON, "wet ground");
     click(&mut seated, Kind::Button, "CONFIRM: configure unit-a   F9");
@@ -296,10 +299,10 @@ fn settings_stay_in_range_and_take_effect() {
     seated.state_mut().yard.run(Span::s(1));
     let shown = seated.state().yard.shown();
     assert_eq!(shown.unit(UnitId::A).unwrap().settings(&shown.bounds), values, "as the unit reports");
-    assert!(shown.commands.last().is_some_and(|given| given.times.effect.is_some()), "and that is its effect");
+    assert!(shown.commands.last().is_some_and(|command| command.times.effect.is_some()), "and that is its effect");
     seated.run_steps(2);
     click(&mut seated, Kind::RadioButton, "configure unit-a");
-    assert!(says(&seated, "at most 1.25 m/s"), "the next order begins from there");
+    assert!(shows_text(&seated, "at most 1.25 m/s"), "the next order begins from there");
 }
 
 #[test]
@@ -308,7 +311,7 @@ fn escape_and_time_disarm_and_clear_the_reason() {
     type_into(&mut seated, REASON, "half a rea");
     press(&mut seated, Key::Escape);
     assert_eq!(seated.state().acts, [Act::Withdraw]);
-    assert!(!says(&seated, "ARMED"));
+    assert!(!shows_text(&seated, "ARMED"));
     press(&mut seated, Key::Escape);
     assert_eq!(seated.state().acts.len(), 1, "there is nothing to give up any more");
     seated.state_mut().yard.bench.act(Act::Prepare(RESUME)).unwrap();
@@ -316,8 +319,8 @@ fn escape_and_time_disarm_and_clear_the_reason() {
     type_into(&mut seated, REASON, "another");
     seated.state_mut().yard.run(PREPARED_FOR);
     seated.run_steps(2);
-    assert!(!says(&seated, "ARMED"), "it lapsed");
-    assert!(says(&seated, "not confirmed in time"), "and that is said");
+    assert!(!shows_text(&seated, "ARMED"), "it lapsed");
+    assert!(shows_text(&seated, "not confirmed in time"), "and that is said");
     seated.state_mut().yard.bench.act(Act::Prepare(RESUME)).unwrap();
     seated.run_steps(2);
     let typed = seated.get_by_role_and_label(Kind::TextInput, REASON).value();
@@ -327,10 +330,10 @@ fn escape_and_time_disarm_and_clear_the_reason() {
 #[test]
 fn interlock_is_named_beside_its_control() {
     let mut seated = seat(scenes::hold_safe());
-    assert!(says(&seated, "guards failing: teammates"), "beside the order");
+    assert!(shows_text(&seated, "guards failing: teammates"), "beside the order");
     click(&mut seated, Kind::RadioButton, "resume unit-a");
     assert!(seated.get_by_role_and_label(Kind::Button, "Arm: resume unit-a").accesskit_node().is_disabled());
-    assert!(says(&seated, "NO guards failing"), "with value and limit");
+    assert!(shows_text(&seated, "NO guards failing"), "with value and limit");
     assert!(seated.state().acts.is_empty());
 }
 
@@ -346,11 +349,11 @@ fn guard_list_shows_measured_value_and_limit() {
         (Guard::Teammates, "NO teammates unit-b: kinematics"),
     ] {
         let yard = &mut seated.state_mut().yard;
-        yard.actors[0].failing = Guards::default().with(guard);
+        yard.actors[0].failing = Guards::default().with_guard(guard);
         yard.run(Span::ms(200));
         seated.run_steps(2);
-        assert!(says(&seated, line), "{line}");
-        assert!(says(&seated, "ok rgb 84 ms, limit 300 ms"), "what holds says by how much");
+        assert!(shows_text(&seated, line), "{line}");
+        assert!(shows_text(&seated, "ok rgb 84 ms, limit 300 ms"), "what holds says by how much");
     }
 }
 
@@ -365,7 +368,7 @@ fn viewer_and_recording_give_no_commands() {
     for (mut seated, says_why) in
         [(seat(scenes::view_only()), "ROLE VIEW"), (replay(seat(scenes::armed())), "REPLAY: a recording")]
     {
-        assert!(says(&seated, says_why));
+        assert!(shows_text(&seated, says_why));
         for key in [Key::F1, Key::F9, Key::Escape] {
             press(&mut seated, key);
         }
@@ -385,8 +388,9 @@ fn viewer_and_recording_give_no_commands() {
 
 #[test]
 fn hold_key_works_before_the_first_picture() {
-    let draw = |ui: &mut eframe::egui::Ui, (window, wishes): &mut (Window, Vec<Wish>)| wishes.extend(window.wait(ui));
-    let window = Window::new(UnitId::A, yard::site());
+    let draw =
+        |ui: &mut eframe::egui::Ui, (window, wishes): &mut (ConsoleWindow, Vec<Wish>)| wishes.extend(window.wait(ui));
+    let window = ConsoleWindow::new(UnitId::A, yard::site());
     let mut waiting = Harness::builder().with_size(LAPTOP).build_ui_state(draw, (window, Vec::new()));
     waiting.run_steps(2);
     assert!(waiting.query_all_by_label_contains("F1 holds unit-a").next().is_some());
@@ -403,22 +407,22 @@ fn value_labels_change_one_tick_beyond_limits() {
         let age = seated.state().yard.shown().units[0].state.age();
         seated.state_mut().yard.bench.pass(Span(limit.0 - age.0));
         seated.run_steps(1);
-        assert!(says(&seated, &format!("AGE unit-a {:.2} s {at}", limit.as_ms() / 1000.0)), "at {limit}");
+        assert!(shows_text(&seated, &format!("AGE unit-a {:.2} s {at}", limit.as_ms() / 1000.0)), "at {limit}");
         seated.state_mut().yard.bench.pass(Span(1));
         seated.run_steps(1);
         assert!(
-            says(&seated, &format!("AGE unit-a {:.2} s {beyond}", limit.as_ms() / 1000.0 + 0.01)),
+            shows_text(&seated, &format!("AGE unit-a {:.2} s {beyond}", limit.as_ms() / 1000.0 + 0.01)),
             "beyond {limit}"
         );
         assert!(
-            says(&seated, &format!("STATE unit-a last known READY, {beyond}")),
+            shows_text(&seated, &format!("STATE unit-a last known READY, {beyond}")),
             "the state is no longer said as what is so"
         );
-        assert!(!says(&seated, "STATE unit-a READY"));
+        assert!(!shows_text(&seated, "STATE unit-a READY"));
     }
 }
 
-/// In every layout, size and theme.
+/// Visible in every layout, size and theme.
 #[test]
 fn safety_strip_is_always_visible() {
     for (size, theme) in [(LEAST, Theme::Dark), (LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
@@ -439,7 +443,7 @@ fn safety_strip_is_always_visible() {
                     assert!(motion.rect().right() <= size.x, "{}", motion.rect());
                 }
                 for label in ["AGE unit-a", "AGE unit-b", "LINK unit-a up", "LINK unit-b up"] {
-                    assert!(says(&seated, label), "{label} in {preset:?} with {pane:?}");
+                    assert!(shows_text(&seated, label), "{label} in {preset:?} with {pane:?}");
                 }
             }
         }
@@ -477,28 +481,31 @@ fn tracks_that_found_no_room_are_told_of() {
     }
     let more = yard.shown().unit(UnitId::A).expect("a unit").lost_more;
     let seated = seat(yard);
-    assert!(more > 0 && says(&seated, &format!("unit-a: {more} more LOST, for which there was no room")), "{more}");
+    assert!(
+        more > 0 && shows_text(&seated, &format!("unit-a: {more} more LOST, for which there was no room")),
+        "{more}"
+    );
 }
 
 #[test]
 fn lost_track_stays_until_acknowledged() {
     let mut seated = seat(scenes::hold_safe());
-    assert!(says(&seated, "TRACK unit-a 5 obstacle LOST"));
+    assert!(shows_text(&seated, "TRACK unit-a 5 obstacle LOST"));
     click(&mut seated, Kind::Button, "acknowledge that track unit-a 5 is lost");
     let acknowledged =
         |act: &Act| matches!(act, Act::Acknowledge(Alarm::TrackLost(UnitId::A, _, track), _) if track.0 == 5);
     assert!(seated.state().acts.iter().all(acknowledged) && seated.state().acts.len() == 1);
     seated.state_mut().yard.run(Span::ms(100));
     seated.run_steps(2);
-    assert!(!says(&seated, "TRACK unit-a 5"));
+    assert!(!shows_text(&seated, "TRACK unit-a 5"));
 }
 
 #[test]
 fn alarms_are_searched_and_acknowledged_singly_or_together() {
     let mut seated = seat(scenes::hold_safe());
     type_into(&mut seated, "search", "STALE");
-    assert!(says(&seated, "acknowledge: what is shown of unit-b is stale"));
-    assert!(!says(&seated, "acknowledge: unit-a is in HOLD_SAFE"), "it does not fit the search");
+    assert!(shows_text(&seated, "acknowledge: what is shown of unit-b is stale"));
+    assert!(!shows_text(&seated, "acknowledge: unit-a is in HOLD_SAFE"), "it does not fit the search");
     click(&mut seated, Kind::Button, "acknowledge: what is shown of unit-b is stale");
     assert_eq!(seated.state().acts.len(), 1);
     let open = seated.state().yard.shown().alarms.iter().filter(|alarm| !alarm.acknowledged).count();
@@ -513,11 +520,11 @@ fn history_is_listed_and_searched_after_its_alarms() {
     let mut seated = seat(scenes::hold_safe());
     let note = "acknowledged: unit-a is in HOLD_SAFE";
     click(&mut seated, Kind::Button, "Acknowledge all");
-    assert!(!says(&seated, note));
+    assert!(!shows_text(&seated, note));
     click(&mut seated, Kind::CheckBox, "history");
-    assert!(says(&seated, note) && says(&seated, "unit-a went to HOLD_SAFE, cause lost:teammates"));
+    assert!(shows_text(&seated, note) && shows_text(&seated, "unit-a went to HOLD_SAFE, cause lost:teammates"));
     type_into(&mut seated, "search", "went to");
-    assert!(!says(&seated, note) && says(&seated, "unit-a went to HOLD_SAFE"));
+    assert!(!shows_text(&seated, note) && shows_text(&seated, "unit-a went to HOLD_SAFE"));
 }
 
 #[test]
@@ -558,7 +565,7 @@ fn commands_go_to_the_chosen_unit() {
 #[test]
 fn a_track_is_armed_by_choosing_its_row() {
     let mut seated = seat(scenes::nominal());
-    assert!(says(&seated, "To arm: choose a track"));
+    assert!(shows_text(&seated, "To arm: choose a track"));
     seated.get_by_label_contains("TRACK unit-a 1 vehicle fresh").click();
     seated.run_steps(3);
     click(&mut seated, Kind::RadioButton, "arm unit-a on track 1");
@@ -597,9 +604,9 @@ fn every_control_is_reached_by_tab() {
 }
 
 /// Presses Tab until the element with this label has the focus.
-fn tab_to(seated: &mut Seated, says: &str) {
+fn tab_to(seated: &mut Seated, text: &str) {
     let focused = |seated: &Seated| {
-        let label = |node: &egui_kittest::Node<'_>| node.accesskit_node().label().is_some_and(|l| l.starts_with(says));
+        let label = |node: &egui_kittest::Node<'_>| node.accesskit_node().label().is_some_and(|l| l.starts_with(text));
         seated.root().children_recursive().any(|node| node.is_focused() && label(&node))
     };
     for _ in 0..80 {
@@ -608,7 +615,7 @@ fn tab_to(seated: &mut Seated, says: &str) {
         }
         press(seated, Key::Tab);
     }
-    panic!("Tab does not lead to {says}");
+    panic!("Tab does not lead to {text}");
 }
 
 #[test]
@@ -641,17 +648,17 @@ fn recording_can_seek_and_never_looks_live() {
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
     seated.state_mut().tape = Some(tape.clone());
     seated.run_steps(3);
-    assert!(says(&seated, "MARK REPLAY"));
+    assert!(shows_text(&seated, "MARK REPLAY"));
     click(&mut seated, Kind::Button, "Step on");
     click(&mut seated, Kind::Button, "Step back");
     click(&mut seated, Kind::Button, "Change before");
     click(&mut seated, Kind::Button, "Play");
     let before = tape.moments[3].at;
     assert_eq!(seated.state().seeks, [Seek::Step(1), Seek::Step(-1), Seek::To(before), Seek::Play(true)]);
-    assert!(says(&seated, "run time 6.10 s of 7.00 s"));
-    assert!(says(&seated, "last change: unit-a HOLD_SAFE: lost:teammates at 4.90 s"));
-    assert!(says(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 4.70 s"));
-    assert!(says(&seated, "timeline: 3 changes shown, 1 things that happened"));
+    assert!(shows_text(&seated, "run time 6.10 s of 7.00 s"));
+    assert!(shows_text(&seated, "last change: unit-a HOLD_SAFE: lost:teammates at 4.90 s"));
+    assert!(shows_text(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 4.70 s"));
+    assert!(shows_text(&seated, "timeline: 3 changes shown, 1 things that happened"));
 }
 
 #[test]
@@ -667,16 +674,19 @@ fn evidence_is_shown_in_recordings_only() {
     seated.state_mut().sidecar = Some(Sidecar { sensed: Some((sights.into(), Span::ms(40))), because });
     seated.run_steps(3);
     for evidence in ["SENSOR", "EVIDENCE", "contradicts itself"] {
-        assert!(!says(&seated, evidence), "the picture is live");
+        assert!(!shows_text(&seated, evidence), "the picture is live");
     }
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
     seated.state_mut().tape = Some(tape);
     seated.run_steps(3);
-    assert!(says(&seated, "EVIDENCE · no operator saw this") && says(&seated, "WHAT THE SENSORS GAVE, 0.04 s before"));
-    assert!(says(&seated, "  cause  6700 ms  unit-b  contradicts itself"));
-    assert!(says(&seated, "SENSOR colour 1 found") && says(&seated, "SENSOR thermal gave nothing"));
+    assert!(
+        shows_text(&seated, "EVIDENCE · no operator saw this")
+            && shows_text(&seated, "WHAT THE SENSORS GAVE, 0.04 s before")
+    );
+    assert!(shows_text(&seated, "  cause  6700 ms  unit-b  contradicts itself"));
+    assert!(shows_text(&seated, "SENSOR colour 1 found") && shows_text(&seated, "SENSOR thermal gave nothing"));
     click(&mut seated, Kind::Button, "Evidence");
-    assert!(!says(&seated, "SENSOR colour") && !says(&seated, "contradicts itself"));
+    assert!(!shows_text(&seated, "SENSOR colour") && !shows_text(&seated, "contradicts itself"));
 }
 
 #[test]
@@ -689,18 +699,21 @@ fn excessive_clock_drift_alarms_at_the_link() {
     let shown = seated.state().yard.shown();
     let alarms: Vec<Alarm> = shown.alarms.iter().map(|raised| raised.alarm).collect();
     assert_eq!(alarms, [Alarm::ClockRuns(UnitId::B)]);
-    assert!(says(&seated, "LINK unit-b up, report 0.10 s ago, clock RUNS AWAY"));
-    assert!(says(&seated, "LINK unit-a up, report 0.10 s ago, clock in step"));
+    assert!(shows_text(&seated, "LINK unit-b up, report 0.10 s ago, clock RUNS AWAY"));
+    assert!(shows_text(&seated, "LINK unit-a up, report 0.10 s ago, clock in step"));
 }
 
 /// With the advice to give HOLD by other means.
 #[test]
 fn untaken_act_is_reported() {
     let mut seated = seat(scenes::nominal());
-    assert!(!says(&seated, "NOT TAKEN"));
+    assert!(!shows_text(&seated, "NOT TAKEN"));
     seated.state_mut().untaken = true;
     seated.run_steps(2);
-    assert!(says(&seated, "NOT TAKEN: what you did last did not reach this console's core. Hold by other means."));
+    assert!(shows_text(
+        &seated,
+        "NOT TAKEN: what you did last did not reach this console's core. Hold by other means."
+    ));
 }
 
 #[test]
@@ -708,13 +721,16 @@ fn waiting_unit_names_its_wait_without_failing_guard() {
     let mut yard = Yard::new();
     yard.actor(UnitId::A).mode = Mode::Idle;
     yard.run(Span::s(1));
-    assert!(says(&seat(yard), "waits for an operator who enables it"));
-    assert!(says(&seat(standing()), "waits for an operator who resumes it"));
-    assert!(says(&seat(scenes::degraded()), "waits for every guard to hold for 1000 ms"));
-    assert!(says(&seat(scenes::hold_safe()), "waits for the guards that fail, and then an operator who resumes it"));
+    assert!(shows_text(&seat(yard), "waits for an operator who enables it"));
+    assert!(shows_text(&seat(standing()), "waits for an operator who resumes it"));
+    assert!(shows_text(&seat(scenes::degraded()), "waits for every guard to hold for 1000 ms"));
+    assert!(shows_text(
+        &seat(scenes::hold_safe()),
+        "waits for the guards that fail, and then an operator who resumes it"
+    ));
     let ready = seat(scenes::nominal());
     assert!(
-        !says(&ready, "waits for") && says(&ready, "- designation nothing is designated"),
+        !shows_text(&ready, "waits for") && shows_text(&ready, "- designation nothing is designated"),
         "and what is not judged"
     );
 }
@@ -722,10 +738,10 @@ fn waiting_unit_names_its_wait_without_failing_guard() {
 #[test]
 fn last_picture_is_marked_as_not_current() {
     let mut seated = seat(scenes::nominal());
-    assert!(!says(&seated, "NOT CURRENT"));
+    assert!(!shows_text(&seated, "NOT CURRENT"));
     seated.state_mut().behind = Some(Span::ms(1_400));
     seated.run_steps(2);
-    assert!(says(&seated, "NOT CURRENT: this console has drawn nothing new for 1.40 s"));
+    assert!(shows_text(&seated, "NOT CURRENT: this console has drawn nothing new for 1.40 s"));
     press(&mut seated, Key::F1);
     assert_eq!(held(&seated), 1, "a hold is still tried");
 }
@@ -742,7 +758,7 @@ fn every_scene_layout_theme_and_pane_is_drawn() {
             }
         }
         let shown = seated.state().yard.shown();
-        assert!(shown.units.iter().all(|unit| says(&seated, &format!("AGE {}", unit.unit))), "{name}");
+        assert!(shown.units.iter().all(|unit| shows_text(&seated, &format!("AGE {}", unit.unit))), "{name}");
     }
 }
 
@@ -768,7 +784,7 @@ fn two_hundred_tracks_all_reach_the_map() {
     let shown = seated.state().yard.shown();
     let tracks: usize = shown.units.iter().map(|unit| unit.tracks.len() + unit.lost.len()).sum();
     assert!(tracks >= 200, "{tracks}");
-    assert!(says(&seated, &format!("MAP 4 units, {tracks} tracks")));
+    assert!(shows_text(&seated, &format!("MAP 4 units, {tracks} tracks")));
 }
 
 #[test]
@@ -779,7 +795,7 @@ fn every_link_is_visible_with_its_clock() {
     for unit in &seated.state().yard.shown().units {
         let [link, state] = [format!("LINK {} up", unit.unit), format!("STATE {}", unit.unit)];
         let chip = seated.get_by_label_contains(&link);
-        assert!(unit.clock.is_some() && chip.value().is_some_and(|says| says.contains("clock in step")));
+        assert!(unit.clock.is_some() && chip.value().is_some_and(|value| value.contains("clock in step")));
         assert!(chip.rect().left() >= 0.0 && chip.rect().right() <= LAPTOP.x, "{:?}", chip.rect());
         let state = seated.get_by_label_contains(&state);
         assert!(state.rect().top() >= chip.rect().bottom(), "{:?} over {:?}", chip.rect(), state.rect());
@@ -793,7 +809,7 @@ fn invalid_recording_mark_is_always_visible() {
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
     seated.state_mut().tape = Some(tape);
     seated.run_steps(2);
-    assert!(!says(&seated, "INVALID"));
+    assert!(!shows_text(&seated, "INVALID"));
     seated.state_mut().invalid = Some(format!("event 7: \u{202e}\n{}", "expected a seal ".repeat(40)));
     for preset in Preset::ALL {
         seated.state_mut().window.layouts_mut().start_from(preset);
@@ -811,7 +827,7 @@ fn invalid_recording_mark_is_always_visible() {
 fn foreign_name_cannot_break_its_line() {
     let name = format!("evil\u{202e}\n\t{}", "name ".repeat(400));
     let policy = wire::policy::Policy { name, record_guard: wire::policy::Requirement::Waived, ..Default::default() };
-    let mut yard = Yard::with(&[UnitId::A, UnitId::B], policy, wire::person::Role::Supervise);
+    let mut yard = Yard::with_role(&[UnitId::A, UnitId::B], policy, wire::person::Role::Supervise);
     yard.actor(UnitId::A).mode = Mode::Ready;
     yard.run(Span::ms(500));
     let seated = seat(yard);
@@ -825,7 +841,7 @@ fn foreign_name_cannot_break_its_line() {
 #[test]
 fn arming_stands_below_the_images_of_its_track() {
     let seated = seat(scenes::arming());
-    assert!(says(&seated, "TRACK 1 as the cameras saw it, 1.05 s before"));
+    assert!(shows_text(&seated, "TRACK 1 as the cameras saw it, 1.05 s before"));
     for image in ["TRACK 1 colour", "TRACK 1 warmth 287 to 310 K", "TRACK 1 depth 9.0 to 12.5 m"] {
         let drawn = seated.query_by_label_contains(image).expect("an image of each camera");
         assert!(drawn.rect().max.x <= LAPTOP.x, "{image} is cut off");
@@ -833,5 +849,5 @@ fn arming_stands_below_the_images_of_its_track() {
     let mut bare = scenes::nominal();
     bare.bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Arm(wire::id::TrackId(1))))).unwrap();
     bare.run(Span::ms(300));
-    assert!(says(&seat(bare), "No recent image of track 1."));
+    assert!(shows_text(&seat(bare), "No recent image of track 1."));
 }

@@ -1,4 +1,4 @@
-//! A yard with units that report, move and obey, before a real console: every picture comes of signed reports.
+//! A yard with units that report, move and obey, before a real console: every picture is made of signed reports.
 //!
 //! The gateway and the units are scripted; the console is the real one, and its pictures are its model's.
 
@@ -45,7 +45,7 @@ pub(crate) struct Actor {
     pub(crate) via: PeerId,
     /// True if it answers orders.
     pub(crate) obeys: bool,
-    /// By how many millionths its clock runs faster than the console's.
+    /// Excess of its clock's rate over the console's, millionths.
     pub(crate) fast_ppm: i64,
     pub(crate) motion: Option<ReportedMotion>,
     pub(crate) contact: Option<ReportedContact>,
@@ -62,7 +62,7 @@ pub(crate) struct Yard {
     pub(crate) film: Vec<Shown>,
     /// Refusals a second at the gateway, which tells of twenty of them.
     pub(crate) flood: u64,
-    /// Of how many it has told.
+    /// Number of those reported.
     told: u64,
     /// Orders that were taken care of.
     done: usize,
@@ -70,9 +70,9 @@ pub(crate) struct Yard {
 
 /// Values that go with `failing`.
 pub(crate) fn measured(failing: Guards) -> Measured {
-    let claimed = failing.has(Guard::Teammates).then_some((UnitId::B, Inconsistency::Kinematics));
+    let claimed = failing.contains(Guard::Teammates).then_some((UnitId::B, Inconsistency::Kinematics));
     Guard::ALL.into_iter().fold(Measured::default().claimed(claimed), |measured, guard| {
-        let value = Limit::of(guard, &Bounds::GROUND).map(|limit| match (limit, failing.has(guard)) {
+        let value = Limit::for_guard(guard, &Bounds::GROUND).map(|limit| match (limit, failing.contains(guard)) {
             (Limit::Age(most), true) => most + 112,
             (Limit::Age(_), false) => 84,
             (Limit::Spare(_), true) => -1_240,
@@ -82,26 +82,26 @@ pub(crate) fn measured(failing: Guards) -> Measured {
             (Limit::Offset(_), true) => -7_300,
             (Limit::Offset(_), false) => 200,
         });
-        measured.with(guard, value)
+        measured.with_value(guard, value)
     })
 }
 
 impl Yard {
     /// Two units that drive, and a person who may do all.
     pub(crate) fn new() -> Self {
-        Self::with(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise)
+        Self::with_role(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise)
     }
 
-    pub(crate) fn with(units: &[UnitId], policy: Policy, role: Role) -> Self {
-        Self::around(Bench::over(units, policy, role), units)
+    pub(crate) fn with_role(units: &[UnitId], policy: Policy, role: Role) -> Self {
+        Self::from_bench(Bench::with_units(units, policy, role), units)
     }
 
     /// Around a console that has shown no picture yet.
-    pub(crate) fn around(mut bench: Bench, units: &[UnitId]) -> Self {
+    pub(crate) fn from_bench(mut bench: Bench, units: &[UnitId]) -> Self {
         for unit in units {
             bench.feed(&Feed::Session(unit.peer(), true));
         }
-        let actors = units.iter().enumerate().map(|(at, unit)| Actor::new(*unit, at as i32)).collect();
+        let actors = units.iter().enumerate().map(|(index, unit)| Actor::new(*unit, index as i32)).collect();
         Self { bench, actors, film: Vec::new(), flood: 0, told: 0, done: 0 }
     }
 
@@ -114,7 +114,7 @@ impl Yard {
         self.bench.console.shown(self.bench.now)
     }
 
-    /// Lets time go by: units report and move, orders are carried out.
+    /// Lets time pass: units report and move, orders are carried out.
     pub(crate) fn run(&mut self, span: Span) {
         for _ in 0..span.0 / PERIOD.0 {
             self.obey();
@@ -161,9 +161,9 @@ impl Yard {
             return;
         }
         let fast = actor.fast_ppm;
-        let clock = |at: u64| at.saturating_add_signed(at as i64 * fast / 1_000_000);
+        let clock = |time: u64| time.saturating_add_signed(time as i64 * fast / 1_000_000);
         let stamp = clock(now.0);
-        let report = self.bench.told(actor.report(stamp));
+        let report = self.bench.with_challenge(actor.report(stamp));
         let watched = report.watched.map(|echo| Echo { seen: PeerStamp(clock(echo.seen.0)), ..echo });
         let signed = sign(report.origin, &Report { watched, ..report });
         let (via, unit, waived) = (actor.via, actor.unit, Waived::default());
@@ -180,9 +180,9 @@ impl Yard {
 
     /// The gateway and the units carry out the requests since the last call.
     fn obey(&mut self) {
-        let asked: Vec<Asked> = self.bench.asked.iter().skip(self.done).cloned().collect();
+        let requested: Vec<Asked> = self.bench.asked.iter().skip(self.done).cloned().collect();
         self.done = self.bench.asked.len();
-        for asked in asked {
+        for asked in requested {
             match asked {
                 Asked::Stage(intent, signed) if intent.kind.towards_safe() => self.carry_out(&intent, &signed),
                 Asked::Stage(_, signed) => self.bench.staged(&signed, CommandStage::Staged),
@@ -212,9 +212,9 @@ impl Yard {
 }
 
 impl Actor {
-    fn new(unit: UnitId, at: i32) -> Self {
-        let place = [(-9_000, -5_200), (14_000, 12_000), (-22_000, 21_000), (25_000, -24_000)][at as usize % 4];
-        let first = at as u32 * 100;
+    fn new(unit: UnitId, position: i32) -> Self {
+        let place = [(-9_000, -5_200), (14_000, 12_000), (-22_000, 21_000), (25_000, -24_000)][position as usize % 4];
+        let first = position as u32 * 100;
         Self {
             unit,
             mode: Mode::Ready,
@@ -223,7 +223,7 @@ impl Actor {
             settings: None,
             authority: None,
             tracks: tracks(first, place),
-            pose: Pose { x_mm: place.0, y_mm: place.1, yaw_mrad: (at * 900) as i16 },
+            pose: Pose { x_mm: place.0, y_mm: place.1, yaw_mrad: (position * 900) as i16 },
             speed_mm_s: 1400,
             heard: true,
             via: unit.peer(),
@@ -289,7 +289,8 @@ impl Actor {
 
 /// Tracks of a unit at this place.
 fn tracks(first: u32, (x, y): (i32, i32)) -> Vec<ReportedTrack> {
-    let seen = |modalities: &[Modality]| modalities.iter().fold(Modalities::default(), |set, one| set.with(*one));
+    let seen =
+        |modalities: &[Modality]| modalities.iter().fold(Modalities::default(), |set, one| set.with_modality(*one));
     let all = seen(&Modality::ALL);
     let track = |id, class, dx, dy, confidence, supported, age| ReportedTrack {
         id: TrackId(first + id),

@@ -1,7 +1,7 @@
 //! Cost of an idle adversary in the path: round trips through the relays' own process, beside `socat` in the same place
 //! and an empty path. Blocks of the three alternate, so that all see the same machine.
 //!
-//! Run with `cargo bench --bench relay`. If `socat` is not installed, its lines say so.
+//! Run with `cargo bench --bench relay`. If `socat` is not installed, its lines report it.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
@@ -39,9 +39,9 @@ fn main() {
     println!(
         "round trips of {BYTES} bytes over loopback, {BLOCKS} blocks of {TRIPS}, microseconds: median, 95th percentile"
     );
-    let way = |at: Option<SocketAddr>| at.map(datagram);
+    let way = |address: Option<SocketAddr>| address.map(datagram);
     compare("datagrams", [way(Some(udp)), way(socats[0].at), way(Some(relays[0].at))]);
-    let way = |at: Option<SocketAddr>| at.map(stream);
+    let way = |address: Option<SocketAddr>| address.map(stream);
     compare("byte stream", [way(Some(tcp)), way(socats[1].at), way(Some(relays[1].at))]);
 }
 
@@ -53,7 +53,7 @@ fn now() -> Instant {
 /// Sends some bytes and waits until they are back.
 type Trip = Box<dyn FnMut()>;
 
-fn compare(what: &str, mut ways: [Option<Trip>; 3]) {
+fn compare(label: &str, mut ways: [Option<Trip>; 3]) {
     let mut times: [Vec<f64>; 3] = Default::default();
     for _ in 0..BLOCKS {
         for (way, times) in ways.iter_mut().zip(&mut times) {
@@ -67,19 +67,19 @@ fn compare(what: &str, mut ways: [Option<Trip>; 3]) {
     }
     let [direct, socat, relay] = times.map(|mut times| {
         times.sort_by(f64::total_cmp);
-        let at = |share: f64| times.get((times.len() as f64 * share) as usize).copied();
-        (at(0.5), at(0.95))
+        let quantile = |share: f64| times.get((times.len() as f64 * share) as usize).copied();
+        (quantile(0.5), quantile(0.95))
     });
     for (name, (median, p95)) in [("direct", direct), ("socat", socat), ("relay", relay)] {
         match median.zip(p95) {
-            Some((median, p95)) => println!("{what}, {name}: {median:.1}, {p95:.1}"),
-            None => println!("{what}, {name}: not installed"),
+            Some((median, p95)) => println!("{label}, {name}: {median:.1}, {p95:.1}"),
+            None => println!("{label}, {name}: not installed"),
         }
     }
     if let (Some(direct), Some(socat), Some(relay)) = (direct.0, socat.0, relay.0) {
         let ratio = (relay - direct) / (socat - direct);
         println!(
-            "{what}: the relay adds {:.1} us where socat adds {:.1}: {ratio:.2} of it",
+            "{label}: the relay adds {:.1} us where socat adds {:.1}: {ratio:.2} of it",
             relay - direct,
             socat - direct
         );
@@ -98,9 +98,9 @@ fn hello() -> Vec<u8> {
     hello
 }
 
-fn datagram(at: SocketAddr) -> Trip {
+fn datagram(address: SocketAddr) -> Trip {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a loopback port");
-    socket.connect(at).expect("loopback");
+    socket.connect(address).expect("loopback");
     socket.set_read_timeout(Some(PATIENCE)).expect("a limit");
     let (hello, sent, mut back) = (hello(), [7; BYTES], [0; BYTES]);
     socket.send(&hello).expect("sent");
@@ -111,8 +111,8 @@ fn datagram(at: SocketAddr) -> Trip {
     })
 }
 
-fn stream(at: SocketAddr) -> Trip {
-    let mut stream = TcpStream::connect(at).expect("accepted");
+fn stream(address: SocketAddr) -> Trip {
+    let mut stream = TcpStream::connect(address).expect("accepted");
     stream.set_nodelay(true).expect("no delay");
     stream.set_read_timeout(Some(PATIENCE)).expect("a limit");
     let (sent, mut back) = ([7; BYTES], [0; BYTES]);
@@ -202,23 +202,23 @@ struct Socat {
 
 impl Socat {
     fn start(protocol: &str, upstream: SocketAddr) -> Self {
-        // A port that was free a moment ago; if somebody has it by now, socat ends and its lines say so.
-        let at = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a loopback port");
+        // A port that was free a moment ago; if somebody has it by now, socat ends and its lines report it.
+        let address = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a loopback port");
         let child = Command::new("socat")
-            .arg(format!("{protocol}-LISTEN:{},bind=127.0.0.1,reuseaddr", at.port()))
+            .arg(format!("{protocol}-LISTEN:{},bind=127.0.0.1,reuseaddr", address.port()))
             .arg(format!("{protocol}:{upstream}{}", if protocol == "TCP4" { ",nodelay" } else { "" }))
             .stderr(Stdio::null())
             .spawn();
         let Ok(child) = child else { return Self { child: None, at: None } };
         let listens = || {
             let table = std::fs::read_to_string(format!("/proc/net/{}", protocol[..3].to_lowercase()));
-            table.is_ok_and(|table| table.contains(&format!(":{:04X}", at.port())))
+            table.is_ok_and(|table| table.contains(&format!(":{:04X}", address.port())))
         };
         let start = now();
         while !listens() && start.elapsed() < PATIENCE {
             thread::yield_now();
         }
-        Self { child: Some(child), at: Some(at) }
+        Self { child: Some(child), at: Some(address) }
     }
 }
 

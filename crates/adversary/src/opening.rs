@@ -1,7 +1,7 @@
 //! Beginning and end of an action: at its time, or once the event that it waits for has come.
 //!
 //! Each core holds one [`Opening`] an action and shows it the traffic, the words heard and the calls. A step
-//! that has a name is told to the log as it begins and ends, so that others can wait for it. An action that does
+//! that has a name is reported to the log as it begins and ends, so that others can wait for it. An action that does
 //! something by itself a counted number of times has its times here too.
 
 use instrument::StepName;
@@ -9,13 +9,13 @@ use wire::core::Side;
 use wire::mode::Mode;
 use wire::time::{Instant, Span};
 
-use crate::plan::{Direction, On, Step, Timed};
+use crate::plan::{Direction, On, PlanStep, Timed};
 use crate::schedule::Steps;
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct Opening {
-    step: Option<Step>,
+    step: Option<PlanStep>,
     direction: Direction,
     earliest: Instant,
     lasts: Span,
@@ -35,8 +35,14 @@ pub(crate) struct Opening {
 }
 
 impl Opening {
-    /// Of an action that may begin `start_ms` after `origin` and lasts `lasts`.
-    pub(crate) fn new(step: Option<Step>, direction: Direction, origin: Instant, start_ms: u64, lasts: Span) -> Self {
+    /// Opening of an action that may begin `start_ms` after `origin` and lasts `lasts`.
+    pub(crate) fn new(
+        step: Option<PlanStep>,
+        direction: Direction,
+        origin: Instant,
+        start_ms: u64,
+        lasts: Span,
+    ) -> Self {
         let earliest = origin + Span::ms(start_ms);
         let waits = step.is_some_and(|step| step.wait.is_some());
         let opens = (!waits).then_some(earliest);
@@ -56,15 +62,15 @@ impl Opening {
         }
     }
 
-    /// Of an action that does something `n` times, `every_ms` apart.
-    pub(crate) fn counted(step: Option<Step>, origin: Instant, start_ms: u64, (n, every_ms): (u32, u64)) -> Self {
+    /// Opening of an action that does something `n` times, `every_ms` apart.
+    pub(crate) fn counted(step: Option<PlanStep>, origin: Instant, start_ms: u64, (n, every_ms): (u32, u64)) -> Self {
         let lasts = Span::ms(u64::from(n.saturating_sub(1)) * every_ms);
         let opening = Self::new(step, Direction::Up, origin, start_ms, lasts);
         Self { counted: Some((n, every_ms)), ..opening }
     }
 
-    /// Of a timed action; `counted` is its repetitions by itself: their number, and their spacing in ms.
-    pub(crate) fn of<A>(timed: &Timed<A>, origin: Instant, counted: Option<(u32, u64)>) -> Self {
+    /// Opening of a timed action; `counted` is its repetitions by itself: their number, and their spacing in ms.
+    pub(crate) fn from_timed<A>(timed: &Timed<A>, origin: Instant, counted: Option<(u32, u64)>) -> Self {
         let by_itself = counted.map(|(n, every_ms)| u64::from(n.saturating_sub(1)) * every_ms);
         let window = Some(timed.duration_ms).filter(|ms| *ms > 0);
         let lasts = by_itself.into_iter().chain(window).min().unwrap_or(0);
@@ -110,9 +116,9 @@ impl Opening {
         }
     }
 
-    /// Something passes towards `towards`.
-    pub(crate) fn passes(&mut self, now: Instant, towards: Side) {
-        if self.waits_for().is_none() || now < self.earliest || !self.direction.covers(towards) {
+    /// Something passes towards `side`.
+    pub(crate) fn passes(&mut self, now: Instant, side: Side) {
+        if self.waits_for().is_none() || now < self.earliest || !self.direction.covers(side) {
             return;
         }
         self.silence(now);
@@ -139,25 +145,25 @@ impl Opening {
         }
     }
 
-    /// Time at which it wants to be asked again: for its silence, to be told of, or for its own repetitions.
+    /// Time at which it wants to be asked again: for its silence, to be reported, or for its own repetitions.
     pub(crate) fn due(&self) -> Option<Instant> {
         if let Some(On::Silence(ms)) = self.waits_for() {
             return Some(self.last + Span::ms(ms));
         }
-        let tells = self.step.and_then(|_| match self.told {
+        let time = self.step.and_then(|_| match self.told {
             [false, _] => self.opens(),
             [true, false] => self.closes(),
             [true, true] => None,
         });
         let does = self.times.or_else(|| self.due_times()).and_then(|times| times.due());
-        tells.into_iter().chain(does).min()
+        time.into_iter().chain(does).min()
     }
 
     /// A beginning (true) or end by `now` that was not logged yet, one at a time.
-    pub(crate) fn tell(&mut self, now: Instant) -> Option<(StepName, bool)> {
+    pub(crate) fn next_boundary(&mut self, now: Instant) -> Option<(StepName, bool)> {
         let name = self.step?.name;
         let ends = [self.opens(), self.closes()];
-        let i = (0..2).find(|i| !self.told[*i] && ends[*i].is_some_and(|at| at <= now))?;
+        let i = (0..2).find(|i| !self.told[*i] && ends[*i].is_some_and(|time| time <= now))?;
         self.told[i] = true;
         Some((name, i == 0))
     }
@@ -168,9 +174,9 @@ impl Opening {
         self.opens.is_none().then_some(wait.on)
     }
 
-    fn begin(&mut self, at: Instant) {
+    fn begin(&mut self, time: Instant) {
         let after = self.step.and_then(|step| step.wait).map_or(0, |wait| wait.after_ms);
-        self.opens = Some(at + Span::ms(after));
+        self.opens = Some(time + Span::ms(after));
     }
 }
 
@@ -178,61 +184,61 @@ impl Opening {
 mod tests {
     use super::*;
     use crate::plan::Wait;
-    use crate::testing::at;
+    use crate::testing::at_ms;
 
     fn waiting(on: On, after_ms: u64) -> Opening {
         let name = StepName::new("cut").unwrap();
-        let step = Some(Step { name, wait: Some(Wait { on, after_ms }) });
-        Opening::new(step, Direction::Up, at(0), 1000, Span::ms(500))
+        let step = Some(PlanStep { name, wait: Some(Wait { on, after_ms }) });
+        Opening::new(step, Direction::Up, at_ms(0), 1000, Span::ms(500))
     }
 
     #[test]
     fn events_before_the_earliest_time_do_not_count() {
         let mut passes = waiting(On::Passes(2), 0);
-        (990..1001).for_each(|ms| passes.passes(at(ms), Side::Server));
+        (990..1001).for_each(|ms| passes.passes(at_ms(ms), Side::Server));
         assert_eq!(passes.opens(), None, "one passed since");
-        passes.passes(at(1001), Side::Client);
+        passes.passes(at_ms(1001), Side::Client);
         assert_eq!(passes.opens(), None, "the other way");
-        passes.passes(at(1002), Side::Server);
-        assert!(passes.open(at(1002), Side::Server) && !passes.open(at(1502), Side::Server));
+        passes.passes(at_ms(1002), Side::Server);
+        assert!(passes.open(at_ms(1002), Side::Server) && !passes.open(at_ms(1502), Side::Server));
         let mut heard = waiting(On::Hears(Mode::Ready), 0);
-        heard.hears(at(999), Mode::Ready);
-        heard.hears(at(1100), Mode::Degraded);
+        heard.hears(at_ms(999), Mode::Ready);
+        heard.hears(at_ms(1100), Mode::Degraded);
         assert_eq!(heard.opens(), None);
-        heard.hears(at(1200), Mode::Ready);
-        assert_eq!(heard.opens(), Some(at(1200)));
+        heard.hears(at_ms(1200), Mode::Ready);
+        assert_eq!(heard.opens(), Some(at_ms(1200)));
     }
 
     /// A call to another step is not this opening's.
     #[test]
     fn early_call_is_kept_others_are_ignored() {
         let mut opening = waiting(On::Cue, 30);
-        opening.cue(at(10), "other");
+        opening.cue(at_ms(10), "other");
         assert_eq!(opening.opens(), None);
-        opening.cue(at(10), "cut");
-        assert_eq!(opening.opens(), Some(at(1030)));
-        opening.cue(at(2000), "cut");
-        assert_eq!(opening.opens(), Some(at(1030)), "a step begins once");
+        opening.cue(at_ms(10), "cut");
+        assert_eq!(opening.opens(), Some(at_ms(1030)));
+        opening.cue(at_ms(2000), "cut");
+        assert_eq!(opening.opens(), Some(at_ms(1030)), "a step begins once");
     }
 
     /// It does so even if the core was not asked in time.
     #[test]
     fn silence_counts_from_the_last_passage() {
         let mut opening = waiting(On::Silence(100), 0);
-        assert_eq!(opening.due(), Some(at(1100)));
-        opening.passes(at(1050), Side::Server);
-        opening.silence(at(1149));
+        assert_eq!(opening.due(), Some(at_ms(1100)));
+        opening.passes(at_ms(1050), Side::Server);
+        opening.silence(at_ms(1149));
         assert_eq!(opening.opens(), None);
-        opening.passes(at(1200), Side::Server);
-        assert_eq!(opening.opens(), Some(at(1150)));
+        opening.passes(at_ms(1200), Side::Server);
+        assert_eq!(opening.opens(), Some(at_ms(1150)));
     }
 
     #[test]
     fn named_step_logs_its_beginning_and_end() {
         let mut opening = waiting(On::Cue, 0);
-        opening.cue(at(1200), "cut");
+        opening.cue(at_ms(1200), "cut");
         for (ms, told) in [(1199, None), (1200, Some(true)), (1699, None), (1700, Some(false)), (1800, None)] {
-            assert_eq!(opening.tell(at(ms)).map(|(_, begun)| begun), told, "{ms}");
+            assert_eq!(opening.next_boundary(at_ms(ms)).map(|(_, begun)| begun), told, "{ms}");
         }
         assert_eq!(opening.due(), None);
     }

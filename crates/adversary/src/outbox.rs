@@ -29,24 +29,24 @@ impl Outbox {
         outbox
     }
 
-    /// The same outbox in a forked world.
+    /// Copy of the outbox for a forked world.
     pub(crate) fn fork(&self) -> Self {
         Self { quiet: self.quiet, journal: self.journal.fork(), out: self.out.clone() }
     }
 
-    /// True if it has been told to stop.
+    /// True if it was asked to stop.
     pub(crate) fn is_quiet(&self) -> bool {
         self.quiet
     }
 
-    /// Heeds the end of a run, of which every core is told: it stops, and then signs its log. True when all is over.
+    /// Heeds the end of a run, of which every core is informed: it stops, and then signs its log. True when all is over.
     pub(crate) fn heed(&mut self, now: Instant, input: &Input) -> bool {
-        let over = matches!(input, Input::Finish);
-        self.quiet |= over || matches!(input, Input::Quiesce);
-        if over {
+        let ended = matches!(input, Input::Finish);
+        self.quiet |= ended || matches!(input, Input::Quiesce);
+        if ended {
             self.journal.sign(now, &mut self.out);
         }
-        over
+        ended
     }
 
     /// Writes to the log.
@@ -88,7 +88,7 @@ impl Outbox {
     pub(crate) fn settle<'o>(&mut self, openings: impl Iterator<Item = &'o mut Opening>, now: Instant) {
         for opening in openings {
             opening.silence(now);
-            while let Some((step, begun)) = opening.tell(now) {
+            while let Some((step, begun)) = opening.next_boundary(now) {
                 self.write(now, Note::Step { step, begun });
             }
         }

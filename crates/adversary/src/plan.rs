@@ -1,7 +1,7 @@
 //! Plan of an adversary: timed actions, fixed before the run, every magnitude bounded.
 //!
 //! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for something
-//! ([`Step`]). A plan without actions is the null
+//! ([`PlanStep`]). A plan without actions is the null
 //! attack: a passive adversary in the path. Turning a scenario into plans is left to `topology`; the effect of
 //! an action on bytes, to `relay` and `insider`.
 
@@ -25,15 +25,15 @@ mod takeover;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, OrderForgery};
 pub use gateway::{FeedAction, FeedForgery, InsiderGatewayConfig};
-pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
+pub use insider::{ClaimedMotion, Flaw, Form, Forward, InsiderTeammateConfig, Malformed};
 pub use medium::{MAX_STRETCHES, Medium, Stretch};
 pub use order::OrderKind;
-pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
+pub use peer::{Confusion, Falsehood, MotionClaim, Product, Resend};
 pub use recorder::Tampering;
-pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
+pub use relay::{Damage, DatagramAction, DatagramRelayConfig, InjectedContent, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 pub use station::{InsiderOperatorConfig, OrderId, OrderTrack, RogueOrders};
-pub use step::{MAX_PASSES, On, Step, Wait};
+pub use step::{MAX_PASSES, On, PlanStep, Wait};
 pub use takeover::{SessionThiefConfig, Takeover};
 
 /// Longest time in a plan, ms: an hour.
@@ -51,9 +51,9 @@ pub const MAX_ACTIONS: usize = 128;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum AdversaryConfig {
-    /// In the telemetry path, without a key.
+    /// A relay in the telemetry path, without a key.
     DatagramRelay(DatagramRelayConfig),
-    /// In the command path, without a key.
+    /// A relay in the command path, without a key.
     StreamRelay(StreamRelayConfig),
     /// The holder of teammate B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
@@ -81,7 +81,7 @@ pub enum PlanError {
         min: u64,
         /// Largest.
         max: u64,
-        /// In the plan.
+        /// The value in the plan.
         got: u64,
     },
     /// More actions than one plan may hold.
@@ -89,7 +89,7 @@ pub enum PlanError {
     Actions {
         /// Bound.
         max: usize,
-        /// In the plan.
+        /// The number in the plan.
         got: usize,
     },
     /// The action can only go towards the server.
@@ -143,7 +143,7 @@ impl Direction {
     }
 
     /// The covered sides, as destinations.
-    pub fn towards(self) -> impl Iterator<Item = Side> {
+    pub fn destinations(self) -> impl Iterator<Item = Side> {
         [Side::Server, Side::Client].into_iter().filter(move |side| self.covers(*side))
     }
 }
@@ -162,7 +162,7 @@ pub struct Timed<A> {
     pub direction: Direction,
     /// The step it is a part of, where that has a name.
     #[serde(default)]
-    pub step: Option<Step>,
+    pub step: Option<PlanStep>,
     /// Action to take.
     pub action: A,
 }
@@ -170,26 +170,26 @@ pub struct Timed<A> {
 impl<A> Timed<A> {
     /// Bounds of the window itself; `lasting` when the action needs one.
     fn check_window(&self, lasting: bool) -> Result<(), PlanError> {
-        within("start_ms", self.start_ms, 0, MAX_MS)?;
-        within("duration_ms", self.duration_ms, u64::from(lasting), MAX_MS)?;
+        check_range("start_ms", self.start_ms, 0, MAX_MS)?;
+        check_range("duration_ms", self.duration_ms, u64::from(lasting), MAX_MS)?;
         step::check(self.step)
     }
 }
 
 /// A magnitude within its bounds.
-fn within(what: &'static str, got: u64, min: u64, max: u64) -> Result<(), PlanError> {
+fn check_range(what: &'static str, got: u64, min: u64, max: u64) -> Result<(), PlanError> {
     if (min..=max).contains(&got) { Ok(()) } else { Err(PlanError::Magnitude { what, min, max, got }) }
 }
 
 /// A probability in permille.
-fn share(what: &'static str, permille: u16) -> Result<(), PlanError> {
-    within(what, u64::from(permille), 0, 1000)
+fn share(name: &'static str, permille: u16) -> Result<(), PlanError> {
+    check_range(name, u64::from(permille), 0, 1000)
 }
 
 /// A number of repetitions and the time between them.
 fn repeats(count: u32, every_ms: u64) -> Result<(), PlanError> {
-    within("count", u64::from(count), 1, u64::from(MAX_COUNT))?;
-    within("every_ms", every_ms, 0, MAX_HOLD_MS)
+    check_range("count", u64::from(count), 1, u64::from(MAX_COUNT))?;
+    check_range("every_ms", every_ms, 0, MAX_HOLD_MS)
 }
 
 /// No more actions than allowed.

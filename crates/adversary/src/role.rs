@@ -15,9 +15,9 @@ pub type AdversaryError = PlanError;
 /// An adversary in one of its roles.
 #[derive(Debug)]
 pub enum Adversary {
-    /// In the telemetry path.
+    /// The relay in the telemetry path.
     DatagramRelay(Box<DatagramRelay>),
-    /// In the command path.
+    /// The relay in the command path.
     StreamRelay(Box<StreamRelay>),
     /// The holder of teammate B's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
@@ -63,7 +63,7 @@ impl Adversary {
         })
     }
 
-    /// The same adversary in a forked world.
+    /// Copy of the adversary for a forked world.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Self {
         match self {

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use wire::time::{Instant, Span};
 
-/// So many steps from a start, evenly spaced, none at or after the end.
+/// A given number of steps from a start, evenly spaced, none at or after the end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Steps {
     next: Instant,
@@ -27,7 +27,7 @@ impl Steps {
 
     /// Takes one step if it is due at `now`.
     pub(crate) fn take(&mut self, now: Instant) -> bool {
-        let due = self.due().is_some_and(|at| at <= now);
+        let due = self.due().is_some_and(|time| time <= now);
         if due {
             self.left -= 1;
             self.next += self.every;
@@ -45,15 +45,15 @@ pub(crate) fn stream(seed: u64, action: usize) -> ChaCha8Rng {
 
 /// True with a probability in permille.
 pub(crate) fn chance(rng: &mut ChaCha8Rng, permille: u16) -> bool {
-    below(rng, 1000) < u64::from(permille)
+    uniform_below(rng, 1000) < u64::from(permille)
 }
 
 /// Uniform below `n` (by multiplication; the bias is below 2⁻³² for the sizes drawn here); zero when `n` is.
-pub(crate) fn below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
+pub(crate) fn uniform_below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
     ((u128::from(rng.next_u64()) * u128::from(n)) >> 64) as u64
 }
 
-/// So many random bytes.
+/// A given number of random bytes.
 pub(crate) fn noise(rng: &mut ChaCha8Rng, length: usize) -> Vec<u8> {
     let mut bytes = vec![0; length];
     rng.fill_bytes(&mut bytes);

@@ -26,17 +26,17 @@ pub(crate) fn setup(node: NodeId, secret: u8) -> Setup {
 }
 
 /// Milliseconds after an arbitrary zero.
-pub(crate) fn at(ms: u64) -> Instant {
+pub(crate) fn at_ms(ms: u64) -> Instant {
     Instant(5_000_000) + Span::ms(ms)
 }
 
-/// One input, and its outputs apart from the journal; the journal's entries are added to `said`.
-pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut Vec<Any>) -> Vec<Output> {
+/// One input, and its outputs apart from the journal; the journal's entries are added to `events`.
+pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, events: &mut Vec<Any>) -> Vec<Output> {
     core.handle(now, input);
     let mut out = Vec::new();
     while let Some(output) = core.output() {
         if let Output::Audit { bytes } = output {
-            said.push(Entry::decode(&bytes).unwrap().event);
+            events.push(Entry::decode(&bytes).unwrap().event);
         } else {
             out.push(output);
         }
@@ -45,16 +45,17 @@ pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut 
 }
 
 /// Number of times that the journal has `action`.
-pub(crate) fn times(said: &[Any], wanted: Action) -> usize {
-    said.iter()
+pub(crate) fn times(events: &[Any], wanted: Action) -> usize {
+    events
+        .iter()
         .filter(|event| matches!(event, Any::Instrument(Note::Attack { action, .. }) if *action == wanted))
         .count()
 }
 
 /// Value in the closing account.
-pub(crate) fn counted(said: &[Any], wanted: Account) -> u64 {
+pub(crate) fn counted(events: &[Any], wanted: Account) -> u64 {
     let count = |event: &Any| {
         if let Any::Service(Event::Count { account, n }) = event { (*account == wanted).then_some(*n) } else { None }
     };
-    said.iter().find_map(count).unwrap_or(0)
+    events.iter().find_map(count).unwrap_or(0)
 }

@@ -23,8 +23,8 @@ pub(crate) fn shifts(ends: impl IntoIterator<Item = (u64, u64)>, pause: u64) -> 
 pub(crate) fn backwards(read: &Read) -> Option<String> {
     let first = read.parts.first()?.ends.0;
     let one = |back: &crate::parts::Back| {
-        let (by, at) = (back.by as f64 / 1e6, (back.at as f64 - first as f64) / 1e6);
-        format!("by {} s at {at:.1} s", libm::round(by * 10.0) / 10.0)
+        let (amount, seconds) = (back.by as f64 / 1e6, (back.at as f64 - first as f64) / 1e6);
+        format!("by {} s at {seconds:.1} s", libm::round(amount * 10.0) / 10.0)
     };
     let named = read.backs.iter().take(MAX_NAMED).map(one).collect::<Vec<_>>();
     let further = read.backs.len().saturating_sub(MAX_NAMED);
@@ -39,7 +39,7 @@ pub(crate) fn backwards(read: &Read) -> Option<String> {
 
 /// The parts from `begin` to `end`, where there are several.
 pub(crate) fn judged(begin: Instant, pauses: &[(Instant, Instant)], end: Instant) -> Option<String> {
-    let seconds = |at: Instant| at.since(begin).0 as f64 / 1e6;
+    let seconds = |time: Instant| time.since(begin).0 as f64 / 1e6;
     let begins = std::iter::once(begin).chain(pauses.iter().map(|(_, begin)| *begin));
     let ends = pauses.iter().map(|(end, _)| *end).chain([end]);
     let named: Vec<String> =

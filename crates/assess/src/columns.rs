@@ -1,6 +1,6 @@
 //! One topic's numbers by the entries of a map, converted to metres, radians, seconds and microseconds.
 
-use crate::log::{Log, LogError, Path, Row, Rows};
+use crate::log::{Log, LogError, MessageRow, Path, Rows};
 use crate::map::{Field, Stamp, StampUnit};
 
 /// A question to one topic; its columns are added one by one.
@@ -29,7 +29,7 @@ pub(crate) enum Clock {
 }
 
 impl<'a> Columns<'a> {
-    pub(crate) fn of(log: &'a Log<'a>, topic: &'a str) -> Self {
+    pub(crate) fn new(log: &'a Log<'a>, topic: &'a str) -> Self {
         Self { log, topic, paths: Vec::new() }
     }
 
@@ -79,14 +79,14 @@ impl<'a> Columns<'a> {
 
 impl Column {
     /// Its number in a row; none if the number is not finite.
-    pub(crate) fn read(self, row: &Row) -> Option<f64> {
+    pub(crate) fn read(self, row: &MessageRow) -> Option<f64> {
         row.values.get(self.at).map(|value| value * self.factor).filter(|value| value.is_finite())
     }
 }
 
 impl Clock {
     /// Microseconds; none if the stamp is no time.
-    pub(crate) fn read(self, row: &Row) -> Option<u64> {
+    pub(crate) fn read(self, row: &MessageRow) -> Option<u64> {
         /// A time that leaves room for sums, as microseconds: the year 100,000.
         const LATEST: f64 = 3.2e18;
         let us = match self {
@@ -100,12 +100,12 @@ impl Clock {
 
 /// Keeps what has a stamp later than all before it. Also gives the number of those left out.
 pub(crate) fn in_order<T>(rows: impl IntoIterator<Item = (u64, T)>) -> (Vec<(u64, T)>, u64) {
-    let (mut kept, mut back): (Vec<(u64, T)>, u64) = (Vec::new(), 0);
+    let (mut ordered, mut back): (Vec<(u64, T)>, u64) = (Vec::new(), 0);
     for row in rows {
-        match kept.last().is_none_or(|(last, _)| row.0 > *last) {
-            true => kept.push(row),
+        match ordered.last().is_none_or(|(last, _)| row.0 > *last) {
+            true => ordered.push(row),
             false => back += 1,
         }
     }
-    (kept, back)
+    (ordered, back)
 }

@@ -10,8 +10,8 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// Of samples `(microseconds, value)` whose times increase.
-    pub(crate) fn of(samples: impl IntoIterator<Item = (u64, f64)>) -> Self {
+    /// A curve through samples `(microseconds, value)` whose times increase.
+    pub(crate) fn from_samples(samples: impl IntoIterator<Item = (u64, f64)>) -> Self {
         let mut curve = Self::default();
         for (at, value) in samples {
             let (before, last) = (curve.at.last().copied().unwrap_or(at), curve.value.last().copied().unwrap_or(value));
@@ -33,15 +33,15 @@ impl Curve {
         Some((*self.at.first()?, *self.at.last()?))
     }
 
-    /// Time from the newest sample at or before `at`; none before the first.
-    pub(crate) fn age(&self, at: u64) -> Option<u64> {
-        let behind = self.at.partition_point(|sample| *sample <= at);
-        Some(at - self.at[behind.checked_sub(1)?])
+    /// Time from the newest sample at or before `time`; none before the first.
+    pub(crate) fn age(&self, time: u64) -> Option<u64> {
+        let next = self.at.partition_point(|sample| *sample <= time);
+        Some(time - self.at[next.checked_sub(1)?])
     }
 
     /// The value at a time; that of the nearest end outside the samples.
-    pub(crate) fn value(&self, at: u64) -> f64 {
-        self.read(at).0
+    pub(crate) fn value(&self, time: u64) -> f64 {
+        self.read(time).0
     }
 
     /// Mean between two times, the first before the second.
@@ -53,14 +53,14 @@ impl Curve {
     }
 
     /// Value and integral at a time.
-    fn read(&self, at: u64) -> (f64, f64) {
-        let behind = self.at.partition_point(|sample| *sample <= at);
+    fn read(&self, time: u64) -> (f64, f64) {
+        let behind = self.at.partition_point(|sample| *sample <= time);
         let seconds = |from: u64, to: u64| (to as f64 - from as f64) / 1e6;
         let Some(low) = behind.checked_sub(1) else {
-            let (first, value) = (self.at.first().copied().unwrap_or(at), self.value.first().copied().unwrap_or(0.0));
-            return (value, -seconds(at, first) * value);
+            let (first, value) = (self.at.first().copied().unwrap_or(time), self.value.first().copied().unwrap_or(0.0));
+            return (value, -seconds(time, first) * value);
         };
-        let (value, elapsed) = (self.value[low], seconds(self.at[low], at));
+        let (value, elapsed) = (self.value[low], seconds(self.at[low], time));
         let slope = match self.at.get(behind) {
             Some(next) => (self.value[behind] - value) / seconds(self.at[low], *next),
             None => 0.0,
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn mean_is_the_integral_over_time() {
-        let curve = Curve::of([(0, 0.0), (1_000_000, 2.0), (3_000_000, 2.0)]);
+        let curve = Curve::from_samples([(0, 0.0), (1_000_000, 2.0), (3_000_000, 2.0)]);
         assert_eq!(curve.value(500_000), 1.0);
         assert!((curve.mean(0, 1_000_000) - 1.0).abs() < 1e-12);
         assert!((curve.mean(500_000, 2_000_000) - (0.75 + 2.0) / 1.5).abs() < 1e-12);

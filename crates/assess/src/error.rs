@@ -6,7 +6,7 @@ use crate::log::{End, LogError};
 pub(crate) const MAX_PERIODS: u64 = 2_000_000;
 
 impl TrackError {
-    /// The same of a recording that was not read whole.
+    /// The error of a recording that was not read whole.
     pub(crate) fn because_of(self, end: &End) -> Self {
         match &end.why {
             Some(why) => {
@@ -55,7 +55,7 @@ pub enum TrackError {
         /// The error that may follow from it.
         then: Box<TrackError>,
     },
-    /// It is longer than is judged.
+    /// Length beyond what is judged.
     #[error(
         "stamps from {from_s} to {to_s} s, at most {MAX_PERIODS} control periods are judged: is a stamp's unit right?"
     )]

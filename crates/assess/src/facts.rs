@@ -1,4 +1,4 @@
-//! Facts about a recording, which tell how far the model of the guards fits it. They are found by `track`.
+//! Facts about a recording, which show how far the model of the guards fits it. They are found by `track`.
 
 /// Facts that tell how far the guards' model fits.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]

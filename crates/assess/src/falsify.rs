@@ -12,19 +12,19 @@ pub enum Injection {
     Freeze,
     /// Position and stamp stay: no new fix.
     FrozenStamp,
-    /// The position moves away at so many metres a second.
+    /// The position moves away at a constant speed, metres a second.
     Drift(f64),
-    /// The position is so many metres off at once.
+    /// The position is a given number of metres off at once.
     Jump(f64),
-    /// Position and receiver's time are so many seconds late, under stamps of their arrival.
+    /// Position and receiver's time are a given number of seconds late, under stamps of their arrival.
     Delay(f64),
-    /// Position, heading and deviation are those of so many seconds before; stamps and the receiver's time go on.
+    /// Position, heading and deviation are as old as the given number of seconds; stamps and the receiver's time go on.
     Replay(f64),
 }
 
 impl Injection {
-    /// Those that a map asks for.
-    pub(crate) fn of(map: &Inject) -> Vec<Self> {
+    /// Injections that a map asks for.
+    pub(crate) fn from_map(map: &Inject) -> Vec<Self> {
         let each = |list: &toml::Spanned<Vec<f64>>, make: fn(f64) -> Self| {
             list.as_ref().iter().map(|strength| make(*strength)).collect::<Vec<_>>()
         };
@@ -98,9 +98,9 @@ impl Placed<'_> {
     }
 
     /// The newest true fix at or before a time.
-    fn newest(&self, at: Instant) -> Option<Place> {
-        let behind = self.fixes.partition_point(|(stamp, _)| *stamp <= at);
-        Some(self.fixes[behind.checked_sub(1)?].1)
+    fn newest(&self, time: Instant) -> Option<Place> {
+        let next = self.fixes.partition_point(|(stamp, _)| *stamp <= time);
+        Some(self.fixes[next.checked_sub(1)?].1)
     }
 }
 

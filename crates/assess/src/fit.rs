@@ -195,6 +195,7 @@ fn reading(log: &Log<'_>, facts: &Facts) -> Vec<String> {
     if log.dropouts_ms > 0 {
         remarks.push(format!("The logger lost {} ms by its own account.", log.dropouts_ms));
     }
-    let damage = log.end.why.iter().map(|why| format!("Read up to byte {} of {}: {why}.", log.end.at, log.end.of));
+    let damage =
+        log.end.why.iter().map(|reason| format!("Read up to byte {} of {}: {reason}.", log.end.at, log.end.of));
     damage.chain(remarks).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::columns::{Clock, Column, Columns, in_order};
 use crate::curve::Curve;
-use crate::log::{Log, LogError, Row};
+use crate::log::{Log, LogError, MessageRow};
 use crate::map::{Dimension, FixMap, Frame};
 use crate::parts::Timed;
 
@@ -43,15 +43,15 @@ pub(crate) struct FixColumns {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fixes {
     pub(crate) kept: Vec<(u64, Place)>,
-    /// Those of them with a stated deviation of 0 or less.
+    /// Fixes with a stated deviation of 0 or less.
     pub(crate) unstated: u64,
-    /// Those with a receiver that has no time.
+    /// Fixes by a receiver that has no time.
     pub(crate) untimed: u64,
 }
 
 /// Asks for the fixes.
 pub(crate) fn fixes(log: &Log<'_>, map: &FixMap) -> Result<(FixColumns, Timed), LogError> {
-    let mut columns = Columns::of(log, &map.topic);
+    let mut columns = Columns::new(log, &map.topic);
     let clock = columns.stamp(&map.stamp)?;
     let local = columns.optional(map.x.as_ref())?.zip(columns.optional(map.y.as_ref())?);
     let global = columns.optional(map.latitude.as_ref())?.zip(columns.optional(map.longitude.as_ref())?);
@@ -63,19 +63,19 @@ pub(crate) fn fixes(log: &Log<'_>, map: &FixMap) -> Result<(FixColumns, Timed), 
         None => None,
     };
     let sigma = sigma.map(|sigma| (sigma, square));
-    Ok((FixColumns { frame: map.frame, local, global, yaw, sigma, time, valid }, Timed::of(columns.rows()?, clock)))
+    Ok((FixColumns { frame: map.frame, local, global, yaw, sigma, time, valid }, Timed::new(columns.rows()?, clock)))
 }
 
 impl FixColumns {
-    /// The fixes in these rows; those without a heading of their own take that of `heading`, no older than `oldest` microseconds. `zero` is the
+    /// The fixes in these rows; those without their own heading take that of `heading`, no older than `oldest` microseconds. `zero` is the
     /// first latitude and longitude of the recording.
     pub(crate) fn places(
         &self,
-        rows: &[(u64, Row)],
+        rows: &[(u64, MessageRow)],
         (heading, oldest): (Option<&Curve>, u64),
         zero: &mut Option<(f64, f64)>,
     ) -> Fixes {
-        let mut read = |at: u64, row: &Row| {
+        let mut read = |at: u64, row: &MessageRow| {
             self.valid.is_none_or(|(column, least)| column.read(row).is_some_and(|got| got >= least)).then_some(())?;
             let yaw = match (self.yaw, heading) {
                 (Some(yaw), _) => east_based(self.frame, yaw.read(row)?),
@@ -94,7 +94,7 @@ impl FixColumns {
                 Some((column, square)) => deviation(column.read(row)?, square),
                 None => 0.0,
             };
-            // A receiver without a time of its own says 0, or no number.
+            // A receiver without its own time says 0, or no number.
             let time = self.time.and_then(|time| time.read(row)).filter(|time| *time > 0);
             Some(Place { east, north, yaw, sigma_m, time })
         };
@@ -129,13 +129,13 @@ fn on_axes(frame: Frame, x: f64, y: f64) -> (f64, f64) {
 }
 
 /// Metres east and north of `zero`, on the plane that touches the ellipsoid there; radians in.
-fn tangent(zero: (f64, f64), here: (f64, f64)) -> (f64, f64) {
+fn tangent(zero: (f64, f64), place: (f64, f64)) -> (f64, f64) {
     let (sin, cos) = libm::sincos(zero.0);
     let w2 = 1.0 - ECCENTRICITY_2 * sin * sin;
     let across = RADIUS_M / libm::sqrt(w2);
     let along = across * (1.0 - ECCENTRICITY_2) / w2;
-    let turned = autonomy::localisation::wrap(here.1 - zero.1);
-    (turned * across * cos, (here.0 - zero.0) * along)
+    let turned = autonomy::localisation::wrap(place.1 - zero.1);
+    (turned * across * cos, (place.0 - zero.0) * along)
 }
 
 #[cfg(test)]

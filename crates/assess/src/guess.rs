@@ -5,7 +5,7 @@ use crate::log::{Format, Log, Topic};
 use crate::map::Map;
 use crate::read::Read;
 
-/// A map as text, to be checked by a person; the recording's topics stand in front as comments.
+/// A map as text, to be checked by a person; the recording's topics are in front as comments.
 ///
 /// # Errors
 /// When no topic is known as a fix, or none as odometry; the message lists the topics.
@@ -19,14 +19,14 @@ pub fn guess(log: &Log<'_>) -> Result<String, String> {
         Format::Ulog => px4(log),
         Format::Mcap => ros(log),
     };
-    let cause = log.end.why.as_ref().map(|why| {
-        let why = why.replace(char::is_control, " ");
-        format!("read to byte {} of {}: {why}", log.end.at, log.end.of)
+    let cause = log.end.why.as_ref().map(|reason| {
+        let reason = reason.replace(char::is_control, " ");
+        format!("read to byte {} of {}: {reason}", log.end.at, log.end.of)
     });
     let parts = parts.map_err(|missing| {
         let cause = cause.as_ref().map_or_else(String::new, |cause| format!("{cause}; so "));
-        let has = if topics.is_empty() { " no topic that could be read".to_owned() } else { format!("\n{topics}") };
-        format!("{cause}no topic is known as {missing}; the recording has{has}")
+        let content = if topics.is_empty() { " no topic that could be read".to_owned() } else { format!("\n{topics}") };
+        format!("{cause}no topic is known as {missing}; the recording has{content}")
     })?;
     let vehicle = if log.format == Format::Ulog { vehicle(log) } else { "other" };
     let cause = cause.map_or_else(String::new, |cause| format!("# Not all could be read: {cause}\n"));
@@ -39,7 +39,7 @@ pub fn guess(log: &Log<'_>) -> Result<String, String> {
 
 /// The map with the lever that the recording tells under it, if it does.
 fn with_lever(log: &Log<'_>, text: String) -> String {
-    let estimate = Map::parse("guess", &text).ok().and_then(|map| Read::of(log, &map).ok()?.lever(&map));
+    let estimate = Map::parse("guess", &text).ok().and_then(|map| Read::from_log(log, &map).ok()?.lever(&map));
     match estimate {
         Some(Estimate { lever_m: [ahead, left], deviation_m, .. }) => {
             let line = format!(
@@ -73,23 +73,23 @@ fn vehicle(log: &Log<'_>) -> &'static str {
 fn px4(log: &Log<'_>) -> Result<String, &'static str> {
     let estimate = ["vehicle_local_position", "vehicle_odometry"];
     let fix = px4_fix(log).ok_or("a fix (vehicle_gps_position, sensor_gps, vehicle_local_position)")?;
-    let heading = if log.has("vehicle_attitude", &["q[0]", "timestamp"]) {
+    let heading = if log.has_columns("vehicle_attitude", &["q[0]", "timestamp"]) {
         "[heading]\ntopic = \"vehicle_attitude\"\nsource = \"ekf2\"\nframe = \"ned\"\n\
          stamp = { field = \"timestamp\", unit = \"us\" }\nquaternion = [\"q[0]\", \"q[1]\", \"q[2]\", \"q[3]\"]\n"
-    } else if log.has(estimate[0], &["heading"]) {
+    } else if log.has_columns(estimate[0], &["heading"]) {
         "[heading]\ntopic = \"vehicle_local_position\"\nsource = \"ekf2\"\nframe = \"ned\"\n\
          stamp = { field = \"timestamp\", unit = \"us\" }\nyaw = { field = \"heading\", unit = \"rad\" }\n"
     } else {
         return Err("a heading (vehicle_attitude, vehicle_local_position)");
     };
-    let odometry = if log.has(estimate[0], &["vx", "vy"]) {
+    let odometry = if log.has_columns(estimate[0], &["vx", "vy"]) {
         "[odometry]\ntopic = \"vehicle_local_position\"\nsource = \"ekf2\"\nframe = \"ned\"\n\
          stamp = { field = \"timestamp\", unit = \"us\" }\n\
          velocity = { x = { field = \"vx\", unit = \"m/s\" }, y = { field = \"vy\", unit = \"m/s\" } }\n"
     } else {
         return Err("odometry (vehicle_local_position)");
     };
-    let mode = match log.has("vehicle_status", &["nav_state"]) {
+    let mode = match log.has_columns("vehicle_status", &["nav_state"]) {
         true => {
             "\n[mode]\ntopic = \"vehicle_status\"\nstamp = { field = \"timestamp\", unit = \"us\" }\nfield = \"nav_state\"\n\
              names = { 0 = \"manual\", 1 = \"altitude\", 2 = \"position\", 3 = \"mission\", 4 = \"loiter\", 5 = \"return\", \
@@ -97,7 +97,7 @@ fn px4(log: &Log<'_>) -> Result<String, &'static str> {
         }
         false => "",
     };
-    let setpoint = match log.has("vehicle_local_position_setpoint", &["vx", "vy"]) {
+    let setpoint = match log.has_columns("vehicle_local_position_setpoint", &["vx", "vy"]) {
         true => {
             "\n[setpoint]\ntopic = \"vehicle_local_position_setpoint\"\n\
              velocity = { x = { field = \"vx\", unit = \"m/s\" }, y = { field = \"vy\", unit = \"m/s\" } }\n"
@@ -112,7 +112,7 @@ fn px4_fix(log: &Log<'_>) -> Option<String> {
     // Newer logs have degrees as `double`, older ones ten-millionths as `int32`.
     let degrees = [("latitude_deg", "longitude_deg", "deg"), ("lat", "lon", "1e-7deg")];
     let found = gnss.find_map(|topic| {
-        let (lat, lon, unit) = degrees.into_iter().find(|(lat, lon, _)| log.has(topic, &[lat, lon, "eph"]))?;
+        let (lat, lon, unit) = degrees.into_iter().find(|(lat, lon, _)| log.has_columns(topic, &[lat, lon, "eph"]))?;
         let time = match varies(log, topic, "time_utc_usec") {
             true => "time = { field = \"time_utc_usec\", unit = \"us\" }\n",
             false => "",
@@ -124,7 +124,7 @@ fn px4_fix(log: &Log<'_>) -> Option<String> {
         ))
     });
     found.or_else(|| {
-        log.has("vehicle_local_position", &["x", "y"]).then(|| {
+        log.has_columns("vehicle_local_position", &["x", "y"]).then(|| {
             "[fix]\ntopic = \"vehicle_local_position\"\nsource = \"ekf2\"\nframe = \"ned\"\n\
              stamp = { field = \"timestamp\", unit = \"us\" }\n\
              x = { field = \"x\", unit = \"m\" }\ny = { field = \"y\", unit = \"m\" }\n"

@@ -28,11 +28,11 @@ pub struct Injected {
     pub injection: Injection,
     /// Moments.
     pub n: u64,
-    /// Those after which a guard failed within the length of the injection.
+    /// Injections after which a guard failed within the length of the injection.
     pub noticed: u64,
     /// Moments after which the vehicle moved by a metre or more, by odometry.
     pub moving: u64,
-    /// Those of them that were noticed.
+    /// Injections during motion that were noticed.
     pub noticed_moving: u64,
     /// Time to the first failing guard for each noticed one, seconds, in order of size.
     pub after_s: Vec<f64>,
@@ -57,19 +57,19 @@ pub(crate) fn inject(clean: &Clean<'_>, fresh: &Guards<'_>, map: &Inject, seed: 
     let window = span(*map.window_s.as_ref());
     let moments = moments(clean, window, *map.placements.as_ref(), seed);
     let fixes: Vec<(Instant, Place)> = clean.steps.iter().filter_map(|step| Some((step.stamp, step.fix?))).collect();
-    let mut results: Vec<Injected> = Injection::of(map).into_iter().map(Injected::none).collect();
+    let mut results: Vec<Injected> = Injection::from_map(map).into_iter().map(Injected::none).collect();
     let (mut guards, mut tick) = (fresh.clone(), 0);
     for (moment, towards) in moments {
         while tick <= moment {
-            guards.tick(clean.at(tick), clean.steps, None);
+            guards.tick(clean.tick_time(tick), clean.steps, None);
             tick += 1;
         }
         // The readings of the moment's tick are taken; the injection begins behind it.
-        let from = clean.at(moment) + Span(1);
+        let from = clean.tick_time(moment) + Span(1);
         let moving = clean.way_m(from, from + window) >= MOVING_M;
         for result in &mut results {
             let injection = result.injection;
-            // The past of a moment is that of its own part.
+            // The past of a moment lies within its own part.
             let begin = clean.begin(from);
             let fixes = &fixes[fixes.partition_point(|(stamp, _)| *stamp < begin)..];
             if fixes.first().is_none_or(|(first, _)| *first + span(injection.past_s()) > from) {
@@ -79,8 +79,9 @@ pub(crate) fn inject(clean: &Clean<'_>, fresh: &Guards<'_>, map: &Inject, seed: 
             let last = moment + (window.0 / clean.period.0) as usize;
             let mut copy = guards.clone();
             let found = (moment + 1..=last).find_map(|tick| {
-                let failing = copy.tick(clean.at(tick), clean.steps, Some(&placed)).filter(|failing| failing.any())?;
-                Some((clean.at(tick).since(clean.at(moment)).0 as f64 / 1e6, failing))
+                let failing =
+                    copy.tick(clean.tick_time(tick), clean.steps, Some(&placed)).filter(|failing| failing.any())?;
+                Some((clean.tick_time(tick).since(clean.tick_time(moment)).0 as f64 / 1e6, failing))
             });
             result.count(found, moving);
         }
@@ -114,22 +115,22 @@ fn moments(clean: &Clean<'_>, window: Span, wanted: usize, seed: u64) -> Vec<(us
 }
 
 impl Clean<'_> {
-    pub(crate) fn at(&self, tick: usize) -> Instant {
+    pub(crate) fn tick_time(&self, tick: usize) -> Instant {
         self.start + Span(self.period.0 * tick as u64)
     }
 
     /// Beginning of the part that a moment is in.
     fn begin(&self, moment: Instant) -> Instant {
-        let behind = self.pauses.partition_point(|(_, begin)| *begin <= moment);
-        behind.checked_sub(1).map_or(self.start, |last| self.pauses[last].1)
+        let next = self.pauses.partition_point(|(_, begin)| *begin <= moment);
+        next.checked_sub(1).map_or(self.start, |last| self.pauses[last].1)
     }
 
     /// Way by odometry between two times, metres.
     fn way_m(&self, from: Instant, to: Instant) -> f64 {
         let first = self.steps.partition_point(|step| step.stamp <= from);
-        let within = self.steps[first..].iter().take_while(|step| step.stamp <= to);
+        let steps = self.steps[first..].iter().take_while(|step| step.stamp <= to);
         let (mut way, mut last) = (0.0, from);
-        for step in within {
+        for step in steps {
             let speed = step.odometry.map_or(0.0, |odometry| f64::from(odometry.speed_mm_s).abs() / 1000.0);
             way += speed * step.stamp.since(last).0 as f64 / 1e6;
             last = step.stamp;
@@ -150,7 +151,7 @@ impl Injected {
             self.noticed += 1;
             self.noticed_moving += u64::from(moving);
             self.after_s.push(after);
-            for check in Check::ALL.into_iter().filter(|check| failing.has(*check)) {
+            for check in Check::ALL.into_iter().filter(|check| failing.contains(*check)) {
                 *self.by.entry(check).or_default() += 1;
             }
         }

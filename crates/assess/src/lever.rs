@@ -1,6 +1,6 @@
 //! The lever: the place of the position's receiver, from the point of the vehicle that does not slide, which is the middle of the rear axle.
 //!
-//! In a curve the receiver moves otherwise than that point, by the lever times the rate of turn; a guard that is told a false lever takes this for
+//! In a curve the receiver moves otherwise than that point, by the lever times the rate of turn; a guard that is given a false lever takes this for
 //! an error of the fix. The map states the lever. Where it does not, the lever is estimated: over stretches of a second or more, the way by fixes is
 //! compared with the way by odometry and heading, in least squares with outliers kept small (Huber, *Robust Estimation of a Location Parameter*, 1964).
 //! Errors of the wheels' radius and of the heading's zero are estimated with it, within a few percent, so that they are not taken for a lever.
@@ -52,7 +52,7 @@ pub(crate) struct Stretches {
 }
 
 impl Stretches {
-    /// Adds those of one part of a recording.
+    /// Adds the values of one part of a recording.
     pub(crate) fn add(&mut self, fixes: &[(u64, Place)], turning: &Curve, motion: &Motion) {
         let mut from = 0;
         for to in 1..fixes.len() {
@@ -76,7 +76,7 @@ impl Stretches {
             return None;
         }
         let (solved, deviations) = self.solve(EXPECTED)?;
-        // A place to the left cannot be told from the wheels' error in a steady curve: it is then left at zero.
+        // A place to the left cannot be distinguished from the wheels' error in a steady curve: it is then left at zero.
         let (solved, deviations) = match deviations[1] > MAX_DEVIATION_M {
             true => self.solve([EXPECTED[0], 1e-6, EXPECTED[2], EXPECTED[3]])?,
             false => (solved, deviations),
@@ -125,13 +125,13 @@ impl Stretches {
 
 /// Way of the axle between two times by odometry, along the heading, metres east and north.
 fn way((from, to): (u64, u64), turning: &Curve, speed: &Curve) -> (f64, f64) {
-    let (mut at, mut way) = (from, (0.0, 0.0));
-    while at < to {
-        let next = (at + STEP_US).min(to);
-        let gone = speed.mean(at, next) * (next - at) as f64 / 1e6;
-        let (sin, cos) = libm::sincos(turning.value(at + (next - at) / 2));
-        way = (way.0 + gone * cos, way.1 + gone * sin);
-        at = next;
+    let (mut time, mut way) = (from, (0.0, 0.0));
+    while time < to {
+        let next = (time + STEP_US).min(to);
+        let travelled = speed.mean(time, next) * (next - time) as f64 / 1e6;
+        let (sin, cos) = libm::sincos(turning.value(time + (next - time) / 2));
+        way = (way.0 + travelled * cos, way.1 + travelled * sin);
+        time = next;
     }
     way
 }
@@ -165,10 +165,10 @@ fn inverted(mut matrix: [[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
         matrix[column] = matrix[column].map(|number| number / by);
         inverse[column] = inverse[column].map(|number| number / by);
         for row in (0..4).filter(|row| *row != column) {
-            let by = matrix[row][column];
+            let factor = matrix[row][column];
             for i in 0..4 {
-                matrix[row][i] -= by * matrix[column][i];
-                inverse[row][i] -= by * inverse[column][i];
+                matrix[row][i] -= factor * matrix[column][i];
+                inverse[row][i] -= factor * inverse[column][i];
             }
         }
     }
@@ -184,22 +184,22 @@ mod tests {
         let (mut fixes, mut speeds, mut headings) = (Vec::new(), Vec::new(), Vec::new());
         let (mut x, mut y, mut yaw) = (0.0, 0.0, 0.3);
         for i in 0..400_u64 {
-            let (at, t) = (i * 250_000, i as f64 / 4.0);
+            let (time, t) = (i * 250_000, i as f64 / 4.0);
             let rate = if straight { 0.0 } else { 0.4 * libm::sin(0.35 * t) };
             let (sin, cos) = libm::sincos(yaw);
             let jump = if (200..230).contains(&i) { 8.0 } else { 0.0 };
             let (east, north) = (x + lever[0] * cos - lever[1] * sin + jump, y + lever[0] * sin + lever[1] * cos);
-            fixes.push((at, Place { east, north, yaw, sigma_m: 0.0, time: None }));
-            speeds.push((at, 1.01 * 2.0));
-            headings.push((at, yaw));
+            fixes.push((time, Place { east, north, yaw, sigma_m: 0.0, time: None }));
+            speeds.push((time, 1.01 * 2.0));
+            headings.push((time, yaw));
             for _ in 0..250 {
                 (x, y) = (x + 0.002 * libm::cos(yaw), y + 0.002 * libm::sin(yaw));
                 yaw += rate / 1000.0;
             }
         }
-        let motion = Motion { speed: Curve::of(speeds), ..Motion::default() };
+        let motion = Motion { speed: Curve::from_samples(speeds), ..Motion::default() };
         let mut stretches = Stretches::default();
-        stretches.add(&fixes, &Curve::of(headings), &motion);
+        stretches.add(&fixes, &Curve::from_samples(headings), &motion);
         stretches
     }
 

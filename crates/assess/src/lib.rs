@@ -56,7 +56,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// Those of `platforms/ground.toml`.
+    /// Terms of `platforms/ground.toml`.
     pub const GROUND: Terms = Terms { bounds: Bounds::GROUND, limits: Limits::GROUND };
 }
 
@@ -109,7 +109,7 @@ pub struct Moment {
 /// When the recording lacks an input that the map names; damage to it is named first.
 pub fn assess(log: &Log<'_>, map: &Map, terms: &Terms, seed: u64) -> Result<Assessment, TrackError> {
     let bounds = &terms.bounds;
-    let track = track::track(log, map, bounds).map_err(|why| why.because_of(&log.end))?;
+    let track = track::track(log, map, bounds).map_err(|error| error.because_of(&log.end))?;
     let fence = map.fence.as_ref().map(|fence| {
         let mm = |m: f64| libm::round(m * 1000.0) as i32;
         Geofence::new(&fence.corners.as_ref().iter().map(|[x, y]| (mm(*x), mm(*y))).collect::<Vec<_>>())
@@ -120,19 +120,19 @@ pub fn assess(log: &Log<'_>, map: &Map, terms: &Terms, seed: u64) -> Result<Asse
     let start = track.steps.first().map_or(Instant(0), |step| step.stamp);
     let period = Span::ms(bounds.control_period_ms.max(1));
     let count = (track.end.since(start).0 / period.0) as usize + 1;
-    let at = |tick: usize| start + Span(period.0 * tick as u64);
+    let tick_time = |tick: usize| start + Span(period.0 * tick as u64);
     let mut guards = fresh.clone();
-    let ticks: Vec<Option<Failing>> = (0..count).map(|tick| guards.tick(at(tick), &track.steps, None)).collect();
-    let counted: Vec<bool> = (0..count).map(|tick| is_counted(map, &track, at(tick))).collect();
+    let ticks: Vec<Option<Failing>> = (0..count).map(|tick| guards.tick(tick_time(tick), &track.steps, None)).collect();
+    let counted: Vec<bool> = (0..count).map(|tick| is_counted(map, &track, tick_time(tick))).collect();
     let seconds = period.0 as f64 / 1e6;
     let judged = ticks.iter().zip(&counted).filter(|(tick, counted)| tick.is_some() && **counted).count();
-    let given = |check: Check| match check {
+    let fails = |check: Check| match check {
         Check::TimeBase => track.is_timed,
         Check::Geofence => map.fence.is_some(),
         Check::Silence | Check::Gate | Check::Drift => true,
     };
-    let mode = |tick: usize| mode_at(&track, at(tick)).map(str::to_owned);
-    let failing = |check: Option<Check>, failing: Failing| check.map_or(failing.any(), |check| failing.has(check));
+    let mode = |tick: usize| mode_at(&track, tick_time(tick)).map(str::to_owned);
+    let failing = |check: Option<Check>, failing: Failing| check.map_or(failing.any(), |check| failing.contains(check));
     let trips = Check::ALL.map(Some).into_iter().chain([None]);
     let trips = trips.map(|check| {
         let of: Vec<Option<bool>> = ticks
@@ -140,7 +140,7 @@ pub fn assess(log: &Log<'_>, map: &Map, terms: &Terms, seed: u64) -> Result<Asse
             .zip(&counted)
             .map(|(tick, counted)| tick.filter(|_| *counted).map(|tick| failing(check, tick)))
             .collect();
-        Tripped::of(check, check.is_none_or(given), &of, seconds, mode)
+        Tripped::from_ticks(check, check.is_none_or(fails), &of, seconds, mode)
     });
     let trips = trips.collect();
     let clean = Clean { steps: &track.steps, start, period, ticks: &ticks, counted: &counted, pauses: &track.pauses };
@@ -150,19 +150,19 @@ pub fn assess(log: &Log<'_>, map: &Map, terms: &Terms, seed: u64) -> Result<Asse
     Ok(Assessment { judged_s, restarts: guards.restarts, facts: track.facts, remarks, trips, injected })
 }
 
-fn mode_at(track: &Track, at: Instant) -> Option<&str> {
-    let behind = track.modes.partition_point(|(from, _)| *from <= at.0);
-    track.modes.get(behind.checked_sub(1)?).map(|(_, name)| name.as_str())
+fn mode_at(track: &Track, time: Instant) -> Option<&str> {
+    let next = track.modes.partition_point(|(from, _)| *from <= time.0);
+    track.modes.get(next.checked_sub(1)?).map(|(_, name)| name.as_str())
 }
 
-fn is_counted(map: &Map, track: &Track, at: Instant) -> bool {
+fn is_counted(map: &Map, track: &Track, time: Instant) -> bool {
     let judged = map.mode.as_ref().map_or(&[][..], |mode| &mode.judged);
-    judged.is_empty() || mode_at(track, at).is_some_and(|mode| judged.iter().any(|name| name == mode))
+    judged.is_empty() || mode_at(track, time).is_some_and(|mode| judged.iter().any(|name| name == mode))
 }
 
 impl Tripped {
-    /// Of a test's failing at each tick; none where it is not judged.
-    fn of(
+    /// Summary of a test's failing at each tick; none where it is not judged.
+    fn from_ticks(
         check: Option<Check>,
         judged: bool,
         ticks: &[Option<bool>],

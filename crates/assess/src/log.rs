@@ -1,6 +1,6 @@
 //! A recording by its topics: rows of numbers out of PX4 ULog, or out of MCAP with JSON or ROS 2's CDR.
 //!
-//! The bytes are those of others. Damaged parts are left out, and [`End`] has the place of each damage; the number of topics, the size of a file, of
+//! The bytes come from others. Damaged parts are left out, and [`End`] has the place of each damage; the number of topics, the size of a file, of
 //! its expanded chunks and of one message are bounded. A recording may be split into several files, which are read one after another.
 //! The meaning of a topic is left to `map`.
 
@@ -17,7 +17,7 @@ use std::borrow::Cow;
 
 pub use found::Gap;
 pub use path::Path;
-pub use rows::{Row, Rows};
+pub use rows::{MessageRow, Rows};
 
 use found::Found;
 
@@ -51,7 +51,7 @@ pub struct Topic {
 /// whole, those in its inside.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
-    /// Offset of the first byte that was not read, nor any behind it.
+    /// Offset from which on no byte was read.
     pub at: u64,
     /// Length of the recording, bytes.
     pub of: u64,
@@ -127,7 +127,7 @@ impl<'a> Log<'a> {
         Self::open_all(&[("", bytes)])
     }
 
-    /// The same of a recording in several files, named and in their order.
+    /// Opens a recording in several files, named and in their order.
     ///
     /// # Errors
     /// As of one file, and when they are of different formats or more than [`MAX_LOG`] together.
@@ -138,7 +138,7 @@ impl<'a> Log<'a> {
         for (i, (name, bytes)) in files.iter().enumerate() {
             // One alone needs no name.
             let name = if files.len() > 1 { *name } else { "" };
-            let ((bytes, cut), format) = source::open(bytes).map_err(|why| why.within(name, length))?;
+            let ((bytes, cut), format) = source::open(bytes).map_err(|error| error.in_file(name, length))?;
             let known = log.get_or_insert_with(|| Log::none(format));
             if known.format != format {
                 return Err(refused(length, format!("{name}: another format than the first file's")));
@@ -147,7 +147,7 @@ impl<'a> Log<'a> {
             let (topics, mut read) = match format {
                 Format::Ulog => {
                     let (tables, read) =
-                        ulog::walk(&bytes, &mut |_, _, _| ()).map_err(|why| why.within(name, length))?;
+                        ulog::walk(&bytes, &mut |_, _, _| ()).map_err(|error| error.in_file(name, length))?;
                     (tables.topics, read)
                 }
                 Format::Mcap => {
@@ -178,7 +178,7 @@ impl<'a> Log<'a> {
         Self { files: Vec::new(), format, topics: Vec::new(), end, notes: Vec::new(), dropouts_ms: 0 }
     }
 
-    /// Adds a file's topic to those of all; gives its index.
+    /// Adds a file's topic to all topics; gives its index.
     fn merge(&mut self, topic: Topic) -> usize {
         match self.topics.iter().position(|known| known.name == topic.name) {
             Some(known) => {
@@ -207,8 +207,8 @@ impl<'a> Log<'a> {
 }
 
 impl LogError {
-    /// The same of a file with this name that begins at an offset of all.
-    fn within(self, name: &str, offset: u64) -> Self {
+    /// An error in a file with this name that begins at an offset of all.
+    fn in_file(self, name: &str, offset: u64) -> Self {
         match &self {
             LogError::Refused { at, why } if !name.is_empty() => {
                 LogError::Refused { at: at + offset, why: format!("{name}: {why}") }

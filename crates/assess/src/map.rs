@@ -186,7 +186,7 @@ pub struct FenceMap {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judge {
-    /// Time in failure after which the guards start anew, seconds; never if absent.
+    /// Time in failure after which the guards start again, seconds; never if absent.
     pub restart_s: Option<Spanned<f64>>,
 }
 
@@ -210,16 +210,16 @@ pub struct Inject {
 
 impl Default for Inject {
     fn default() -> Self {
-        fn own<T>(value: T) -> Spanned<T> {
+        fn unlocated<T>(value: T) -> Spanned<T> {
             Spanned::new(0..0, value)
         }
         Self {
-            placements: own(20),
-            window_s: own(10.0),
-            drift_m_s: own(vec![0.3, 1.0]),
-            jump_m: own(vec![1.0, 5.0, 20.0]),
-            delay_s: own(vec![0.5, 2.0]),
-            replay_s: own(vec![10.0]),
+            placements: unlocated(20),
+            window_s: unlocated(10.0),
+            drift_m_s: unlocated(vec![0.3, 1.0]),
+            jump_m: unlocated(vec![1.0, 5.0, 20.0]),
+            delay_s: unlocated(vec![0.5, 2.0]),
+            replay_s: unlocated(vec![10.0]),
         }
     }
 }
@@ -233,7 +233,7 @@ impl Map {
         let map: Self = toml::from_str(text).map_err(|error: toml::de::Error| {
             let message = error.message().trim().to_owned();
             match error.span() {
-                Some(bytes) => Problem::at(file, text, bytes, message, REFERENCE),
+                Some(bytes) => Problem::new(file, text, bytes, message, REFERENCE),
                 None => Problem::with_file(file, message, REFERENCE),
             }
         })?;

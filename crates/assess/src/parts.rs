@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::columns::Clock;
-use crate::log::{Row, Rows};
+use crate::log::{MessageRow, Rows};
 
 /// Messages in a row that are behind.
 const IN_A_ROW: usize = 3;
@@ -19,10 +19,10 @@ const MAX_BACKS: usize = 1000;
 /// A topic's rows with readable stamps, in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Timed {
-    pub(crate) rows: Vec<(u64, Row)>,
+    pub(crate) rows: Vec<(u64, MessageRow)>,
     /// Messages in all.
     pub(crate) messages: u64,
-    /// Those that could not be read, and the reason for the first.
+    /// Messages that could not be read, and the reason for the first.
     pub(crate) unread: u64,
     pub(crate) why: Option<String>,
 }
@@ -42,7 +42,7 @@ pub(crate) struct Back {
 pub(crate) type Key = (u32, usize);
 
 impl Timed {
-    pub(crate) fn of(rows: Rows, clock: Clock) -> Self {
+    pub(crate) fn new(rows: Rows, clock: Clock) -> Self {
         let (messages, unread, why) = (rows.rows.len() as u64 + rows.unread, rows.unread, rows.why);
         let rows = rows.rows.into_iter().filter_map(|row| Some((clock.read(&row)?, row))).collect();
         Self { rows, messages, unread, why }
@@ -50,17 +50,17 @@ impl Timed {
 
     /// Every step back that lasts.
     fn backs(&self) -> Vec<Back> {
-        let (mut backs, mut newest, mut between) = (Vec::new(), 0, 0);
+        let (mut backs, mut newest, mut gap) = (Vec::new(), 0, 0);
         for (i, (at, row)) in self.rows.iter().enumerate() {
             let next = self.rows.get(i..i + IN_A_ROW).unwrap_or_default();
-            let behind = next.iter().all(|(at, _)| *at < newest) && next.is_sorted_by(|a, b| a.0 <= b.0);
-            if behind && !next.is_empty() && at + BACK_US <= newest && backs.len() < MAX_BACKS {
-                let due = newest + between;
+            let goes_back = next.iter().all(|(time, _)| *time < newest) && next.is_sorted_by(|a, b| a.0 <= b.0);
+            if goes_back && !next.is_empty() && at + BACK_US <= newest && backs.len() < MAX_BACKS {
+                let due = newest + gap;
                 backs.push(Back { place: row.place, at: due, by: due - at });
-                (newest, between) = (*at, 0);
+                (newest, gap) = (*at, 0);
             }
             if *at > newest {
-                between = if newest > 0 { at - newest } else { 0 };
+                gap = if newest > 0 { at - newest } else { 0 };
                 newest = *at;
             }
         }
@@ -68,9 +68,9 @@ impl Timed {
     }
 
     /// The rows of each stretch, for steps back found in all.
-    fn split(self, backs: &[Back]) -> BTreeMap<Key, Vec<(u64, Row)>> {
+    fn split(self, backs: &[Back]) -> BTreeMap<Key, Vec<(u64, MessageRow)>> {
         let cuts = self.cuts(backs);
-        let mut parts: BTreeMap<Key, Vec<(u64, Row)>> = BTreeMap::new();
+        let mut parts: BTreeMap<Key, Vec<(u64, MessageRow)>> = BTreeMap::new();
         for (at, row) in self.rows {
             let key = (row.part, cuts.partition_point(|cut| *cut <= row.place));
             parts.entry(key).or_default().push((at, row));
@@ -80,18 +80,18 @@ impl Timed {
 
     /// The place in this topic of each step back: its own nearest one of about the size, if any.
     fn cuts(&self, backs: &[Back]) -> Vec<u64> {
-        let own: Vec<(u64, u64)> = self
+        let intervals: Vec<(u64, u64)> = self
             .rows
             .windows(2)
-            .filter_map(|two| Some((two[1].1.place, two[0].0.checked_sub(two[1].0).filter(|by| *by > 0)?)))
+            .filter_map(|two| Some((two[1].1.place, two[0].0.checked_sub(two[1].0).filter(|step| *step > 0)?)))
             .collect();
         let cut = |i: usize, back: &Back| {
             let after = i.checked_sub(1).map_or(0, |before| backs[before].place);
             let before = backs.get(i + 1).map_or(u64::MAX, |next| next.place);
-            let first = own.partition_point(|(place, _)| *place <= after);
-            let near = own[first..].iter().take_while(|(place, _)| *place < before);
-            let alike = near.filter(|(_, by)| *by >= back.by / 2);
-            alike.map(|(place, _)| *place).min_by_key(|place| place.abs_diff(back.place)).unwrap_or(back.place)
+            let first = intervals.partition_point(|(place, _)| *place <= after);
+            let near = intervals[first..].iter().take_while(|(place, _)| *place < before);
+            let similar = near.filter(|(_, step)| *step >= back.by / 2);
+            similar.map(|(place, _)| *place).min_by_key(|place| place.abs_diff(back.place)).unwrap_or(back.place)
         };
         let mut cuts: Vec<u64> = backs.iter().enumerate().map(|(i, back)| cut(i, back)).collect();
         // Two steps never take one place.
@@ -100,16 +100,16 @@ impl Timed {
     }
 }
 
-/// The steps back of fixes, and those of odometry that are not the same.
+/// The steps back of fixes, and the steps of odometry at other places.
 pub(crate) fn backs(fixes: &Timed, odometry: &Timed) -> Vec<Back> {
     let mut all = fixes.backs();
-    let own = all.len();
+    let own_count = all.len();
     for back in odometry.backs() {
-        let same = all[..own].iter().any(|other| {
-            let at = fixes.rows.partition_point(|(_, row)| row.place < other.place);
+        let same = all[..own_count].iter().any(|other| {
+            let index = fixes.rows.partition_point(|(_, row)| row.place < other.place);
             let place = |i: usize| fixes.rows.get(i).map(|(_, row)| row.place);
-            let from = at.checked_sub(IN_A_ROW).and_then(place).unwrap_or(0);
-            (from..=place(at + IN_A_ROW).unwrap_or(u64::MAX)).contains(&back.place)
+            let from = index.checked_sub(IN_A_ROW).and_then(place).unwrap_or(0);
+            (from..=place(index + IN_A_ROW).unwrap_or(u64::MAX)).contains(&back.place)
         });
         if !same {
             all.push(back);
@@ -121,10 +121,10 @@ pub(crate) fn backs(fixes: &Timed, odometry: &Timed) -> Vec<Back> {
 
 /// A topic cut into stretches, to be asked for each.
 #[derive(Default)]
-pub(crate) struct Stretches(BTreeMap<Key, Vec<(u64, Row)>>);
+pub(crate) struct Stretches(BTreeMap<Key, Vec<(u64, MessageRow)>>);
 
 impl Stretches {
-    pub(crate) fn of(timed: Timed, backs: &[Back]) -> Self {
+    pub(crate) fn split_at(timed: Timed, backs: &[Back]) -> Self {
         Self(timed.split(backs))
     }
 
@@ -134,7 +134,7 @@ impl Stretches {
     }
 
     /// The rows of one; none where the topic has no message in it.
-    pub(crate) fn rows(&self, key: Key) -> &[(u64, Row)] {
+    pub(crate) fn rows(&self, key: Key) -> &[(u64, MessageRow)] {
         self.0.get(&key).map_or(&[], Vec::as_slice)
     }
 }
@@ -144,8 +144,8 @@ mod tests {
     use super::*;
 
     fn timed(stamps: &[u64], step: u64) -> Timed {
-        let row = |(i, at): (usize, &u64)| {
-            (*at * 100_000, Row { log_us: None, place: i as u64 * step, part: 0, values: Vec::new() })
+        let row = |(i, time): (usize, &u64)| {
+            (*time * 100_000, MessageRow { log_us: None, place: i as u64 * step, part: 0, values: Vec::new() })
         };
         Timed { rows: stamps.iter().enumerate().map(row).collect(), ..Timed::default() }
     }
@@ -171,9 +171,9 @@ mod tests {
         odometry.rows.iter_mut().for_each(|(_, row)| row.place += 1);
         let found = backs(&fixes, &odometry);
         assert_eq!(found.len(), 1, "{found:?}");
-        let parts = Stretches::of(odometry, &found);
+        let parts = Stretches::split_at(odometry, &found);
         assert_eq!(parts.keys().map(|key| parts.rows(key).len()).collect::<Vec<_>>(), [5, 4]);
-        let silent = Stretches::of(timed(&[10, 20, 30, 40, 50, 60], 3), &found);
+        let silent = Stretches::split_at(timed(&[10, 20, 30, 40, 50, 60], 3), &found);
         assert_eq!(silent.keys().map(|key| silent.rows(key).len()).collect::<Vec<_>>(), [3, 3]);
     }
 }

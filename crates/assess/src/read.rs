@@ -1,6 +1,6 @@
-//! The inputs of the guards as they stand in a recording: fixes, heading and odometry, part by part.
+//! The inputs of the guards as they are in a recording: fixes, heading and odometry, part by part.
 //!
-//! Oddities about them are told in sentences. The readings that the guards take are made of them in `track`.
+//! Oddities about them are reported in sentences. The readings that the guards take are made of them in `track`.
 
 use crate::curve::Curve;
 use crate::error::TrackError;
@@ -49,7 +49,7 @@ impl Read {
     ///
     /// # Errors
     /// When no part of the recording has all of them.
-    pub(crate) fn of(log: &Log<'_>, map: &Map) -> Result<Self, TrackError> {
+    pub(crate) fn from_log(log: &Log<'_>, map: &Map) -> Result<Self, TrackError> {
         let heading = map.heading.as_ref().map(|map| motion::heading(log, map)).transpose()?;
         let (fix_columns, fixes) = fix::fixes(log, &map.fix)?;
         let (motion_columns, odometry) = motion::motion(log, &map.odometry)?;
@@ -59,9 +59,9 @@ impl Read {
         let messages = [fixes.messages, odometry.messages, heading.as_ref().map_or(0, |(_, timed)| timed.messages)];
         let mut inputs = Inputs {
             map,
-            fixes: (fix_columns, Stretches::of(fixes, &backs)),
-            odometry: (motion_columns, Stretches::of(odometry, &backs)),
-            heading: heading.map(|(columns, timed)| (columns, Stretches::of(timed, &backs))),
+            fixes: (fix_columns, Stretches::split_at(fixes, &backs)),
+            odometry: (motion_columns, Stretches::split_at(odometry, &backs)),
+            heading: heading.map(|(columns, timed)| (columns, Stretches::split_at(timed, &backs))),
             messages,
             zero: None,
         };
@@ -108,9 +108,9 @@ impl Read {
         let first = times.next();
         self.is_timed = first.is_some_and(|first| times.any(|time| time != first));
         if !self.is_timed {
-            let said = first.map_or("0, or no number,".to_owned(), |time| format!("{} s", time as f64 / 1e6));
+            let text = first.map_or("0, or no number,".to_owned(), |time| format!("{} s", time as f64 / 1e6));
             self.remarks.push(format!(
-                "The receiver's time is {said} in each of {all} fixes, which is no time: the time base is not judged."
+                "The receiver's time is {text} in each of {all} fixes, which is no time: the time base is not judged."
             ));
         } else if missing > 0 {
             self.remarks.push(format!(
@@ -121,8 +121,8 @@ impl Read {
             let offsets = part.fixes.kept.iter().find_map(|(at, place)| Some(place.time? as i64 - *at as i64));
             let mut offset = offsets.filter(|_| self.is_timed);
             for (at, place) in &mut part.fixes.kept {
-                let own = place.time.filter(|_| offset.is_some()).map(|time| time as i64 - *at as i64);
-                offset = own.or(offset);
+                let receiver_time = place.time.filter(|_| offset.is_some()).map(|time| time as i64 - *at as i64);
+                offset = receiver_time.or(offset);
                 place.time = offset.map(|offset| (*at as i64).saturating_add(offset).max(0) as u64);
             }
         }
@@ -164,7 +164,7 @@ impl Inputs<'_> {
             return Err(self.no_fix());
         };
         let (first, last) = (*first, *last);
-        let turning = heading.unwrap_or_else(|| unwrapped(fixes.kept.iter().map(|(at, fix)| (*at, fix.yaw))));
+        let turning = heading.unwrap_or_else(|| unwrapped(fixes.kept.iter().map(|(time, fix)| (*time, fix.yaw))));
         let (columns, stretches) = &self.odometry;
         let motion = columns.curves(stretches.rows(key), &turning);
         let motion = motion.ok_or_else(|| empty(&self.map.odometry.topic, "odometry", self.messages[1], ""))?;
@@ -187,6 +187,9 @@ fn empty(topic: &str, input: &'static str, got: u64, valid: &'static str) -> Tra
 
 /// A sentence about a topic's messages that could not be read.
 fn unread(topic: &str, timed: &Timed) -> Option<String> {
-    let why = timed.why.as_ref()?;
-    Some(format!("{} of {} messages of `{topic}` could not be read; the first: {why}.", timed.unread, timed.messages))
+    let reason = timed.why.as_ref()?;
+    Some(format!(
+        "{} of {} messages of `{topic}` could not be read; the first: {reason}.",
+        timed.unread, timed.messages
+    ))
 }

@@ -56,7 +56,7 @@ impl Check {
 pub(crate) struct Failing(u8);
 
 impl Failing {
-    pub(crate) fn has(self, check: Check) -> bool {
+    pub(crate) fn contains(self, check: Check) -> bool {
         self.0 & (1 << check as u8) != 0
     }
 
@@ -64,7 +64,7 @@ impl Failing {
         self.0 != 0
     }
 
-    fn with(self, check: Check, failing: bool) -> Self {
+    fn with_check(self, check: Check, failing: bool) -> Self {
         Self(if failing { self.0 | 1 << check as u8 } else { self.0 })
     }
 }
@@ -76,11 +76,11 @@ pub(crate) struct Guards<'a> {
     fence: Option<&'a Geofence>,
     bounds: Bounds,
     limits: Limits,
-    /// From the receiver to the body's origin, millimetres ahead and to the left.
+    /// Offset from the receiver to the body's origin, millimetres ahead and to the left.
     mount: (f64, f64),
     /// Ends of parts of the recording, and the beginnings of those that follow.
     pauses: &'a [(Instant, Instant)],
-    /// Time in failure after which localisation starts anew.
+    /// Time in failure after which localisation starts again.
     restart: Option<Span>,
     next: usize,
     ready: bool,
@@ -90,7 +90,7 @@ pub(crate) struct Guards<'a> {
 }
 
 impl<'a> Guards<'a> {
-    /// Those of a platform, for a receiver `lever_m` metres ahead and to the left of the rear axle's middle.
+    /// Guards of a platform, for a receiver `lever_m` metres ahead and to the left of the rear axle's middle.
     pub(crate) fn new(
         terms: &Terms,
         lever_m: [f64; 2],
@@ -119,7 +119,7 @@ impl<'a> Guards<'a> {
     /// Takes the readings up to `now`, changed as `placed` says, and judges; none while there is not yet a fix and odometry.
     pub(crate) fn tick(&mut self, now: Instant, steps: &[Step], placed: Option<&Placed<'_>>) -> Option<Failing> {
         if self.pauses(now) {
-            self.anew();
+            self.restart();
             self.next += steps.get(self.next..).map_or(0, |rest| rest.partition_point(|step| step.stamp <= now));
             return None;
         }
@@ -145,39 +145,39 @@ impl<'a> Guards<'a> {
             return None;
         }
         let localised = Failing::default()
-            .with(Check::Silence, matches!(lost, Some(Because::Silence(_))))
-            .with(Check::Gate, matches!(lost, Some(Because::Itself)))
-            .with(Check::Drift, self.localisation.drifts().is_some())
-            .with(Check::TimeBase, self.localisation.mistimed().is_some());
+            .with_check(Check::Silence, matches!(lost, Some(Because::Silence(_))))
+            .with_check(Check::Gate, matches!(lost, Some(Because::Itself)))
+            .with_check(Check::Drift, self.localisation.drifts().is_some())
+            .with_check(Check::TimeBase, self.localisation.mistimed().is_some());
         let motion = self.localisation.motion();
         let breached =
             self.fence.zip(motion).and_then(|(fence, motion)| fence.breached(&motion, &self.bounds, &self.limits));
         self.restart_after(now, localised.any());
-        Some(localised.with(Check::Geofence, breached.is_some()))
+        Some(localised.with_check(Check::Geofence, breached.is_some()))
     }
 
     fn restart_after(&mut self, now: Instant, failing: bool) {
         self.failing_since = if failing { self.failing_since.or(Some(now)) } else { None };
         let due = self.failing_since.zip(self.restart).is_some_and(|(since, after)| now.since(since) >= after);
         if due {
-            self.anew();
+            self.restart();
             self.restarts += 1;
         }
     }
 
     /// True between two parts of the recording.
     fn pauses(&self, now: Instant) -> bool {
-        let behind = self.pauses.partition_point(|(end, _)| *end < now);
-        behind.checked_sub(1).is_some_and(|last| now < self.pauses[last].1)
+        let next = self.pauses.partition_point(|(end, _)| *end < now);
+        next.checked_sub(1).is_some_and(|last| now < self.pauses[last].1)
     }
 
-    fn anew(&mut self) {
+    fn restart(&mut self) {
         self.localisation = Localisation::new(self.limits, GuardSet::default());
         (self.ready, self.failing_since) = (false, None);
     }
 
-    /// A fix as the unit reads it: the place of the body's origin, integers on the wire. Without a receiver's time of its own, the stamp
-    /// stands for it.
+    /// A fix as the unit reads it: the place of the body's origin, integers on the wire. Without the receiver's time, the stamp
+    /// represents it.
     fn as_read(&self, fix: &Place, stamp: Instant) -> Fix {
         let (sin, cos) = libm::sincos(fix.yaw);
         let (ahead, left) = self.mount;

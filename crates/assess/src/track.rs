@@ -1,9 +1,9 @@
-//! From a recording and its map to the readings that the guards take: fixes, odometry, modes, set-points.
+//! Conversion of a recording and its map to the readings that the guards take: fixes, odometry, modes, set-points.
 //!
 //! World frame: metres east and north, of the first fix where the recording has latitude and longitude, else of the fixes' own zero. A
 //! reading is made at each fix, with the mean of odometry since the reading before; where fixes fail to come for longer than the platform's
 //! limit, readings with odometry alone go on at its control period. Numbers between samples are interpolated, within each of `parts`; these are
-//! put one behind another, with a pause between two of them that is not judged. Inputs are those of `read`.
+//! put one behind another, with a pause between two of them that is not judged. Inputs come from `read`.
 
 use wire::bounds::Bounds;
 use wire::sensor::Odometry;
@@ -55,7 +55,7 @@ pub(crate) struct Track {
 /// # Errors
 /// When the recording lacks an input that the map names.
 pub(crate) fn track(log: &Log<'_>, map: &Map, bounds: &Bounds) -> Result<Track, TrackError> {
-    let mut read = Read::of(log, map)?;
+    let mut read = Read::from_log(log, map)?;
     let (estimate, mut facts) = (read.lever(map), facts(map, &read));
     let stated = map.fix.lever_m.as_ref().map(|lever| *lever.as_ref());
     facts.lever_m = Some(stated.or(estimate.map(|estimate| estimate.lever_m)).unwrap_or([0.0; 2]));
@@ -92,10 +92,10 @@ pub(crate) fn track(log: &Log<'_>, map: &Map, bounds: &Bounds) -> Result<Track, 
 }
 
 fn facts(map: &Map, read: &Read) -> Facts {
-    let kept = || read.parts.iter().map(|part| &part.fixes.kept);
-    let used: u64 = kept().map(|kept| kept.len() as u64).sum();
-    let between = |at: &[u64]| at.windows(2).map(|two| (two[1] - two[0]) as f64 / 1e6).collect::<Vec<_>>();
-    let stamps = kept().flat_map(|kept| between(&kept.iter().map(|(at, _)| *at).collect::<Vec<_>>()));
+    let all_fixes = || read.parts.iter().map(|part| &part.fixes.kept);
+    let used: u64 = all_fixes().map(|fixes| fixes.len() as u64).sum();
+    let intervals = |times: &[u64]| times.windows(2).map(|two| (two[1] - two[0]) as f64 / 1e6).collect::<Vec<_>>();
+    let stamps = all_fixes().flat_map(|fixes| intervals(&fixes.iter().map(|(time, _)| *time).collect::<Vec<_>>()));
     let of = |fact: fn(&Facts) -> f64| read.parts.iter().map(move |part| fact(&part.motion.facts));
     let sideways = read.parts.iter().map(|part| part.motion.facts.sideways_m).sum::<Option<f64>>();
     Facts {
@@ -104,8 +104,9 @@ fn facts(map: &Map, read: &Read) -> Facts {
         fix_period_s: median(stamps).unwrap_or(0.0),
         odometry: read.parts.iter().map(|part| part.motion.facts.odometry).sum(),
         odometry_unused: read.parts.iter().map(|part| part.motion.facts.odometry_unused).sum(),
-        odometry_period_s: median(read.parts.iter().flat_map(|part| between(part.motion.speed.times()))).unwrap_or(0.0),
-        sigma_m: map.fix.sigma.as_ref().and_then(|_| median(kept().flatten().map(|(_, fix)| fix.sigma_m))),
+        odometry_period_s: median(read.parts.iter().flat_map(|part| intervals(part.motion.speed.times())))
+            .unwrap_or(0.0),
+        sigma_m: map.fix.sigma.as_ref().and_then(|_| median(all_fixes().flatten().map(|(_, fix)| fix.sigma_m))),
         way_m: of(|facts| facts.way_m).sum(),
         sideways_m: sideways,
         speed_m_s: of(|facts| facts.speed_m_s).fold(0.0, f64::max),
@@ -121,7 +122,7 @@ fn steps(part: &Part, bounds: &Bounds) -> Vec<Step> {
     let (limit, period) = (bounds.product_limit().0, bounds.control_period_ms.max(1) * 1000);
     let whole = |metres: f64| libm::round(metres * 1000.0).clamp(-1e9, 1e9) as i32;
     let step = |from: u64, to: u64, fix: Option<Place>| {
-        let there = motion.speed.age(to).is_some_and(|age| age <= limit);
+        let has_speed = motion.speed.age(to).is_some_and(|age| age <= limit);
         let rate = match &motion.rate {
             Some(rate) => rate.mean(from, to),
             None => (turning.value(to) - turning.value(from)) / ((to - from).max(1) as f64 / 1e6),
@@ -129,7 +130,7 @@ fn steps(part: &Part, bounds: &Bounds) -> Vec<Step> {
         let mrad_s = libm::round(rate * 1000.0).clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16;
         let odometry = Odometry { speed_mm_s: whole(motion.speed.mean(from, to)), yaw_rate_mrad_s: mrad_s };
         let left = motion.left.as_ref().map(|left| whole(left.mean(from, to)));
-        Step { stamp: Instant(to), fix, odometry: there.then_some(odometry), left_mm_s: left.filter(|_| there) }
+        Step { stamp: Instant(to), fix, odometry: has_speed.then_some(odometry), left_mm_s: left.filter(|_| has_speed) }
     };
     let mut steps: Vec<Step> = Vec::with_capacity(fixes.kept.len());
     let mut before = part.ends.0;
@@ -147,24 +148,24 @@ fn steps(part: &Part, bounds: &Bounds) -> Vec<Step> {
 }
 
 fn modes(log: &Log<'_>, map: &ModeMap, read: &Read, shifts: &[u64]) -> Result<Vec<(u64, String)>, TrackError> {
-    let mut columns = Columns::of(log, &map.topic);
+    let mut columns = Columns::new(log, &map.topic);
     let (clock, value) = (columns.stamp(&map.stamp)?, columns.plain(&map.field)?);
-    let stretches = Stretches::of(Timed::of(columns.rows()?, clock), &read.backs);
+    let stretches = Stretches::split_at(Timed::new(columns.rows()?, clock), &read.backs);
     let name = |value: f64| map.names.get(&value.to_string()).cloned().unwrap_or_else(|| value.to_string());
     let mut all: Vec<(u64, f64)> = Vec::new();
     for (part, shift) in read.parts.iter().zip(shifts) {
         let rows = stretches.rows(part.key).iter();
-        let (samples, _) = in_order(rows.filter_map(|(at, row)| Some((*at, value.read(row)?))));
+        let (samples, _) = in_order(rows.filter_map(|(time, row)| Some((*time, value.read(row)?))));
         // One from before the part's first fix holds from there on, and never before the part in front of it.
-        let free = all.last().map_or(0, |(at, _)| *at);
-        all.extend(samples.into_iter().map(|(at, value)| ((at + shift).max(free), value)));
+        let free = all.last().map_or(0, |(time, _)| *time);
+        all.extend(samples.into_iter().map(|(time, value)| ((time + shift).max(free), value)));
     }
     all.dedup_by(|later, earlier| later.1 == earlier.1);
-    Ok(all.into_iter().map(|(at, value)| (at, name(value))).collect())
+    Ok(all.into_iter().map(|(time, value)| (time, name(value))).collect())
 }
 
 fn setpoints(log: &Log<'_>, map: &SetpointMap) -> Result<Vec<f64>, TrackError> {
-    let mut columns = Columns::of(log, &map.topic);
+    let mut columns = Columns::new(log, &map.topic);
     let speed = columns.optional(map.speed.as_ref())?;
     let velocity = map.velocity.as_ref().map(|axes| two(&mut columns, axes)).transpose()?;
     let rows = columns.rows()?.rows;

@@ -7,17 +7,17 @@ mod made;
 use assess::log::Log;
 use assess::map::Map;
 use assess::{Assessment, Check, Injection, Terms, assess};
-use made::{MCAP_MAP, ULOG_MAP, drive, mcap, ulog, with};
+use made::{MCAP_MAP, ULOG_MAP, drive, mcap, replace_passage, ulog};
 
 fn judge(bytes: &[u8], map: &str) -> Assessment {
     let log = Log::open(bytes).unwrap();
     assert_eq!(log.end.why, None);
     let map = Map::parse("map.toml", map).unwrap_or_else(|problems| panic!("{problems}"));
-    assess(&log, &map, &Terms::GROUND, 7).unwrap_or_else(|why| panic!("{why}"))
+    assess(&log, &map, &Terms::GROUND, 7).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn trips(of: &Assessment) -> Vec<u64> {
-    of.trips.iter().map(|tripped| tripped.trips).collect()
+fn trips(assessment: &Assessment) -> Vec<u64> {
+    assessment.trips.iter().map(|tripped| tripped.trips).collect()
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn clean_drive_trips_no_guard() {
     assert!((result.facts.way_m - 119.9).abs() < 0.1, "{}", result.facts.way_m);
 }
 
-/// The same numbers by three formats give the same readings; without a receiver's time and deviation in the second map.
+/// Equal numbers by three formats give the same readings; without a receiver's time and deviation in the second map.
 #[test]
 fn formats_agree_on_the_same_drive() {
     let drive = drive(30, 2.0);
@@ -55,7 +55,7 @@ fn every_injection_into_motion_is_noticed() {
         assert!((least..=20).contains(&injected.n), "{name}: {}", injected.n);
         assert_eq!((injected.noticed, injected.moving), (injected.n, injected.n), "{name}: {:?}", injected.by);
         let longest = injected.after_s.last().copied().unwrap();
-        let within = match injected.injection {
+        let seconds = match injected.injection {
             Injection::Jump(_) => 0.11,
             // The receiver's time is late by more than the limit with the first late fix.
             Injection::Delay(_) => 0.11,
@@ -63,15 +63,19 @@ fn every_injection_into_motion_is_noticed() {
             Injection::Freeze | Injection::Replay(_) => 1.0,
             Injection::Drift(_) => 5.0,
         };
-        assert!(longest <= within, "{name}: {longest} s, expected at most {within}");
+        assert!(longest <= seconds, "{name}: {longest} s, expected at most {seconds}");
     }
-    let by = |i: usize| result.injected[i].by.keys().copied().collect::<Vec<_>>();
-    assert_eq!((by(1), by(4)), (vec![Check::Silence], vec![Check::Gate]));
+    let failed_checks = |i: usize| result.injected[i].by.keys().copied().collect::<Vec<_>>();
+    assert_eq!((failed_checks(1), failed_checks(4)), (vec![Check::Silence], vec![Check::Gate]));
     // At 2 m/s a fix that is half a second late is also beyond the gate.
-    assert!(by(7).contains(&Check::Gate) && by(7).contains(&Check::TimeBase), "{:?}", by(7));
+    assert!(
+        failed_checks(7).contains(&Check::Gate) && failed_checks(7).contains(&Check::TimeBase),
+        "{:?}",
+        failed_checks(7)
+    );
 }
 
-/// A vehicle at rest stays where a frozen fix is: the recording cannot show more, and the result says so.
+/// A vehicle at rest stays where a frozen fix is: the recording cannot show more, and the result reports it.
 #[test]
 fn freeze_at_rest_is_not_noticed() {
     let result = judge(&ulog(&drive(60, 0.0)).0, ULOG_MAP);
@@ -96,13 +100,13 @@ fn gap_of_fixes_is_one_trip_of_silence() {
 #[test]
 fn restart_ends_a_lasting_failure() {
     let mut drive = drive(60, 2.0);
-    drive.iter_mut().skip(400).for_each(|at| at.x += 30.0);
+    drive.iter_mut().skip(400).for_each(|pose| pose.x += 30.0);
     let lasting = judge(&ulog(&drive).0, ULOG_MAP);
     assert_eq!((trips(&lasting)[1], lasting.restarts), (1, 0));
     assert!(lasting.trips[1].failing_s > 39.0, "a jump never heals itself");
-    let again = judge(&ulog(&drive).0, &format!("{ULOG_MAP}\n[judge]\nrestart_s = 2.0\n"));
-    assert_eq!((trips(&again)[1], again.restarts), (1, 1));
-    assert!((1.9..2.2).contains(&again.trips[1].failing_s), "{:?}", again.trips[1]);
+    let repeated = judge(&ulog(&drive).0, &format!("{ULOG_MAP}\n[judge]\nrestart_s = 2.0\n"));
+    assert_eq!((trips(&repeated)[1], repeated.restarts), (1, 1));
+    assert!((1.9..2.2).contains(&repeated.trips[1].failing_s), "{:?}", repeated.trips[1]);
 }
 
 #[test]
@@ -117,10 +121,14 @@ fn leaving_the_fence_trips_the_geofence() {
 #[test]
 fn unmodelled_vehicle_is_named_in_remarks() {
     let drive = ulog(&drive(20, 5.0)).0;
-    let result = judge(&drive, &with(ULOG_MAP, "\"wheeled\"", "\"multirotor\""));
-    let says = |words: &str| result.remarks.iter().any(|remark| remark.contains(words));
-    assert!(says("expects wheels") && says("a multirotor") && says("made for 3 m/s"), "{:?}", result.remarks);
-    let result = judge(&drive, &with(ULOG_MAP, "\"encoders\"", "\"gnss\""));
+    let result = judge(&drive, &replace_passage(ULOG_MAP, "\"wheeled\"", "\"multirotor\""));
+    let mentions = |words: &str| result.remarks.iter().any(|remark| remark.contains(words));
+    assert!(
+        mentions("expects wheels") && mentions("a multirotor") && mentions("made for 3 m/s"),
+        "{:?}",
+        result.remarks
+    );
+    let result = judge(&drive, &replace_passage(ULOG_MAP, "\"encoders\"", "\"gnss\""));
     assert!(result.remarks.iter().any(|remark| remark.contains("not independent")), "{:?}", result.remarks);
 }
 

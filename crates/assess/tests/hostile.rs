@@ -7,12 +7,12 @@ mod made;
 use assess::log::{Log, LogError};
 use assess::map::Map;
 use assess::{Terms, assess, guess};
-use made::{MCAP_MAP, ULOG_MAP, drive, mcap, record, ulog, with};
+use made::{MCAP_MAP, ULOG_MAP, drive, mcap, record, replace_passage, ulog};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
 /// Reads and judges any bytes; gives the offset at which reading ended.
-fn taken(bytes: &[u8], map: &Map) -> Option<u64> {
+fn read_end(bytes: &[u8], map: &Map) -> Option<u64> {
     match Log::open(bytes) {
         Ok(log) => {
             let _result = assess(&log, map, &Terms::GROUND, 1);
@@ -71,10 +71,10 @@ fn damaged_recordings_never_panic() {
         let (bytes, map) = &seeds[case % seeds.len()];
         let mut bytes = bytes.clone();
         for _ in 0..1 + random.next_u32() % 4 {
-            let at = (random.next_u64() % bytes.len() as u64) as usize;
-            bytes[at] ^= 1 << (random.next_u32() % 8);
+            let index = (random.next_u64() % bytes.len() as u64) as usize;
+            bytes[index] ^= 1 << (random.next_u32() % 8);
         }
-        match taken(&bytes, map) {
+        match read_end(&bytes, map) {
             None => refused += 1,
             Some(at) => cut += usize::from(at < bytes.len() as u64),
         }
@@ -87,12 +87,12 @@ fn unknown_incompatibility_and_version_are_refused() {
     let head = [&b"ULog\x01\x12\x35\x01"[..], &[0; 8]].concat();
     let mut flags = [0; 40];
     flags[8] = 2;
-    let told = |bytes: &[u8]| Log::open(bytes).unwrap_err().to_string();
+    let error_text = |bytes: &[u8]| Log::open(bytes).unwrap_err().to_string();
     let incompatible = [&head[..], &record(b'B', &flags)].concat();
-    assert_eq!(told(&incompatible), "at byte 16: flags of an incompatibility that is not known");
-    assert_eq!(told(b"ULog\x01\x12\x35\x02\0\0\0\0\0\0\0\0"), "at byte 7: ULog version 2, expected 0 or 1");
-    assert_eq!(told(b"ULog\x01\x12\x35\x01"), "at byte 8: a ULog header has 16 bytes, the file ends after 8");
-    assert!(told(b"bag").starts_with("at byte 0: neither a ULog"));
+    assert_eq!(error_text(&incompatible), "at byte 16: flags of an incompatibility that is not known");
+    assert_eq!(error_text(b"ULog\x01\x12\x35\x02\0\0\0\0\0\0\0\0"), "at byte 7: ULog version 2, expected 0 or 1");
+    assert_eq!(error_text(b"ULog\x01\x12\x35\x01"), "at byte 8: a ULog header has 16 bytes, the file ends after 8");
+    assert!(error_text(b"bag").starts_with("at byte 0: neither a ULog"));
 }
 
 /// A logger that crashed within a record appends what it saved, and names the place.
@@ -112,7 +112,8 @@ fn appended_data_is_read_behind_a_cut_record() {
 #[test]
 fn tables_of_a_recording_are_bounded() {
     let head = [&b"ULog\x01\x12\x35\x01"[..], &[0; 8]].concat();
-    let told = |records: &[Vec<u8>]| Log::open(&[&head[..], &records.concat()].concat()).unwrap().end.why.unwrap();
+    let error_text =
+        |records: &[Vec<u8>]| Log::open(&[&head[..], &records.concat()].concat()).unwrap().end.why.unwrap();
     let format = record(b'F', b"a:uint8_t x;");
     let many = (0..20_000_u32).map(|i| {
         let [low, high, ..] = i.to_le_bytes();
@@ -122,43 +123,46 @@ fn tables_of_a_recording_are_bounded() {
     subscribed.extend(many);
     assert_eq!(Log::open(&[&head[..], &subscribed.concat()].concat()).unwrap().topics.len(), 250);
     let named: Vec<Vec<u8>> = (0..2000).map(|i| record(b'F', format!("f{i}:uint8_t x;").as_bytes())).collect();
-    assert_eq!(told(&named), "more than 1024 formats");
+    assert_eq!(error_text(&named), "more than 1024 formats");
     let wide = format!("f:{}", "uint8_t x;".repeat(2000));
-    assert_eq!(told(&[record(b'F', wide.as_bytes())]), "a format of more than 1024 fields");
-    assert_eq!(told(&[format, record(b'D', &[9, 0, 1])]), "data of the unknown subscription 9");
+    assert_eq!(error_text(&[record(b'F', wide.as_bytes())]), "a format of more than 1024 fields");
+    assert_eq!(error_text(&[format, record(b'D', &[9, 0, 1])]), "data of the unknown subscription 9");
 }
 
 #[test]
 fn map_errors_have_their_place() {
-    let told = |map: &str| Map::parse("map.toml", map).unwrap_err().to_string();
+    let error_text = |map: &str| Map::parse("map.toml", map).unwrap_err().to_string();
     assert_eq!(
-        told(&with(ULOG_MAP, "unit = \"mm\"", "unit = \"m/s\"")),
+        error_text(&replace_passage(ULOG_MAP, "unit = \"mm\"", "unit = \"m/s\"")),
         "map.toml:11:9: a unit of speed, expected one of length: m, cm, mm"
     );
-    assert!(told(&with(ULOG_MAP, "sigma =", "sygma =")).starts_with("map.toml:11:1: unknown field `sygma`"));
+    assert!(
+        error_text(&replace_passage(ULOG_MAP, "sigma =", "sygma ="))
+            .starts_with("map.toml:11:1: unknown field `sygma`")
+    );
     assert_eq!(
-        told(&with(ULOG_MAP, "speed = {", "sideways = {")),
+        error_text(&replace_passage(ULOG_MAP, "speed = {", "sideways = {")),
         "map.toml: [odometry] has either `speed` or `velocity`"
     );
     let fence = format!("{ULOG_MAP}\n[fence]\ncorners = [[0, 0], [1, 1]]\n");
-    assert_eq!(told(&fence), "map.toml:28:11: a fence has 3 to 256 corners within 1000 km");
+    assert_eq!(error_text(&fence), "map.toml:28:11: a fence has 3 to 256 corners within 1000 km");
 }
 
 #[test]
 fn missing_topic_and_field_name_a_near_one() {
     let bytes = ulog(&drive(2, 2.0)).0;
     let log = Log::open(&bytes).unwrap();
-    let told = |from: &str, to: &str| {
-        let map = Map::parse("map.toml", &with(ULOG_MAP, from, to)).unwrap();
+    let error_text = |from: &str, to: &str| {
+        let map = Map::parse("map.toml", &replace_passage(ULOG_MAP, from, to)).unwrap();
         assess(&log, &map, &Terms::GROUND, 1).unwrap_err().to_string()
     };
     assert_eq!(
-        told("topic = \"fix\"", "topic = \"fixx\""),
+        error_text("topic = \"fix\"", "topic = \"fixx\""),
         "no topic `fixx`; did you mean `fix`?; --guess lists the topics"
     );
-    assert_eq!(told("\"place.x\"", "\"place.z\""), "topic `fix`: no field `z` in `point`");
+    assert_eq!(error_text("\"place.x\"", "\"place.z\""), "topic `fix`: no field `z` in `point`");
     assert_eq!(
-        told("field = \"utc\", unit = \"us\"", "field = \"speed\", unit = \"us\""),
+        error_text("field = \"utc\", unit = \"us\"", "field = \"speed\", unit = \"us\""),
         "topic `fix`: no field `speed` in `fix`"
     );
 }
@@ -167,9 +171,9 @@ fn missing_topic_and_field_name_a_near_one() {
 fn clocks_apart_are_told() {
     let bytes = ulog(&drive(2, 2.0)).0;
     let map = Map::parse("map.toml", &ULOG_MAP.replacen("unit = \"us\"", "unit = \"ms\"", 1)).unwrap();
-    let told = assess(&Log::open(&bytes).unwrap(), &map, &Terms::GROUND, 1).unwrap_err().to_string();
+    let error_text = assess(&Log::open(&bytes).unwrap(), &map, &Terms::GROUND, 1).unwrap_err().to_string();
     assert_eq!(
-        told,
+        error_text,
         "fixes from 5000 to 6950 s and odometry from 5 to 6 s have no time in common: are both stamps of one clock?"
     );
 }

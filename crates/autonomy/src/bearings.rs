@@ -3,7 +3,7 @@
 //! A flat fake, or one that is made for a place from which it is looked at, may be right from there and not from elsewhere. A platform
 //! may therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that lie so far apart. They go from the
 //! unit's own place to the track's. A contradiction adds none, and one that lasts, or a frame without the track, begins the count
-//! anew. Fitness itself is judged in [`crate::fitness`].
+//! again. Fitness itself is judged in [`crate::fitness`].
 
 use arrayvec::ArrayVec;
 use wire::bounds::Bounds;
@@ -17,7 +17,7 @@ use crate::localisation::wrap;
 
 /// As many as a message of tracks may hold.
 const MOST: usize = 16;
-/// A contradiction that lasts longer begins the count anew: two decisions of the tracker. Chosen on one scene, in which the networks
+/// A contradiction that lasts longer begins the count again: two decisions of the tracker. Chosen on one scene, in which the networks
 /// disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).
 const DOUBT: Span = Span::ms(1000);
 
@@ -97,7 +97,7 @@ mod tests {
 
     fn tracks(ms: u64, vetoed: bool) -> Tracks {
         let (frame, stamp) = (FrameId(1), Instant(ms * 1000));
-        let modality = |m| Modalities::default().with(m);
+        let modality = |m| Modalities::default().with_modality(m);
         let track = Track {
             id: TRACK,
             class: Class::Vehicle,
@@ -107,7 +107,7 @@ mod tests {
             vy_mm_s: 0,
             sigma_mm: 100,
             confidence: 900,
-            supported: modality(Modality::Thermal).with(Modality::Lidar),
+            supported: modality(Modality::Thermal).with_modality(Modality::Lidar),
             vetoed: if vetoed { modality(Modality::Thermal) } else { Modalities::default() },
             updated: stamp,
             frame,

@@ -32,8 +32,8 @@ use wire::trust::rate::RateClass;
 use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList};
 
 use confirmation::Confirmed;
-use consent::{Consent, Place, Reports};
-use schedule::Window;
+use consent::{Consent, Reports, ShownPlace};
+use schedule::OrderWindow;
 
 /// Nonces kept; more than are issued within any command limit in use.
 const NONCES: usize = 16;
@@ -66,7 +66,7 @@ pub struct Ordered {
     kind: CommandKind,
     intent: [u8; 32],
     moved: Option<CommandId>,
-    window: Option<Window>,
+    window: Option<OrderWindow>,
     consent: Consent,
     waived: Waived,
 }
@@ -74,7 +74,7 @@ pub struct Ordered {
 /// Claimed content of an order: enough to answer it, untrusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claimed {
-    /// Its idempotency key.
+    /// Id of the command, by which repetitions are recognised.
     pub id: CommandId,
     /// Command asked for.
     pub kind: CommandKind,
@@ -101,17 +101,17 @@ impl Ordered {
     ) -> Ordered {
         let (intent, evidence) = accepted.into_parts();
         let waived = evidence.waived.union(consent.waived()).union(confirmed.waived());
-        let window = Window::of(&intent, issued.unwrap_or(evidence.received));
+        let window = OrderWindow::from_intent(&intent, issued.unwrap_or(evidence.received));
         Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, window, consent, waived }
     }
 
-    /// The same order in a forked world; only [`schedule`] asks for it.
+    /// Copy of the order for a forked world; only [`schedule`] asks for it.
     fn copy(&self) -> Ordered {
         let Ordered { id, kind, intent, moved, window, consent, waived } = *self;
         Ordered { id, kind, intent, moved, window, consent, waived }
     }
 
-    /// Its idempotency key.
+    /// Id of the command, by which repetitions are recognised.
     pub fn id(&self) -> CommandId {
         self.id
     }
@@ -127,7 +127,7 @@ impl Ordered {
     }
 
     /// Window in which it is carried out; none: at once.
-    pub fn window(&self) -> Option<Window> {
+    pub fn window(&self) -> Option<OrderWindow> {
         self.window
     }
 
@@ -166,7 +166,7 @@ impl CommandGate {
     }
 
     /// Remembers a report that was signed, for the orders that will name it.
-    pub fn reported(&mut self, signed: &[u8], places: impl Iterator<Item = (TrackId, Place)>) {
+    pub fn reported(&mut self, signed: &[u8], places: impl Iterator<Item = (TrackId, ShownPlace)>) {
         self.reports.note(signed, places);
     }
 
@@ -182,7 +182,7 @@ impl CommandGate {
 
     /// Judges one order, received at `now`. It is remembered only if every check has passed. Cheap checks
     /// come first. An order that verifies is charged to its operator, one that fails to no one, and both have an
-    /// end: of a flood only so many signatures are verified, unless it is of forged HOLDs.
+    /// end: of a flood only a given number of signatures are verified, unless it is of forged HOLDs.
     pub fn admit(
         &mut self,
         policy: &Policy,
@@ -197,31 +197,31 @@ impl CommandGate {
         let claim = *intent.claim();
         let claimed = Claimed { id: claim.id, kind: claim.kind, intent: Sha256::digest(&order.intent[..]).into() };
         let judged = self.addressed(&claim).and_then(|()| schedule::tagged(&claim)).and_then(|()| {
-            let who = claim.id.operator;
+            let node = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
             let consent = Consent::judge(policy, &self.reports, &claim)?;
             let admitted = fresh.by_role(policy, &self.operators)?.admitted(policy, revoked, now)?;
             let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
-            let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
+            let needed = new.within_rate(policy, &self.rates, node, now)?.worth_verifying(policy, &self.rates, now)?;
             let second = order.confirmation.map(|bytes| &**bytes);
             let proven = needed.by_operator(policy, keys, &signed).and_then(|attributed| {
                 let confirmed = Confirmed::judge(policy, keys, now, (&claim, &claimed), second)?;
                 Ok((attributed, confirmed))
             });
-            let class = RateClass::of(claim.kind);
+            let class = RateClass::from_kind(claim.kind);
             let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(class, now))?;
-            let before = self.counters.newest(who);
-            let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
-            self.rates.charge(who, class, now);
-            let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
+            let before = self.counters.newest(node);
+            let ordered = attributed.accept_once(policy, &mut self.counters, &claimed.intent)?;
+            self.rates.charge(node, class, now);
+            let moved = self.counters.newest(node).filter(|newest| before != Some(*newest));
             Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, self.issued(&claim), (consent, &confirmed)))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }
 
     /// True if a refusal at `now` is to be logged and answered, beside being counted.
-    pub fn tell(&mut self, now: Instant) -> bool {
-        self.rates.tell(now)
+    pub fn should_report(&mut self, now: Instant) -> bool {
+        self.rates.should_report(now)
     }
 
     fn addressed(&self, claim: &Intent) -> Result<(), Refusal> {

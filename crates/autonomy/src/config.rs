@@ -57,7 +57,7 @@ pub struct AutonomyConfig {
     pub guest: Option<GuestConfig>,
 }
 
-/// A guest as an autonomy core is told of it.
+/// A guest as an autonomy core is informed of it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GuestConfig {

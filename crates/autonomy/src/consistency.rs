@@ -21,7 +21,7 @@ use wire::report::Report;
 use wire::session::MAX_TEAMMATES;
 use wire::time::{Instant, PeerStamp, Span};
 
-use crate::geofence::{Motion, Point, between};
+use crate::geofence::{Motion, Point, distance};
 
 /// Oldest that a claimed place may be and still exclude another, at any speed.
 const REMEMBERED: Span = Span::s(1);
@@ -29,7 +29,7 @@ const REMEMBERED: Span = Span::s(1);
 /// Share of the platform's speed that a claim may state, or odometry: sensors are noisy.
 pub(crate) const CLAIMABLE_SPEED: f64 = 1.25;
 
-/// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's for good:
+/// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's permanently:
 /// 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/reference/bounds.md`).
 const REMEMBERS_S: f64 = 8.0;
 
@@ -73,7 +73,7 @@ struct Reckoning {
 pub struct Acquitted(Option<(UnitId, Inconsistency)>);
 
 impl Teammates {
-    /// Takes an accepted report of `unit`, brought by `via`, at most `age` old at `now`; `own` is this unit's motion.
+    /// Takes an accepted report of `unit`, brought by `via`, at most `age` old at `now`; `own_motion` is this unit's motion.
     /// Gives the inconsistency that it reveals. An inconsistent claim leaves earlier ones in place.
     pub fn take(
         &mut self,
@@ -81,7 +81,7 @@ impl Teammates {
         report: &Report,
         age: Span,
         now: Instant,
-        own: Option<Motion>,
+        own_motion: Option<Motion>,
         bounds: &Bounds,
     ) -> Option<Inconsistency> {
         let speed = f64::from(report.speed_mm_s);
@@ -99,14 +99,14 @@ impl Teammates {
             written: now - age,
         };
         let before = self.claims.iter().position(|known| known.unit == unit);
-        if let Some(at) = before {
-            claim.reckoning = self.claims[at].reckoned_to(&claim);
+        if let Some(index) = before {
+            claim.reckoning = self.claims[index].reckoned_to(&claim);
         }
         let finding = before
-            .and_then(|at| self.claims[at].contradicted_by(&claim, bounds))
+            .and_then(|index| self.claims[index].contradicted_by(&claim, bounds))
             .or_else(|| claim.too_fast(bounds))
             .or_else(|| claim.led_elsewhere(bounds))
-            .or_else(|| self.excluded(&claim, now, own, bounds));
+            .or_else(|| self.excluded(&claim, now, own_motion, bounds));
         match (finding, before) {
             (Some(found), _) => self.found = Some((unit, found)),
             (None, Some(at)) if claim.order() > self.claims[at].order() => self.claims[at] = claim,
@@ -146,14 +146,20 @@ impl Teammates {
         self.claims.iter().filter(move |claim| now.since(claim.written) <= REMEMBERED).map(|claim| claim.at)
     }
 
-    fn excluded(&self, claim: &Claim, now: Instant, own: Option<Motion>, bounds: &Bounds) -> Option<Inconsistency> {
-        let others = self.claims.iter().filter(|other| other.unit != claim.unit);
-        let others = others.filter(|other| now.since(other.written) <= REMEMBERED);
-        let others = others.map(|other| (other.at, other.reach(now)));
-        let own = own.map(|motion| (motion.at, 0.0));
+    fn excluded(
+        &self,
+        claim: &Claim,
+        now: Instant,
+        own_motion: Option<Motion>,
+        bounds: &Bounds,
+    ) -> Option<Inconsistency> {
+        let other_claims = self.claims.iter().filter(|other| other.unit != claim.unit);
+        let other_claims = other_claims.filter(|other| now.since(other.written) <= REMEMBERED);
+        let places = other_claims.map(|other| (other.at, other.reach(now)));
+        let own_place = own_motion.map(|motion| (motion.at, 0.0));
         let limit = f64::from(bounds.exclusion_mm);
-        let mut places = others.chain(own);
-        let clash = places.any(|(at, reach)| between(at, claim.at) + reach + claim.reach(now) < limit);
+        let mut places = places.chain(own_place);
+        let clash = places.any(|(place, reach)| distance(place, claim.at) + reach + claim.reach(now) < limit);
         clash.then_some(Inconsistency::Exclusion)
     }
 }
@@ -174,7 +180,7 @@ impl Claim {
     }
 
     fn led_elsewhere(&self, bounds: &Bounds) -> Option<Inconsistency> {
-        let off = between(self.reckoning.off, (0.0, 0.0));
+        let off = distance(self.reckoning.off, (0.0, 0.0));
         (off > f64::from(bounds.teammate_slack_mm)).then_some(Inconsistency::Residual)
     }
 
@@ -186,18 +192,18 @@ impl Claim {
             return self.reckoning;
         }
         let elapsed = self.elapsed_to(next);
-        let gone = (next.at.0 - self.at.0, next.at.1 - self.at.1);
+        let shift = (next.at.0 - self.at.0, next.at.1 - self.at.1);
         let mean = (0.5 * (self.velocity.0 + next.velocity.0), 0.5 * (self.velocity.1 + next.velocity.1));
         let unled = if self.boot == next.boot && elapsed <= BRIDGED_S {
-            (gone.0 - mean.0 * elapsed, gone.1 - mean.1 * elapsed)
+            (shift.0 - mean.0 * elapsed, shift.1 - mean.1 * elapsed)
         } else {
-            let far = between(gone, (0.0, 0.0));
+            let far = distance(shift, (0.0, 0.0));
             let share = ((far - self.speed.max(next.speed) * elapsed) / far.max(1.0)).max(0.0);
-            (gone.0 * share, gone.1 * share)
+            (shift.0 * share, shift.1 * share)
         };
-        let kept = (1.0 - elapsed / REMEMBERS_S).max(0.0);
+        let weight = (1.0 - elapsed / REMEMBERS_S).max(0.0);
         let off = self.reckoning.off;
-        Reckoning { off: (kept * off.0 + unled.0, kept * off.1 + unled.1) }
+        Reckoning { off: (weight * off.0 + unled.0, weight * off.1 + unled.1) }
     }
 
     /// Seconds from this claim to `next`: by the unit's own clock within one boot, else by when they were written.
@@ -221,7 +227,7 @@ impl Claim {
         }
         let elapsed = self.elapsed_to(next);
         let allowed = self.speed.max(next.speed) * elapsed + f64::from(bounds.teammate_slack_mm);
-        (between(self.at, next.at) > allowed).then_some(Inconsistency::Kinematics)
+        (distance(self.at, next.at) > allowed).then_some(Inconsistency::Kinematics)
     }
 }
 

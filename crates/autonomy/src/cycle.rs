@@ -25,7 +25,7 @@ use crate::grid::Keepout;
 use crate::health::{Findings, Health};
 use crate::intake::report_body;
 use crate::look::{Aside, Look};
-use crate::mission::Way;
+use crate::mission::PlannedWay;
 use crate::navigation::{self, SetPoint, Surroundings};
 use crate::settings;
 use crate::state::Machine;
@@ -43,14 +43,16 @@ impl Autonomy {
     /// The deadline has come.
     pub(crate) fn tick(&mut self, now: Instant) {
         if now >= self.next_control {
-            self.next_control = after(self.next_control, Span::ms(self.identity.bounds.control_period_ms), now);
+            self.next_control =
+                next_grid_point(self.next_control, Span::ms(self.identity.bounds.control_period_ms), now);
             self.seals.mark(now, self.journal.counter());
             self.carry_out_stored(now);
             self.judge(now);
             self.steer(now);
         }
         if now >= self.next_telemetry {
-            self.next_telemetry = after(self.next_telemetry, Span::ms(self.identity.bounds.telemetry_period_ms), now);
+            self.next_telemetry =
+                next_grid_point(self.next_telemetry, Span::ms(self.identity.bounds.telemetry_period_ms), now);
             self.renew(now);
             self.introduce(now);
             self.report(now);
@@ -71,13 +73,13 @@ impl Autonomy {
         let limit = bounds.product_limit();
         let findings = self.picture.judge(Findings::default(), now, limit);
         let findings = findings
-            .with(Guard::Localisation, self.localisation.lost(now, limit))
-            .with(Guard::Drift, self.localisation.drifts())
-            .with(Guard::TimeBase, self.localisation.mistimed())
-            .with(Guard::Geofence, self.room(now).filter(|spare| *spare < 0.0).map(|_| Because::Itself))
-            .with(Guard::Lease, self.lease.lapsed(now))
-            .with(Guard::Teammates, self.teammates.inconsistent())
-            .with(Guard::SealedLog, self.seals.missing(now));
+            .with_finding(Guard::Localisation, self.localisation.lost(now, limit))
+            .with_finding(Guard::Drift, self.localisation.drifts())
+            .with_finding(Guard::TimeBase, self.localisation.mistimed())
+            .with_finding(Guard::Geofence, self.room(now).filter(|spare| *spare < 0.0).map(|_| Because::Itself))
+            .with_finding(Guard::Lease, self.lease.lapsed(now))
+            .with_finding(Guard::Teammates, self.teammates.inconsistent())
+            .with_finding(Guard::SealedLog, self.seals.missing(now));
         let evidence = self.picture.waived().union(self.localisation.waived()).union(self.status.lease_waived);
         Health::judge(findings, self.identity.waived_guards, evidence)
     }
@@ -88,14 +90,14 @@ impl Autonomy {
         let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
         measured
             .claimed(self.teammates.finding())
-            .with(Guard::Geofence, spare)
+            .with_value(Guard::Geofence, spare)
             // At its full age it has lapsed.
             .aged(Guard::Lease, self.lease.age(Span::ms(self.bounds.lease_ms), now).map(|age| age + Span(1)))
             .aged(Guard::SealedLog, self.seals.age(now))
     }
 
     /// Motion of the unit, as long as it is known. Without a place there is no distance to the fence; localisation's own guards
-    /// say so.
+    /// report it.
     pub(crate) fn placed(&self, now: Instant) -> Option<Motion> {
         let lost = self.localisation.lost(now, self.bounds.product_limit()).is_some();
         self.localisation.motion().filter(|_| !lost && !self.localisation.distrusted())
@@ -104,9 +106,9 @@ impl Autonomy {
     /// Clearance to the envelope that is left, margins taken off, mm; negative is a breach. None while the place is not known.
     fn room(&self, now: Instant) -> Option<f64> {
         let limits = &self.identity.limits;
-        let around = self.fence.spare(&self.placed(now)?, &self.bounds, limits);
+        let clearance = self.fence.spare(&self.placed(now)?, &self.bounds, limits);
         let margin = f64::from(self.bounds.fence_margin_mm);
-        Some(self.height().map_or(around, |(aloft, height)| around.min(flight::spare(height, aloft, margin))))
+        Some(self.height().map_or(clearance, |(aloft, height)| clearance.min(flight::spare(height, aloft, margin))))
     }
 
     /// Judges the guards and lets the machine follow from them. After the run is over it no longer follows.
@@ -115,7 +117,7 @@ impl Autonomy {
             return;
         }
         self.health = self.assess(now);
-        self.tell(now);
+        self.log_basis(now);
         let held = self.machine.authority().map(|authority| authority.track());
         let designation = self.designation(held, now);
         let refused = self.step(now, Stimulus::Judged, &designation);
@@ -180,12 +182,12 @@ impl Autonomy {
             self.teammates.restore(acquitted);
             self.health = self.assess(now);
         }
-        self.tell(now);
+        self.log_basis(now);
         refused
     }
 
     /// Logs the basis of the unit's judgement, when that has changed: a display's claim of freshness is held against it.
-    fn tell(&mut self, now: Instant) {
+    fn log_basis(&mut self, now: Instant) {
         let fresh = self.identity.bounds.freshness();
         let placed = self.localisation.reported(now).is_some_and(|(_, age)| age <= fresh);
         let tracks = self.picture.tracks().iter().filter(|track| now.since(track.updated) <= fresh).count() as u8;
@@ -217,7 +219,7 @@ impl Autonomy {
         let timing =
             Timing { hysteresis: Span::ms(bounds.hysteresis_ms), unrecovered: Span::ms(bounds.unrecovered_ms) };
         let mut ctx = Context { now, health: &self.health, designation, mint: &mut self.mint, timing };
-        // A fresh machine stands in while the old one is consumed.
+        // A fresh machine takes the place of the old one while that is consumed.
         let machine = std::mem::replace(&mut self.machine, Machine::start());
         let (machine, effects) = machine.step(stimulus, &mut ctx);
         self.machine = machine;
@@ -254,7 +256,7 @@ impl Autonomy {
     /// trips, and no operator could get the unit away from there. In IDLE only, for at most 128 × 128 cells.
     fn configured(&mut self, settings: &Settings) {
         let before = self.bounds.fence_margin_mm;
-        self.bounds = settings::under(settings, &self.identity.bounds);
+        self.bounds = settings::tighten_bounds(settings, &self.identity.bounds);
         self.status.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
             self.mission.replan(plan(&self.fence, &self.things, &self.bounds, &self.identity.limits));
@@ -290,7 +292,7 @@ impl Autonomy {
         self.steered = set_point.curvature;
         let drive = Drive {
             stamp: now,
-            set_point: self.asked(set_point),
+            set_point: self.to_plant(set_point),
             lease: Span::ms(self.identity.bounds.set_point_lease_ms),
         };
         let bytes = self.drive.seal(now, &codec::encode(&drive));
@@ -298,7 +300,7 @@ impl Autonomy {
     }
 
     /// The set-point in the terms of the plant.
-    fn asked(&self, SetPoint { speed, curvature }: SetPoint) -> drive::SetPoint {
+    fn to_plant(&self, SetPoint { speed, curvature }: SetPoint) -> drive::SetPoint {
         if !self.identity.limits.free {
             return drive::SetPoint::Course { speed_mm_s: speed as i32, curvature_um: (curvature * 1e9) as i32 };
         }
@@ -334,7 +336,7 @@ impl Autonomy {
 
     /// True if the unit does not know where it is.
     fn lost(&self) -> bool {
-        self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some()
+        self.health.failing().contains(Guard::Localisation) || self.health.unplaced().is_some()
     }
 
     fn set_point(&mut self, now: Instant) -> SetPoint {
@@ -348,7 +350,7 @@ impl Autonomy {
         let aside = self.aside(&motion, &seen, now);
         let way = match &aside {
             Some(Aside::Stand) => None,
-            Some(Aside::Way(points)) => Some(Way { points, beyond: points.last().copied() }),
+            Some(Aside::Way(points)) => Some(PlannedWay { points, beyond: points.last().copied() }),
             None => self.mission.way(motion.at, &seen, now),
         };
         let Some(way) = way else {
@@ -357,14 +359,14 @@ impl Autonomy {
         };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let (fence, steered) = (&self.fence, self.steered);
-        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
-        let asked = navigation::follow(&motion, &way, &around);
+        let env = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
+        let requested = navigation::follow(&motion, &way, &env);
         // LiDAR alone looks behind.
         if self.picture.nearby().is_none() {
             self.turn.end();
-            return asked;
+            return requested;
         }
-        self.turn.back_up(asked, &motion, &around, now)
+        self.turn.back_up(requested, &motion, &env, now)
     }
 
     /// Things that the body would touch at its height. None for a satellite's point of sight.
@@ -423,9 +425,9 @@ impl Autonomy {
 
     /// Renews the command nonce and the session's challenge when they are due.
     fn renew(&mut self, now: Instant) {
-        let due = |issued: Option<Instant>, period: Span| issued.is_none_or(|at| now.since(at) >= period);
+        let due = |issued: Option<Instant>, period: Span| issued.is_none_or(|time| now.since(time) >= period);
         let (nonce, challenge) = (self.nonce(), self.nonce());
-        if due(self.commands.current().map(|(_, at)| at), NONCE_PERIOD) {
+        if due(self.commands.current().map(|(_, time)| time), NONCE_PERIOD) {
             self.commands.issue(nonce, now);
         }
         let period = Span::ms(self.identity.bounds.challenge_period_ms);
@@ -491,7 +493,7 @@ impl Autonomy {
 }
 
 /// The first point of the period's grid after `now`.
-fn after(due: Instant, period: Span, now: Instant) -> Instant {
+fn next_grid_point(due: Instant, period: Span, now: Instant) -> Instant {
     let missed = now.since(due).0 / period.0;
     due + Span((missed + 1) * period.0)
 }

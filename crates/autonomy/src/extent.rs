@@ -3,7 +3,7 @@
 //! World frame, millimetres. Two rectangles are apart where one of their four sides' normals separates them (separating axes). No angle is taken
 //! here: a direction is a unit vector.
 
-use crate::geofence::{Point, between};
+use crate::geofence::{Point, distance};
 
 /// A rectangle with a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +24,11 @@ impl Extent {
     }
 
     /// A square that contains a disc.
-    pub fn around(at: Point, radius: f64) -> Self {
+    pub fn around_disc(at: Point, radius: f64) -> Self {
         Extent { at, axis: (1.0, 0.0), half: (radius, radius) }
     }
 
-    /// The same with every side further out by `margin`.
+    /// The extent with every side further out by `margin`.
     #[must_use]
     pub fn grown(self, margin: f64) -> Self {
         Extent { half: (self.half.0 + margin, self.half.1 + margin), ..self }
@@ -41,15 +41,15 @@ impl Extent {
 
     /// Distance of a point to it, 0 inside.
     pub fn distance(&self, p: Point) -> f64 {
-        let (along, across) = self.within(p);
+        let (along, across) = self.local_point(p);
         libm::hypot((along.abs() - self.half.0).max(0.0), (across.abs() - self.half.1).max(0.0))
     }
 
     /// The way from the nearest of its points to a point, 0 inside.
     pub fn offset_to(&self, p: Point) -> Point {
-        let (along, across) = self.within(p);
-        let beyond = |part: f64, half: f64| part - part.clamp(-half, half);
-        let (along, across) = (beyond(along, self.half.0), beyond(across, self.half.1));
+        let (along, across) = self.local_point(p);
+        let excess = |part: f64, half: f64| part - part.clamp(-half, half);
+        let (along, across) = (excess(along, self.half.0), excess(across, self.half.1));
         (along * self.axis.0 - across * self.axis.1, along * self.axis.1 + across * self.axis.0)
     }
 
@@ -61,23 +61,23 @@ impl Extent {
             return false;
         }
         let (cos, sin) = (dot(self.axis, other.axis).abs(), cross(self.axis, other.axis).abs());
-        let apart = |one: &Extent, other: &Extent| {
-            let (along, across) = one.within(other.at);
+        let separated = |one: &Extent, other: &Extent| {
+            let (along, across) = one.local_point(other.at);
             along.abs() > one.half.0 + other.half.0 * cos + other.half.1 * sin
                 || across.abs() > one.half.1 + other.half.0 * sin + other.half.1 * cos
         };
-        !apart(self, other) && !apart(other, self)
+        !separated(self, other) && !separated(other, self)
     }
 
     /// A point in the rectangle's own axes, its centre the origin.
-    fn within(&self, p: Point) -> Point {
+    fn local_point(&self, p: Point) -> Point {
         let d = (p.0 - self.at.0, p.1 - self.at.1);
         (dot(d, self.axis), cross(self.axis, d))
     }
 
     /// True if it may reach a thing within `reach` of `p`.
-    pub fn near(&self, p: Point, reach: f64) -> bool {
-        between(self.at, p) <= reach + self.radius()
+    pub fn may_reach(&self, p: Point, reach: f64) -> bool {
+        distance(self.at, p) <= reach + self.radius()
     }
 }
 

@@ -43,7 +43,7 @@ pub fn velocity(way: navigation::SetPoint, height: Option<(&Aloft, f64)>, (turni
 /// Velocity off the walls that are nearer to a round body than the narrowest way is, ahead and to the left, mm/s. A heading alone holds no place, and gusts
 /// move a hover sideways.
 pub fn off_walls<'a>(motion: &Motion, radius: f64, walls: impl Iterator<Item = &'a Extent>) -> Point {
-    let near = walls.filter(|wall| wall.near(motion.at, radius + KEEPS_OFF_MM)).map(|wall| {
+    let near = walls.filter(|wall| wall.may_reach(motion.at, radius + KEEPS_OFF_MM)).map(|wall| {
         let (east, north) = wall.offset_to(motion.at);
         let distance = libm::hypot(east, north).max(1.0);
         let missing = (KEEPS_OFF_MM + radius - distance).max(0.0);
@@ -90,9 +90,9 @@ pub(crate) mod tests {
     #[test]
     fn height_is_brought_back_within_the_climb() {
         let way = navigation::SetPoint { speed: 1000.0, curvature: 0.0004 };
-        let asked = |height: f64| velocity(way, Some((&LIMITS, height)), (800.0, (0.0, 0.0)));
+        let requested = |height: f64| velocity(way, Some((&LIMITS, height)), (800.0, (0.0, 0.0)));
         let fly = |climb: i32| SetPoint::Velocity { mm_s: [1000, 0, climb], turn_mrad_s: 400 };
-        assert_eq!([2500.0, 2400.0, 0.0, 9000.0].map(asked), [fly(0), fly(100), fly(800), fly(-800)]);
+        assert_eq!([2500.0, 2400.0, 0.0, 9000.0].map(requested), [fly(0), fly(100), fly(800), fly(-800)]);
     }
 
     /// It has no reverse gear, and something may stand close ahead.

@@ -21,7 +21,7 @@ impl Fork {
 }
 
 impl Autonomy {
-    /// The same core in world `world`; from here on the two share no state.
+    /// Copy of the core for world `world`; from here on the two share no state.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Autonomy {
         self.copy(&Fork { world })

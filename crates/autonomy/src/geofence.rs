@@ -40,19 +40,19 @@ impl Geofence {
     }
 
     /// Distance to the nearest edge, millimetres; positive inside, negative outside.
-    pub fn clearance(&self, at: Point) -> f64 {
+    pub fn clearance(&self, place: Point) -> f64 {
         let edges = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
         let (nearest, inside) = edges.fold((f64::MAX, false), |(nearest, inside), (a, b)| {
-            (nearest.min(to_segment(at, *a, *b)), inside ^ crosses(at, *a, *b))
+            (nearest.min(to_segment(place, *a, *b)), inside ^ crosses(place, *a, *b))
         });
         if inside { nearest } else { -nearest }
     }
 
     /// True if [`Self::clearance`] is `least` or more, which is positive: found without a root for each edge.
-    pub fn keeps(&self, at: Point, least: f64) -> bool {
+    pub fn keeps(&self, place: Point, least: f64) -> bool {
         let mut edges = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
-        let inside = edges.clone().fold(false, |inside, (a, b)| inside ^ crosses(at, *a, *b));
-        inside && edges.all(|(a, b)| !nearer(at, nearest_on(at, *a, *b), least))
+        let inside = edges.clone().fold(false, |inside, (a, b)| inside ^ crosses(place, *a, *b));
+        inside && edges.all(|(a, b)| !nearer(place, nearest_on(place, *a, *b), least))
     }
 
     /// Clearance that is left at the worse of the two points, margin taken off; negative is a breach.
@@ -65,8 +65,8 @@ impl Geofence {
     /// than the way, so on a shorter way than four times the clearance no side of the fence is crossed.
     pub(crate) fn leads_away(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> bool {
         let way = stopping_distance(motion.speed, bounds, limits);
-        let (here, rest) = (self.clearance(motion.at), self.clearance(ahead(motion, way)));
-        way > 0.0 && way < 4.0 * here && rest - here >= way / 2.0
+        let (clearance, rest) = (self.clearance(motion.at), self.clearance(ahead(motion, way)));
+        way > 0.0 && way < 4.0 * clearance && rest - clearance >= way / 2.0
     }
 
     /// Reason that the fence guard fails, if it does.
@@ -86,7 +86,7 @@ pub fn ahead(motion: &Motion, distance: f64) -> Point {
 }
 
 /// Distance between two points.
-pub fn between(a: Point, b: Point) -> f64 {
+pub fn distance(a: Point, b: Point) -> f64 {
     libm::hypot(a.0 - b.0, a.1 - b.1)
 }
 
@@ -98,7 +98,7 @@ pub fn nearer(a: Point, b: Point, distance: f64) -> bool {
 
 /// Distance from `p` to the segment from `a` to `b`.
 pub fn to_segment(p: Point, a: Point, b: Point) -> f64 {
-    between(p, nearest_on(p, a, b))
+    distance(p, nearest_on(p, a, b))
 }
 
 /// The point of the segment from `a` to `b` nearest to `p`.
@@ -136,22 +136,22 @@ mod tests {
     fn keeping_a_distance_agrees_with_clearance() {
         let slanted = Geofence::new(&[(0, 0), (9000, 1000), (12_000, 9000), (4000, 6000), (-1000, 8000)]);
         let places = (-10..140).flat_map(|x| (-10..100).map(move |y| (f64::from(x) * 100.0, f64::from(y) * 100.0)));
-        let (mut kept, mut not) = (0, 0);
+        let (mut inside, mut not) = (0, 0);
         for at in places {
             for (fence, least) in [(&slanted, 700.0), (&slanted, 1.0), (&square(), 1500.0)] {
                 assert_eq!(fence.keeps(at, least), fence.clearance(at) >= least, "{at:?} {least}");
-                if fence.keeps(at, least) { kept += 1 } else { not += 1 }
+                if fence.keeps(at, least) { inside += 1 } else { not += 1 }
             }
         }
-        assert!(kept > 5_000 && not > 5_000, "{kept} {not}");
+        assert!(inside > 5_000 && not > 5_000, "{inside} {not}");
     }
 
     #[test]
     fn guard_fails_while_stopping_room_remains() {
         let (bounds, limits) = (Bounds::GROUND, Limits::GROUND);
-        let towards = |x: f64| Motion { at: (x, 5000.0), yaw: 0.0, speed: 3000.0 };
-        assert_eq!(square().breached(&towards(7000.0), &bounds, &limits), None);
-        assert!(square().breached(&towards(7100.0), &bounds, &limits).is_some());
+        let motion_at = |x: f64| Motion { at: (x, 5000.0), yaw: 0.0, speed: 3000.0 };
+        assert_eq!(square().breached(&motion_at(7000.0), &bounds, &limits), None);
+        assert!(square().breached(&motion_at(7100.0), &bounds, &limits).is_some());
         let along = Motion { at: (8900.0, 2000.0), yaw: core::f64::consts::FRAC_PI_2, speed: 3000.0 };
         assert_eq!(square().breached(&along, &bounds, &limits), None, "driving along the fence is no breach");
     }

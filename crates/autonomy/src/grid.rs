@@ -9,7 +9,7 @@ use std::sync::Arc;
 use pathfinding::prelude::astar;
 
 use crate::extent::Extent;
-use crate::geofence::{Geofence, Point, between, nearer, to_segment};
+use crate::geofence::{Geofence, Point, distance, nearer, to_segment};
 
 /// Smallest cell, millimetres.
 const CELL_MM: f64 = 500.0;
@@ -90,8 +90,8 @@ impl Grid {
         let (map, narrow) = (Arc::from(map), clearance.narrow);
         let mut grid = Grid { origin: low, cell, width, height, room: Arc::from([]), map, narrow };
         let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let within = |at: Point| if fence.keeps(at, clearance.fence) { Room::Wide } else { Room::Closed };
-        let mut room: Vec<Room> = all.map(|cell| within(grid.centre(cell))).collect();
+        let keeps_clear = |place: Point| if fence.keeps(place, clearance.fence) { Room::Wide } else { Room::Closed };
+        let mut room: Vec<Room> = all.map(|cell| keeps_clear(grid.centre(cell))).collect();
         for thing in Arc::clone(&grid.map).iter() {
             for cell in grid.cells_within(thing.at, thing.radius() + clearance.wide) {
                 let distance = thing.distance(grid.centre(cell));
@@ -121,8 +121,8 @@ impl Grid {
             return Some(vec![to]);
         }
         let goal = self.cell_of(to);
-        let taken = |cell| moving.iter().any(|k| nearer(k.at, self.centre(cell), k.distance(least)));
-        let free = |cell: &Cell| self.has(*cell, least) && !taken(*cell);
+        let is_occupied = |cell| moving.iter().any(|k| nearer(k.at, self.centre(cell), k.distance(least)));
+        let free = |cell: &Cell| self.has_room(*cell, least) && !is_occupied(*cell);
         let next = |cell: &Cell| self.neighbours(*cell).filter(|(cell, _)| free(cell)).collect::<Vec<_>>();
         let out = self.nearest_free(from, free)?;
         let (cells, _) = astar(&out, next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
@@ -133,38 +133,39 @@ impl Grid {
     }
 
     /// Cell of a point, or the nearest free one where that is taken and there is one within [`OUT_MM`]; none otherwise.
-    fn nearest_free(&self, at: Point, free: impl Fn(&Cell) -> bool) -> Option<Cell> {
-        let own = self.cell_of(at);
-        let away = |cell: &Cell| between(self.centre(*cell), at);
-        let nearest = || self.cells_within(at, OUT_MM).filter(&free).min_by(|a, b| away(a).total_cmp(&away(b)));
-        if free(&own) { Some(own) } else { nearest() }
+    fn nearest_free(&self, place: Point, free: impl Fn(&Cell) -> bool) -> Option<Cell> {
+        let own_cell = self.cell_of(place);
+        let distance_to = |cell: &Cell| distance(self.centre(*cell), place);
+        let nearest =
+            || self.cells_within(place, OUT_MM).filter(&free).min_by(|a, b| distance_to(a).total_cmp(&distance_to(b)));
+        if free(&own_cell) { Some(own_cell) } else { nearest() }
     }
 
     /// True if one may drive straight from `a` to `b`. Where there is just room, a cell's middle does not speak for the whole of it.
     fn clear(&self, a: Point, b: Point, moving: &[Keepout], least: Room) -> bool {
-        let steps = libm::ceil(between(a, b) / (self.cell / 2.0)) as u32;
+        let steps = libm::ceil(distance(a, b) / (self.cell / 2.0)) as u32;
         let open = (1..=steps).all(|i| {
             let share = f64::from(i) / f64::from(steps);
-            let at = (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1));
-            let cell = self.cell_of(at);
-            self.has(cell, least) && (self.has(cell, Room::Wide) || self.fits(at))
+            let place = (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1));
+            let cell = self.cell_of(place);
+            self.has_room(cell, least) && (self.has_room(cell, Room::Wide) || self.fits(place))
         });
         open && !moving.iter().any(|k| k.cuts(a, b, least))
     }
 
     /// True if the body fits through with its middle there.
-    fn fits(&self, at: Point) -> bool {
-        self.map.iter().all(|thing| thing.distance(at) >= self.narrow)
+    fn fits(&self, place: Point) -> bool {
+        self.map.iter().all(|thing| thing.distance(place) >= self.narrow)
     }
 
     /// Leaves out every point that the one before can see past.
     fn straighten(&self, points: &[Point], moving: &[Keepout], least: Room) -> Vec<Point> {
         let mut way = Vec::new();
-        let mut at = 0;
-        while at + 1 < points.len() {
-            let seen = (at + 1..points.len()).rev().find(|i| self.clear(points[at], points[*i], moving, least));
-            at = seen.unwrap_or(at + 1);
-            way.push(points[at]);
+        let mut index = 0;
+        while index + 1 < points.len() {
+            let seen = (index + 1..points.len()).rev().find(|i| self.clear(points[index], points[*i], moving, least));
+            index = seen.unwrap_or(index + 1);
+            way.push(points[index]);
         }
         way
     }
@@ -179,7 +180,7 @@ impl Grid {
         })
     }
 
-    fn has(&self, cell: Cell, least: Room) -> bool {
+    fn has_room(&self, cell: Cell, least: Room) -> bool {
         self.room[self.index(cell)] >= least
     }
 
@@ -188,15 +189,16 @@ impl Grid {
     }
 
     /// Cells of the square around a point that reaches as far as `reach` on each side.
-    fn cells_within(&self, at: Point, reach: f64) -> impl Iterator<Item = Cell> + use<> {
-        let (low, high) = (self.cell_of((at.0 - reach, at.1 - reach)), self.cell_of((at.0 + reach, at.1 + reach)));
+    fn cells_within(&self, place: Point, reach: f64) -> impl Iterator<Item = Cell> + use<> {
+        let (low, high) =
+            (self.cell_of((place.0 - reach, place.1 - reach)), self.cell_of((place.0 + reach, place.1 + reach)));
         (low.1..=high.1).flat_map(move |y| (low.0..=high.0).map(move |x| (x, y)))
     }
 
     /// The cell of a point; one outside the grid belongs to the cell nearest to it.
-    fn cell_of(&self, at: Point) -> Cell {
+    fn cell_of(&self, place: Point) -> Cell {
         let index = |n: f64, count: u16| (libm::floor(n / self.cell).max(0.0) as u16).min(count - 1);
-        (index(at.0 - self.origin.0, self.width), index(at.1 - self.origin.1, self.height))
+        (index(place.0 - self.origin.0, self.width), index(place.1 - self.origin.1, self.height))
     }
 
     fn centre(&self, (x, y): Cell) -> Point {
@@ -211,8 +213,10 @@ fn octile(a: Cell, b: Cell) -> u32 {
 }
 
 fn extent(points: &[Point]) -> (Point, Point) {
-    let nothing = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
-    points.iter().fold(nothing, |(low, high), p| ((low.0.min(p.0), low.1.min(p.1)), (high.0.max(p.0), high.1.max(p.1))))
+    let empty_bounds = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
+    points
+        .iter()
+        .fold(empty_bounds, |(low, high), p| ((low.0.min(p.0), low.1.min(p.1)), (high.0.max(p.0), high.1.max(p.1))))
 }
 
 #[cfg(test)]
@@ -227,7 +231,7 @@ mod tests {
 
     #[test]
     fn way_avoids_obstacles_inside_the_fence() {
-        let rock = Extent::around((10_000.0, 10_000.0), 1500.0);
+        let rock = Extent::around_disc((10_000.0, 10_000.0), 1500.0);
         let grid = Grid::new(&yard(), &[rock], CLEARANCE);
         let (from, to) = ((3000.0, 10_000.0), (17_000.0, 10_000.0));
         let way = grid.way(from, to, &[]).unwrap();

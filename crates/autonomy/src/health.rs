@@ -44,19 +44,19 @@ pub struct Findings([Option<Because>; Guard::ALL.len()]);
 impl Findings {
     /// Notes the finding on `guard`.
     #[must_use]
-    pub fn with(mut self, guard: Guard, finding: Option<Because>) -> Findings {
+    pub fn with_finding(mut self, guard: Guard, finding: Option<Because>) -> Findings {
         self.0[guard as usize] = finding;
         self
     }
 
     /// Reason that `guard` fails, if it does.
-    pub fn of(&self, guard: Guard) -> Option<Because> {
+    pub fn finding(&self, guard: Guard) -> Option<Because> {
         self.0[guard as usize]
     }
 
     fn failing(&self) -> Guards {
-        let failing = Guard::ALL.into_iter().filter(|g| self.of(*g).is_some());
-        failing.fold(Guards::default(), Guards::with)
+        let failing = Guard::ALL.into_iter().filter(|g| self.finding(*g).is_some());
+        failing.fold(Guards::default(), Guards::with_guard)
     }
 }
 
@@ -71,7 +71,7 @@ pub struct Health {
 
 /// Verdict of health.
 #[derive(Debug)]
-pub enum Verdict {
+pub enum Condition {
     /// No required guard fails.
     Healthy(Healthy),
     /// A subsystem is lost, and no trust.
@@ -113,13 +113,13 @@ impl Health {
     }
 
     /// Verdict that the findings give.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> Condition {
         if let Some((guard, because)) = self.first(&TRUST) {
-            return Verdict::Trust(TrustLoss { guard, because });
+            return Condition::Trust(TrustLoss { guard, because });
         }
         match self.first(&SUBSYSTEM) {
-            Some((guard, because)) => Verdict::Subsystem(SubsystemLoss { guard, because, blinding: self.blinding() }),
-            None => Verdict::Healthy(Healthy { waived: self.evidence }),
+            Some((guard, because)) => Condition::Subsystem(SubsystemLoss { guard, because, blinding: self.blinding() }),
+            None => Condition::Healthy(Healthy { waived: self.evidence }),
         }
     }
 
@@ -129,12 +129,12 @@ impl Health {
     }
 
     fn lacks(&self, guard: Guard) -> bool {
-        self.failing.has(guard) && !self.waived.has(guard)
+        self.failing.contains(guard) && !self.waived.contains(guard)
     }
 
-    fn first(&self, of: &[Guard]) -> Option<(Guard, Because)> {
-        let guard = of.iter().copied().find(|g| self.lacks(*g))?;
-        self.findings.of(guard).map(|because| (guard, because))
+    fn first(&self, guards: &[Guard]) -> Option<(Guard, Because)> {
+        let guard = guards.iter().copied().find(|g| self.lacks(*g))?;
+        self.findings.finding(guard).map(|reason| (guard, reason))
     }
 
     /// The loss that leaves driving without its basis: the unit's place, or any measured range around it.
@@ -170,7 +170,7 @@ impl SubsystemLoss {
     }
 
     /// Reason that it fails.
-    pub fn because(&self) -> Because {
+    pub fn reason(&self) -> Because {
         self.because
     }
 
@@ -187,7 +187,7 @@ impl TrustLoss {
     }
 
     /// Reason that it fails.
-    pub fn because(&self) -> Because {
+    pub fn reason(&self) -> Because {
         self.because
     }
 }

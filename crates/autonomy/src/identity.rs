@@ -39,7 +39,7 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// From the setup and configuration of a core.
+    /// Identity from the setup and configuration of a core.
     ///
     /// # Errors
     /// An unsound table of identities, or a teammate or operator that the table does not name.

@@ -25,7 +25,7 @@ const LOCATED_PERIOD: Span = Span::ms(190);
 impl Autonomy {
     /// A message on a shared-memory channel.
     pub(crate) fn bus(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
-        let taken = match topic {
+        let result = match topic {
             Topic::Navigation => self.navigation(now, bytes),
             Topic::Tracks => self.tracks(now, bytes),
             Topic::Seals => self.seal(now, bytes),
@@ -34,7 +34,7 @@ impl Autonomy {
                 Err(Refusal::Channel)
             }
         };
-        match taken {
+        match result {
             Ok(()) => self.accounts.accepted(Interface::Bus(topic)),
             Err(refusal) => self.refuse(now, Interface::Bus(topic), None, &refusal),
         }
@@ -62,7 +62,8 @@ impl Autonomy {
     fn witness(&mut self, now: Instant, reading: &Navigation) {
         let (Some(fix), Some((pose, _))) = (reading.fix, self.localisation.reported(now)) else { return };
         let distrusted = self.localisation.distrusted();
-        let due = self.located.is_none_or(|(at, before)| now.since(at) >= LOCATED_PERIOD || before != distrusted);
+        let due =
+            self.located.is_none_or(|(moment, before)| now.since(moment) >= LOCATED_PERIOD || before != distrusted);
         if due {
             self.located = Some((now, distrusted));
             let event = Event::Located {
@@ -166,7 +167,7 @@ impl Autonomy {
     /// A teammate's report in a record that was accepted: the verdict over the report is the verdict over the record.
     fn teammate(&mut self, now: Instant, envelope: &Teammate<'_>, outer: Evidence) {
         let identity = Arc::clone(&self.identity);
-        let via = envelope.via;
+        let peer = envelope.via;
         let since_gateway = (outer.received, outer.age);
         let verdict = intake::teammate(
             &identity.policy,
@@ -178,23 +179,23 @@ impl Autonomy {
         );
         let (signed, inner) = match verdict {
             Ok(accepted) => accepted.into_parts(),
-            Err(refusal) => return self.refuse(now, Interface::Downlink, Some(via), &refusal),
+            Err(refusal) => return self.refuse(now, Interface::Downlink, Some(peer), &refusal),
         };
         let report = &signed.report;
         let Some(unit) = report.origin.unit().filter(|unit| identity.teammates.contains(unit)) else {
-            return self.refuse(now, Interface::Downlink, Some(via), &Refusal::Role { got: report.origin });
+            return self.refuse(now, Interface::Downlink, Some(peer), &Refusal::Role { got: report.origin });
         };
-        let refused = self.revoked.stands(report.origin, now).err();
+        let refused = self.revoked.check_admitted(report.origin, now).err();
         let refused = refused.filter(|_| identity.policy.check(Check::Revocation) == Requirement::Required);
         if let Some(refusal) = refused {
-            return self.refuse(now, Interface::Downlink, Some(via), &refusal);
+            return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
         }
         let waived = inner.waived.union(outer.waived);
-        self.accept(now, via, report.id(), &Evidence { waived, ..inner });
+        self.accept(now, peer, report.id(), &Evidence { waived, ..inner });
         let age = inner.age.map_or(Span::ZERO, Age::upper);
-        let own = self.localisation.motion();
+        let own_motion = self.localisation.motion();
         let stood = self.teammates.finding();
-        if let Some(finding) = self.teammates.take((unit, via), report, age, now, own, &identity.bounds) {
+        if let Some(finding) = self.teammates.take((unit, peer), report, age, now, own_motion, &identity.bounds) {
             if stood != Some((unit, finding)) {
                 self.write(now, Event::Inconsistent { unit, finding, record: report.id() });
             }
@@ -229,7 +230,7 @@ impl Autonomy {
     /// must not make us sign and write as fast as it sends, whatever is wrong with it.
     fn reject(&mut self, now: Instant, claimed: Option<Claimed>, refusal: &Refusal) {
         let event = self.accounts.refused(Interface::Commands, None, refusal);
-        if !self.commands.tell(now) {
+        if !self.commands.should_report(now) {
             return;
         }
         if let Some(event) = event {
@@ -290,8 +291,8 @@ impl Autonomy {
         self.write(now, Event::Accepted { at: Interface::Downlink, record, peer, age, waived });
     }
 
-    fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
-        if let Some(event) = self.accounts.refused(at, peer, refusal) {
+    fn refuse(&mut self, now: Instant, interface: Interface, peer: Option<PeerId>, refusal: &Refusal) {
+        if let Some(event) = self.accounts.refused(interface, peer, refusal) {
             self.write(now, event);
         }
     }

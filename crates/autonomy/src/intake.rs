@@ -166,7 +166,7 @@ pub fn teammate<'b>(
     (received, since_gateway): (Instant, Option<Age>),
 ) -> Result<Accepted<SignedReport<'b>>, Refusal> {
     let bytes: &'b [u8] = envelope.report;
-    let age = since_gateway.map(|age| age.after(envelope.age));
+    let age = since_gateway.map(|age| age.plus(envelope.age));
     let decoded: Decoded<SignedReport<'b>> = SignedReport::decode(received, bytes)?;
     decoded
         .fresh(policy, age, bounds.freshness(), bounds.echo_limit())?

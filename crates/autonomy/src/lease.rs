@@ -42,7 +42,7 @@ impl Lease {
 
     /// Contact by the plan at `now`; none without a plan.
     pub fn contact(&self, now: Instant) -> Option<ReportedContact> {
-        self.contacts.at(now.since(self.started)).map(|(left, next)| ReportedContact { left, next })
+        self.contacts.time_left(now.since(self.started)).map(|(left, next)| ReportedContact { left, next })
     }
 
     /// Reason that there is no lease at `now`, if there is none: silence since the last grant.

@@ -326,7 +326,7 @@ impl Core for Autonomy {
             Input::Guest { bytes } => self.answered(now, bytes),
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
-            // Of relays and the recorder.
+            // Datagrams of relays and the recorder.
             Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }

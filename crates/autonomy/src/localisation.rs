@@ -2,18 +2,18 @@
 //!
 //! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely; the unit
 //! drives and reports by it. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
-//! runs away from it. Three tests, each a guard of its own:
+//! runs away from it. Three tests, each its own guard:
 //!
 //! - the *gate*: the newest fix lies within reach of the anchor (with silence, [`Guard::Localisation`]);
 //! - the *drift* test: fixes do not lie to one side of it for long ([`Guard::Drift`], `drift`);
 //! - the *receiver's time* runs with this host's clock ([`Guard::TimeBase`], `receiver`).
 //!
-//! While one of them fails, no fix is used: pose and anchor go by odometry alone, and only fixes that agree again end
+//! While one of them fails, no fix is used: pose and anchor use odometry alone, and only fixes that agree again end
 //! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
 //! that the policy waives still reports its findings, and keeps no fix out.
 //!
 //! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from reading to reading. Where
-//! that is told ([`Localisation::telling_repeats`]), it counts as silent once it has lasted. A reading faster than the body can go
+//! that is reported ([`Localisation::telling_repeats`]), it counts as silent once it has lasted. A reading faster than the body can go
 //! ([`Localisation::at_most`]) is none either.
 //!
 //! A unit that flies has a height on top (`height`).
@@ -33,7 +33,7 @@ use wire::sensor::{Fix, Navigation, Odometry, Pose};
 use wire::time::{Instant, Span};
 
 use crate::consistency::CLAIMABLE_SPEED;
-use crate::geofence::{Motion, Point, between};
+use crate::geofence::{Motion, Point, distance};
 use drift::Drift;
 use height::Height;
 use receiver::Receiver;
@@ -71,9 +71,10 @@ pub struct Localisation {
     disagrees: bool,
     drift: Drift,
     receiver: Receiver,
-    /// Of a unit that flies.
+    /// Height of a unit that flies.
     height: Option<Height>,
-    /// Of a unit that leaves the ground: its speed to the left by the newest odometry, mm/s, and the newest of its further readings.
+    /// Sideways speed of a unit that leaves the ground: its speed to the left by the newest odometry, mm/s, and the newest of its
+    /// further readings.
     slides: Option<f64>,
     spatial: Option<Spatial>,
     limits: Limits,
@@ -113,21 +114,22 @@ impl Localisation {
         Localisation { limits, passed_over, height, ..Localisation::default() }
     }
 
-    /// The same, with odometry that has repeated one reading for `limit` taken for silent. For odometry with noise of its own; readings
-    /// without any repeat honestly.
+    /// Localisation that takes odometry as silent once it has repeated one reading for `limit`. For odometry with its own noise;
+    /// readings without any repeat honestly.
     #[must_use]
     pub fn telling_repeats(self, limit: Span) -> Self {
         Localisation { repeats: Some(limit), ..self }
     }
 
-    /// The same, with odometry taken for silent while it says that the unit goes faster than its largest speed and a quarter, mm/s. For the
-    /// readings of a known body.
+    /// Localisation that takes odometry as silent while it says that the unit goes faster than its largest speed and a quarter, mm/s. For
+    /// the readings of a known body.
     #[must_use]
     pub fn at_most(self, max_speed_mm_s: u32) -> Self {
         Localisation { fastest: Some(f64::from(max_speed_mm_s) * CLAIMABLE_SPEED), ..self }
     }
 
-    /// The same, with readings of odometry taken for means of the time since the reading before, in place of values at their moment.
+    /// Localisation that takes readings of odometry taken for means of the time since the reading before, in place of values at
+    /// their moment.
     #[must_use]
     pub fn of_means(self) -> Self {
         Localisation { of_means: true, ..self }
@@ -141,7 +143,7 @@ impl Localisation {
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
     pub fn take(&mut self, reading: &Navigation, waived: Waived) {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
-        let adjacent = |(at, _): &(Instant, Previous)| Some(*at) == self.newest && !self.of_means;
+        let adjacent = |(time, _): &(Instant, Previous)| Some(*time) == self.newest && !self.of_means;
         let before = self.moved_by.filter(adjacent).map(|(_, previous)| previous);
         self.newest = Some(reading.stamp);
         self.waived = waived;
@@ -173,8 +175,8 @@ impl Localisation {
         let oldest = self.fix.zip(self.odometry).map(|(fix, (odometry, _))| fix.min(odometry));
         measured
             .aged(Guard::Localisation, oldest.map(|oldest| now.since(oldest)))
-            .with(Guard::Drift, self.fix.map(|_| self.drift.sum()))
-            .with(Guard::TimeBase, self.receiver.off())
+            .with_value(Guard::Drift, self.fix.map(|_| self.drift.sum()))
+            .with_value(Guard::TimeBase, self.receiver.time_error())
     }
 
     /// Finding of the drift test on the fixes.
@@ -189,15 +191,15 @@ impl Localisation {
 
     /// True if fixes are kept out: a test fails that the policy does not waive.
     pub fn distrusted(&self) -> bool {
-        let stands = |guard: Guard| !self.passed_over.has(guard);
+        let is_followed = |guard: Guard| !self.passed_over.contains(guard);
         self.disagrees
-            || self.drift.found() && stands(Guard::Drift)
-            || self.receiver.disagrees() && stands(Guard::TimeBase)
+            || self.drift.found() && is_followed(Guard::Drift)
+            || self.receiver.disagrees() && is_followed(Guard::TimeBase)
     }
 
     /// Reason that localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
     pub fn lost(&self, now: Instant, limit: Span) -> Option<Because> {
-        let sources = [self.fix, self.odometry.map(|(at, _)| at)];
+        let sources = [self.fix, self.odometry.map(|(time, _)| time)];
         let oldest = sources.into_iter().map(Option::unwrap_or_default).min().unwrap_or_default();
         if now.since(oldest) > limit || self.track.is_none() {
             Some(Because::Silence(oldest))
@@ -249,7 +251,8 @@ impl Localisation {
         let moves = |odometry: &Odometry| (odometry.speed_mm_s, odometry.yaw_rate_mrad_s) != (0, 0);
         let repeated = self.repeats.is_some() && reading.odometry.filter(moves).is_some_and(|o| self.heard == Some(o));
         self.heard = reading.odometry.or(self.heard);
-        let lasts = |(at, _): (Instant, Odometry)| self.repeats.is_some_and(|limit| reading.stamp.since(at) >= limit);
+        let lasts =
+            |(time, _): (Instant, Odometry)| self.repeats.is_some_and(|limit| reading.stamp.since(time) >= limit);
         self.stale = repeated && self.odometry.is_some_and(lasts);
         repeated
     }
@@ -321,7 +324,7 @@ fn beyond_gate(
     let gate = f64::from(limits.fix_gate_mm) + SIGMAS * believed(limits, sigma_mm) + unobserved;
     let share = if before { RETURN } else { 1.0 };
     let turned = wrap(seen.yaw - anchor.yaw).abs();
-    between(seen.at, anchor.at) > gate * share || turned > f64::from(limits.yaw_gate_mrad) / 1000.0 * share
+    distance(seen.at, anchor.at) > gate * share || turned > f64::from(limits.yaw_gate_mrad) / 1000.0 * share
 }
 
 impl Estimates {
@@ -379,13 +382,13 @@ mod tests {
             let t = i as f64 * 0.05;
             let pose = Pose { x_mm: (2000.0 * t) as i32, y_mm: offset(t) as i32, yaw_mrad: 0 };
             let odometry = Some(Odometry { speed_mm_s: 2000, yaw_rate_mrad_s: 0 });
-            let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
-            localisation.take(&Navigation { stamp: at(i), fix, odometry, spatial: None }, Waived::default());
+            let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(instant(i).0) });
+            localisation.take(&Navigation { stamp: instant(i), fix, odometry, spatial: None }, Waived::default());
         }
-        at(from + n - 1)
+        instant(from + n - 1)
     }
 
-    fn at(i: u64) -> Instant {
+    fn instant(i: u64) -> Instant {
         Instant(1_000_000 + i * 50_000)
     }
 
@@ -421,9 +424,9 @@ mod tests {
             assert!(localisation.drifts().is_some());
             localisation.motion().unwrap().at.1
         };
-        let kept = strayed(Guards::default());
-        assert!(kept < 400.0, "{kept}");
-        let followed = strayed(Guards::default().with(Guard::Drift));
+        let deviation = strayed(Guards::default());
+        assert!(deviation < 400.0, "{deviation}");
+        let followed = strayed(Guards::default().with_guard(Guard::Drift));
         assert!(followed > 1800.0, "{followed}");
     }
 
@@ -442,17 +445,17 @@ mod tests {
     fn odometry_that_repeats_itself_in_motion_is_silent() {
         let read = |localisation: &mut Localisation, i: u64, odometry: (i32, i16)| {
             let pose = Pose { x_mm: 2000 * i as i32 / 20, y_mm: 0, yaw_mrad: 0 };
-            let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
+            let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(instant(i).0) });
             let (speed_mm_s, yaw_rate_mrad_s) = odometry;
             let odometry = Some(Odometry { speed_mm_s, yaw_rate_mrad_s });
-            localisation.take(&Navigation { stamp: at(i), fix, odometry, spatial: None }, Waived::default());
+            localisation.take(&Navigation { stamp: instant(i), fix, odometry, spatial: None }, Waived::default());
         };
         let after = |odometry: fn(i32) -> (i32, i16), repeats: bool| {
             let localisation = Localisation::default();
             let mut localisation = if repeats { localisation.telling_repeats(LIMIT) } else { localisation };
             (0..20).for_each(|i| read(&mut localisation, i, (2000 + i as i32, 0)));
             (20..30).for_each(|i| read(&mut localisation, i, odometry(i as i32)));
-            (matches!(localisation.lost(at(29), LIMIT), Some(Because::Silence(_))), localisation.hears_odometry())
+            (matches!(localisation.lost(instant(29), LIMIT), Some(Because::Silence(_))), localisation.hears_odometry())
         };
         assert_eq!(after(|_| (2019, 0), true), (true, false), "repeated for half a second");
         assert_eq!(after(|_| (2019, 0), false), (false, true), "not told there");
@@ -468,15 +471,15 @@ mod tests {
             drive(&mut localisation, 0, 60, |_| 0.0);
             for i in 60..60 + readings {
                 let pose = Pose { x_mm: 2000 * i as i32 / 20, y_mm: 0, yaw_mrad: 0 };
-                let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
+                let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(instant(i).0) });
                 let odometry = Some(Odometry { speed_mm_s, yaw_rate_mrad_s: 0 });
-                localisation.take(&Navigation { stamp: at(i), fix, odometry, spatial: None }, Waived::default());
+                localisation.take(&Navigation { stamp: instant(i), fix, odometry, spatial: None }, Waived::default());
             }
-            let lost = localisation.lost(at(59 + readings), LIMIT);
+            let lost = localisation.lost(instant(59 + readings), LIMIT);
             (lost, localisation.hears_odometry(), localisation.distrusted())
         };
         assert_eq!(after(1, 60_000), (None, false, false));
-        assert_eq!(after(7, 60_000), (Some(Because::Silence(at(59))), false, false));
+        assert_eq!(after(7, 60_000), (Some(Because::Silence(instant(59))), false, false));
         assert_eq!(after(7, 2500), (None, true, false), "within a quarter");
     }
 

@@ -2,13 +2,13 @@
 //! apart.
 //!
 //! The unit drives at a slant to the line of sight, so that the track stays in the view of its cameras, and comes nearer by it. With the
-//! bearings it stands and waits for the operator. The look ends with the track or the mode, where the unit is near, and after a time. Fence, obstacles and speed are
-//! those of any way ([`crate::navigation`]).
+//! bearings it stands and waits for the operator. The look ends with the track or the mode, where the unit is near, and after a time. Fence, obstacles and speed
+//! apply as to any way ([`crate::navigation`]).
 
 use wire::id::TrackId;
 use wire::time::{Instant, Span};
 
-use crate::geofence::{Motion, Point, between};
+use crate::geofence::{Motion, Point, distance};
 use crate::localisation::wrap;
 
 /// Angle between the way and the line of sight, radians: within half of the view of a camera of 90°, with 10° to spare for the way that lags behind.
@@ -48,7 +48,7 @@ impl Look {
         Look { track, side: if to_left { 1.0 } else { -1.0 }, until: now + LONGEST, done: false }
     }
 
-    /// The same with the track borne out: it waits from the first time on that this is so.
+    /// The look with the track borne out: it waits from the first time on that this is so.
     #[must_use]
     pub fn done(self, now: Instant) -> Look {
         if self.done { self } else { Look { until: now + WAIT, done: true, ..self } }
@@ -59,20 +59,20 @@ impl Look {
         now >= self.until
     }
 
-    /// The same to the other side.
+    /// The look turned to the other side.
     #[must_use]
     pub fn turned(self) -> Look {
         Look { side: -self.side, ..self }
     }
 
-    /// Next point of the way from `at` around a track at `place`; none where that is near.
-    pub fn next(&self, at: Point, place: Point) -> Option<Point> {
-        let room = between(at, place) - NEAREST_MM;
+    /// Next point of the way from `position` around a track at `place`; none where that is near.
+    pub fn next(&self, position: Point, place: Point) -> Option<Point> {
+        let room = distance(position, place) - NEAREST_MM;
         if room <= 0.0 {
             return None;
         }
-        let (sin, cos) = libm::sincos(line(at, place) - self.side * SLANT);
-        Some((at.0 + AHEAD_MM * cos, at.1 + AHEAD_MM * sin))
+        let (sin, cos) = libm::sincos(line(position, place) - self.side * SLANT);
+        Some((position.0 + AHEAD_MM * cos, position.1 + AHEAD_MM * sin))
     }
 }
 

@@ -5,7 +5,7 @@
 
 use wire::time::{Instant, Span};
 
-use crate::geofence::{Point, between, to_segment};
+use crate::geofence::{Point, distance, to_segment};
 use crate::grid::{Grid, Keepout};
 
 /// A way point counts as reached within this distance, millimetres.
@@ -27,7 +27,7 @@ pub struct Mission {
     /// Legs completed, over all laps.
     legs: usize,
     leg: Option<Leg>,
-    /// Since when the way around things that move is a long one.
+    /// Time since which the way around moving things has been long.
     blocked: Option<Instant>,
 }
 
@@ -40,7 +40,7 @@ struct Leg {
 
 /// A way to follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way<'a> {
+pub struct PlannedWay<'a> {
     /// At least two points: where it was planned from, then every point to the way point.
     pub points: &'a [Point],
     /// The way point after it; absent if the mission ends there.
@@ -54,7 +54,7 @@ impl Mission {
         Mission { route, looped, grid, legs: 0, leg: None, blocked: None }
     }
 
-    /// From now on over this grid; the present leg is planned anew.
+    /// Plans the present leg again, over this grid.
     pub fn replan(&mut self, grid: Grid) {
         (self.grid, self.leg) = (grid, None);
     }
@@ -65,9 +65,9 @@ impl Mission {
         (self.legs.min(all) * 1000 / all) as u16
     }
 
-    /// Notes that the unit is at `at`, where a guest leads it along the route.
-    pub fn pass(&mut self, at: Point) {
-        while self.target(0).is_some_and(|target| between(at, target) <= REACHED_MM) {
+    /// Notes that the unit is at `place`, where a guest leads it along the route.
+    pub fn pass(&mut self, place: Point) {
+        while self.target(0).is_some_and(|target| distance(place, target) <= REACHED_MM) {
             self.legs += 1;
             self.leg = None;
             if self.looped && self.route.len() == 1 {
@@ -76,41 +76,41 @@ impl Mission {
         }
     }
 
-    /// The way from `at` towards the next way point around `moving` places; `None` where the mission is over or there
+    /// The way from `place` towards the next way point around `moving` places; `None` where the mission is over or there
     /// is no way now.
-    pub fn way(&mut self, at: Point, moving: &[Keepout], now: Instant) -> Option<Way<'_>> {
-        self.pass(at);
+    pub fn way(&mut self, place: Point, moving: &[Keepout], now: Instant) -> Option<PlannedWay<'_>> {
+        self.pass(place);
         let target = self.target(0)?;
-        if self.leg.as_ref().is_none_or(|leg| leg.wants_plan(at, moving, now)) {
-            let way = self.plan((at, target), moving, now).unwrap_or_default();
+        if self.leg.as_ref().is_none_or(|leg| leg.wants_plan(place, moving, now)) {
+            let way = self.plan((place, target), moving, now).unwrap_or_default();
             self.leg = Some(Leg { way, planned: now });
         }
         let beyond = self.target(1);
         let points = self.leg.as_ref().map(|leg| leg.way.as_slice()).filter(|way| way.len() > 1)?;
-        Some(Way { points, beyond })
+        Some(PlannedWay { points, beyond })
     }
 
     /// The way with its start: around `moving` places, or for a while through them where that saves a long detour. Who follows it stops before
     /// them.
-    fn plan(&mut self, (at, target): (Point, Point), moving: &[Keepout], now: Instant) -> Option<Vec<Point>> {
-        let with_start = |points: Vec<Point>| std::iter::once(at).chain(points).collect::<Vec<_>>();
-        let around = self.grid.way(at, target, moving).map(with_start);
-        let is_long = |of: f64| around.as_ref().is_none_or(|around| length(around) > of + DETOUR_MM);
+    fn plan(&mut self, (start, target): (Point, Point), moving: &[Keepout], now: Instant) -> Option<Vec<Point>> {
+        let with_start = |points: Vec<Point>| std::iter::once(start).chain(points).collect::<Vec<_>>();
+        let vec = self.grid.way(start, target, moving).map(with_start);
+        let is_long = |limit: f64| vec.as_ref().is_none_or(|vector| length(vector) > limit + DETOUR_MM);
         // No way is shorter than the straight line.
-        if !moving.is_empty() && is_long(between(at, target)) {
-            let through = self.grid.way(at, target, &[]).map(with_start)?;
+        if !moving.is_empty() && is_long(distance(start, target)) {
+            let through = self.grid.way(start, target, &[]).map(with_start)?;
             if is_long(length(&through)) {
                 let since = *self.blocked.get_or_insert(now);
-                return if now.since(since) < PATIENCE { Some(through) } else { around };
+                return if now.since(since) < PATIENCE { Some(through) } else { vec };
             }
         }
         self.blocked = None;
-        around
+        vec
     }
 
-    /// A way from `at` to a place that is no way point, without its start; `None` where there is none.
-    pub fn lead(&self, at: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
-        self.grid.way(at, to, moving)
+    /// A way from `place` to a place that is no way point, without its start; `None` where there is none.
+    pub fn lead(&self, place: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
+        self.grid.way(place, to, moving)
     }
 
     /// The way point `ahead` of the next one.
@@ -125,16 +125,16 @@ impl Mission {
 }
 
 impl Leg {
-    fn wants_plan(&self, at: Point, moving: &[Keepout], now: Instant) -> bool {
+    fn wants_plan(&self, place: Point, moving: &[Keepout], now: Instant) -> bool {
         let cut = |k: &Keepout| self.way.windows(2).any(|ab| to_segment(k.at, ab[0], ab[1]) < k.radius);
-        let off = |ab: &[Point]| to_segment(at, ab[0], ab[1]);
+        let off = |ab: &[Point]| to_segment(place, ab[0], ab[1]);
         let strayed = self.way.windows(2).map(off).fold(f64::MAX, f64::min) > 2.0 * REACHED_MM;
         now.since(self.planned) >= REPLAN && (self.way.is_empty() || strayed || moving.iter().any(cut))
     }
 }
 
 fn length(way: &[Point]) -> f64 {
-    way.windows(2).map(|ab| between(ab[0], ab[1])).sum()
+    way.windows(2).map(|ab| distance(ab[0], ab[1])).sum()
 }
 
 #[cfg(test)]

@@ -57,17 +57,17 @@ impl Picture {
         let measured = measured.aged(Guard::Tracks, self.newest.as_ref().map(|tracks| now.since(tracks.stamp)));
         Modality::ALL.into_iter().fold(measured, |measured, modality| {
             let product = self.newest.as_ref().and_then(|tracks| tracks.products[modality as usize]);
-            measured.aged(Guard::of(modality), product.map(|product| now.since(product.stamp)))
+            measured.aged(Guard::from_modality(modality), product.map(|product| now.since(product.stamp)))
         })
     }
 
     /// Judges the guards of tracks and stages: a product older than `limit` is lost.
     pub fn judge(&self, findings: Findings, now: Instant, limit: Span) -> Findings {
         let silent = |stamp: Instant| (now.since(stamp) > limit).then_some(Because::Silence(stamp));
-        let findings = findings.with(Guard::Tracks, self.newest.as_ref().map_or(NEVER, |t| silent(t.stamp)));
+        let findings = findings.with_finding(Guard::Tracks, self.newest.as_ref().map_or(NEVER, |t| silent(t.stamp)));
         Modality::ALL.into_iter().fold(findings, |findings, modality| {
             let product = self.newest.as_ref().and_then(|t| t.products[modality as usize]);
-            findings.with(Guard::of(modality), product.map_or(NEVER, |p| silent(p.stamp)))
+            findings.with_finding(Guard::from_modality(modality), product.map_or(NEVER, |p| silent(p.stamp)))
         })
     }
 }

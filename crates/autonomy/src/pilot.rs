@@ -10,7 +10,7 @@ use wire::codec::{self, List, Text};
 use wire::core::Output;
 use wire::event::Event;
 use wire::guest::{
-    Answer, Block, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step,
+    Answer, Block, ControlStep, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, MissionStart, Place, Reply, Request,
 };
 use wire::mode::Mode;
 use wire::sensor::Navigation;
@@ -37,7 +37,7 @@ pub(crate) struct Pilot {
     reply: Option<Reply>,
     /// Time of the next step, unless the limit changes before.
     next: Instant,
-    /// Limit that the newest step told, mm/s.
+    /// Limit that the newest step gave, mm/s.
     told: f64,
     /// The newest reading that passed the boundary.
     reading: Option<Navigation>,
@@ -123,7 +123,7 @@ impl Pilot {
     }
 }
 
-/// The mission, as a guest is told of it at `now`.
+/// The mission, as a guest is informed of it at `now`.
 pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Output {
     let place = |(x, y): &(i32, i32)| Place(*x, *y);
     let disc = |block: &crate::Block| {
@@ -135,7 +135,7 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
         half_mm: block.half_mm,
         heading_mrad: block.heading_mrad,
     };
-    ask(Request::Start(Box::new(Start {
+    ask(Request::Start(Box::new(MissionStart {
         now,
         period: Span::ms(setup.bounds.control_period_ms),
         max_speed_mm_s: setup.bounds.max_speed_mm_s,
@@ -148,7 +148,7 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
     })))
 }
 
-/// End of the route, where that does not begin anew.
+/// End of the route, where that does not begin again.
 pub(crate) fn goal(config: &AutonomyConfig) -> Option<Place> {
     config.route.last().filter(|_| !config.looped).map(|(x, y)| Place(*x, *y))
 }
@@ -162,8 +162,8 @@ impl Autonomy {
     pub(crate) fn pilot(&mut self, now: Instant) {
         let limit = self.guest_limit();
         let Some(pilot) = &mut self.pilot else { return };
-        if let Some(why) = pilot.overdue() {
-            return self.guest_failed(now, Fault::Silent, Text::new(&why));
+        if let Some(reason) = pilot.overdue() {
+            return self.guest_failed(now, Fault::Silent, Text::new(&reason));
         }
         let (stage, waits) = (pilot.stage, now < pilot.next && pilot.told == limit);
         if let Some(motion) = self.localisation.motion() {
@@ -188,7 +188,7 @@ impl Autonomy {
         pilot.number += 1;
         pilot.stage = Stage::Asked { periods: 0 };
         pilot.told = limit;
-        let step = Step {
+        let step = ControlStep {
             number: pilot.number,
             now,
             mode,
@@ -217,7 +217,7 @@ impl Autonomy {
         }
         let Some(pilot) = self.pilot.as_mut().filter(|pilot| pilot.stage != Stage::Failed) else { return };
         let answer = codec::decode::<Answer>(bytes, MAX_ANSWER);
-        let answer = answer.map_err(|why| Box::new((Fault::Malformed, Text::new(&why.to_string()))));
+        let answer = answer.map_err(|error| Box::new((Fault::Malformed, Text::new(&error.to_string()))));
         match answer.and_then(|answer| pilot.accept(&answer)) {
             Ok(Some(reply)) => {
                 let period = Span::ms(self.identity.bounds.control_period_ms);
@@ -238,7 +238,7 @@ impl Autonomy {
     fn tell_guest(&mut self, now: Instant, reply: &Reply) {
         let Some(pilot) = &mut self.pilot else { return };
         let stated = reply.state.filter(|_| pilot.stated != reply.state);
-        let due = pilot.placed.is_none_or(|at| now.since(at) >= PLACED_PERIOD);
+        let due = pilot.placed.is_none_or(|time| now.since(time) >= PLACED_PERIOD);
         let placed = reply.place.filter(|_| due);
         if stated.is_some() {
             pilot.stated = stated;
@@ -259,23 +259,23 @@ impl Autonomy {
         let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
             return false;
         };
-        let asked = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
-        let given = if bare { asked } else { self.within_guards(asked, now) };
-        self.drive(now, given);
+        let requested = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
+        let point = if bare { requested } else { self.within_guards(requested, now) };
+        self.drive(now, point);
         // The curvature of a vehicle that stands is no motion.
-        given.speed != asked.speed || (given.speed != 0.0 && given.curvature != asked.curvature)
+        point.speed != requested.speed || (point.speed != 0.0 && point.curvature != requested.curvature)
     }
 
     /// The set-point as far as guards, mode, fence and seen obstacles let it be followed.
-    fn within_guards(&self, asked: SetPoint, now: Instant) -> SetPoint {
+    fn within_guards(&self, requested: SetPoint, now: Instant) -> SetPoint {
         let mode_speed = self.mode_speed();
         let Some(motion) = self.localisation.motion().filter(|_| mode_speed > 0.0) else { return SetPoint::default() };
         let seen = self.seen(now);
         let things = self.things_at_height(now);
         let (fence, steered) = (&self.fence, self.steered);
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
-        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
-        navigation::limited(asked, &motion, &around)
+        let env = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
+        navigation::limited(requested, &motion, &env)
     }
 
     fn guest_failed(&mut self, now: Instant, fault: Fault, why: Text<MAX_WHY>) {

@@ -44,8 +44,8 @@ impl Seals {
 
     /// Takes an accepted seal.
     pub fn take(&mut self, received: Instant, seal: &Seal) {
-        let ours = seal.heads.iter().find(|head| head.node == self.node && head.boot == self.boot);
-        if let Some(head) = ours {
+        let our_head = seal.heads.iter().find(|head| head.node == self.node && head.boot == self.boot);
+        if let Some(head) = our_head {
             self.sealed = Some((received, head.counter));
             self.behind = self.behind.filter(|(_, entries)| *entries > head.counter);
         }
@@ -54,20 +54,20 @@ impl Seals {
     /// Time for which the own log has been without a seal over all of it, at least since the newest came; none before the first.
     /// An entry without one for just the limit is so for too long.
     pub fn age(&self, now: Instant) -> Option<Span> {
-        let (at, sealed) = self.sealed?;
+        let (time, sealed) = self.sealed?;
         let marks = self.behind.iter().chain(&self.marks);
         let uncovered = marks.clone().find(|(_, entries)| *entries > sealed);
         let uncovered = uncovered.map_or(Span::ZERO, |(then, _)| now.since(*then) + Span(1));
-        Some(now.since(at).max(uncovered))
+        Some(now.since(time).max(uncovered))
     }
 
     /// Reason that the log does not count as sealed, if it does not: silence of the recorder.
     pub fn missing(&self, now: Instant) -> Option<Because> {
-        let (at, sealed) = self.sealed.unwrap_or_default();
+        let (time, sealed) = self.sealed.unwrap_or_default();
         let due = self.marks.iter().rev().find(|(then, _)| now.since(*then) >= self.limit);
         let covered = due.is_none_or(|(_, entries)| sealed >= *entries);
-        let recent = self.sealed.is_some() && now.since(at) <= self.limit;
-        (!(covered && recent)).then_some(Because::Silence(at))
+        let recent = self.sealed.is_some() && now.since(time) <= self.limit;
+        (!(covered && recent)).then_some(Because::Silence(time))
     }
 }
 

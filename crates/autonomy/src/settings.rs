@@ -24,7 +24,7 @@ pub fn jointly_safe(settings: &Settings, bounds: &Bounds, limits: &Limits) -> Re
 }
 
 /// The bounds of the platform under these settings; none is loosened beyond the limits of [`jointly_safe`].
-pub fn under(settings: &Settings, platform: &Bounds) -> Bounds {
+pub fn tighten_bounds(settings: &Settings, platform: &Bounds) -> Bounds {
     let speed = u32::from(settings.speed_mm_s);
     Bounds {
         max_speed_mm_s: platform.max_speed_mm_s.min(speed),
@@ -60,13 +60,13 @@ mod tests {
     fn platform_bounds_are_narrowly_jointly_safe() {
         let bounds = Bounds::GROUND;
         assert_eq!(jointly_safe(&PLATFORM, &bounds, &Limits::GROUND), Ok(()));
-        assert_eq!(under(&PLATFORM, &bounds), bounds);
+        assert_eq!(tighten_bounds(&PLATFORM, &bounds), bounds);
         let narrow = Settings { margin_mm: 999, ..PLATFORM };
         let refusal = Refusal::Joint { what: "margin in mm", least: 1000, got: 999 };
         assert_eq!(jointly_safe(&narrow, &bounds, &Limits::GROUND), Err(refusal));
     }
 
-    /// The same margin is too narrow at full speed.
+    /// A margin that suffices at walking pace is too narrow at full speed.
     #[test]
     fn narrow_margin_suffices_at_walking_pace() {
         let slow = Settings { speed_mm_s: 500, margin_mm: 500, ..PLATFORM };

@@ -16,7 +16,7 @@ use crate::things::Obstacle;
 
 /// Room around the body: four deviations of a fix (160 mm) and the way by which steering lags behind.
 const SPARE_MM: f64 = 250.0;
-/// Of the room to something that the unit is beside already, the part that its rear takes when it turns away.
+/// Share of the room to something that the unit is beside already, the part that its rear takes when it turns away.
 const SWING_MM: f64 = 30.0;
 /// And the least that is left by that.
 const LEAST_MM: f64 = 60.0;
@@ -40,8 +40,8 @@ pub struct Brakes {
 }
 
 impl Brakes {
-    /// Those of a platform.
-    pub fn of(bounds: &Bounds, limits: &Limits) -> Self {
+    /// Brakes of a platform.
+    pub fn new(bounds: &Bounds, limits: &Limits) -> Self {
         let [comfort, hard] = [limits.comfort_mm_s2, bounds.braking_mm_s2].map(f64::from);
         Brakes { comfort, hard, reaction: limits.reaction_s() }
     }
@@ -59,7 +59,7 @@ pub fn speed_along(
     within_room(motion, (speed, [curvature, before, (curvature + before) / 2.0]), STEP_MM, things, (brakes, limits))
 }
 
-/// The same backwards, the speed without its sign.
+/// The reversed set-point, the speed without its sign.
 pub fn speed_back(
     motion: &Motion,
     (speed, curvature): (f64, f64),
@@ -91,7 +91,7 @@ fn within_room<const ARCS: usize>(
         return speed;
     }
     let stops_in = brakes.reaction + speed / brakes.hard;
-    let near = |thing: &&Obstacle| thing.after(stops_in).near(motion.at, reach + body);
+    let near = |thing: &&Obstacle| thing.extent_after(stops_in).may_reach(motion.at, reach + body);
     let (move_by, stand): (Vec<&Obstacle>, Vec<&Obstacle>) =
         things.iter().filter(near).partition(|thing| thing.moves());
     let walk_off: Vec<&Obstacle> = stand.iter().copied().filter(|thing| thing.may_walk).collect();
@@ -122,7 +122,7 @@ fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brak
             left -= brakes.hard * TICK_S;
         }
         body = moved(&body, left.max(0.0).copysign(speed) * TICK_S, curvature, limits);
-        if body.overlaps(&thing.after(passed).grown(SPARE_MM)) {
+        if body.overlaps(&thing.extent_after(passed).grown(SPARE_MM)) {
             return true;
         }
     }
@@ -155,11 +155,11 @@ fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
 /// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most `reach`.
 fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
     let mut body = body_of(motion, limits);
-    let kept: Vec<Kept> = things.iter().map(|thing| Kept::to(thing, &body)).collect();
+    let rooms: Vec<Kept> = things.iter().map(|thing| Kept::between(thing, &body)).collect();
     let steps = libm::ceil(reach / STEP_MM) as u32;
     for taken in 1..=steps {
         body = moved(&body, step, curvature, limits);
-        if kept.iter().any(|kept| kept.is_broken(&body)) {
+        if rooms.iter().any(|room| room.is_broken(&body)) {
             return f64::from(taken - 1) * STEP_MM;
         }
     }
@@ -168,14 +168,14 @@ fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits
 
 /// The room that is kept to a thing.
 enum Kept {
-    /// So much around the body: the margin, or about as much as there is where that is less.
+    /// Room around the body: the margin, or about as much as there is where that is less.
     Room(Extent, f64),
-    /// By the fix the body is in it: its middle comes no nearer than this.
+    /// A fix places the body in it: its middle comes no nearer than this.
     Middle(Extent, f64),
 }
 
 impl Kept {
-    fn to(thing: &Extent, body: &Extent) -> Kept {
+    fn between(thing: &Extent, body: &Extent) -> Kept {
         if !body.grown(SPARE_MM).overlaps(thing) {
             return Kept::Room(*thing, SPARE_MM);
         }
@@ -200,10 +200,10 @@ impl Kept {
 
 /// The most up to `limit`, to a millimetre, that holds; nought holds.
 fn most(limit: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    let (mut least, mut beyond) = (0.0, limit);
-    while beyond - least > 1.0 {
-        let middle = (least + beyond) / 2.0;
-        *if holds(middle) { &mut least } else { &mut beyond } = middle;
+    let (mut least, mut excess) = (0.0, limit);
+    while excess - least > 1.0 {
+        let middle = (least + excess) / 2.0;
+        *if holds(middle) { &mut least } else { &mut excess } = middle;
     }
     least
 }
@@ -223,15 +223,15 @@ mod tests {
     }
 
     fn brakes() -> Brakes {
-        Brakes::of(&Bounds::GROUND, &Limits::GROUND)
+        Brakes::new(&Bounds::GROUND, &Limits::GROUND)
     }
 
     fn standing(extent: Extent) -> Obstacle {
         Obstacle { extent, velocity: (0.0, 0.0), may_walk: false }
     }
 
-    fn standing_person(at: (f64, f64)) -> Obstacle {
-        Obstacle { may_walk: true, ..standing(Extent::around(at, 300.0)) }
+    fn standing_person(place: (f64, f64)) -> Obstacle {
+        Obstacle { may_walk: true, ..standing(Extent::around_disc(place, 300.0)) }
     }
 
     #[test]
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn arc_between_two_curvatures_is_kept_free() {
-        let post = [standing(Extent::around((2500.0, 300.0), 100.0))];
+        let post = [standing(Extent::around_disc((2500.0, 300.0), 100.0))];
         let turning = |before| speed_along(&from(0.0, 0.0), (3000.0, 0.4e-3, before), &post, brakes(), &Limits::GROUND);
         assert!(turning(0.0) < 3000.0, "it goes straight on for a while");
     }
@@ -264,14 +264,15 @@ mod tests {
 
     #[test]
     fn walker_who_crosses_is_not_met() {
-        let walker = |at, velocity| [Obstacle { extent: Extent::around(at, 300.0), velocity, may_walk: true }];
+        let walker =
+            |place, velocity| [Obstacle { extent: Extent::around_disc(place, 300.0), velocity, may_walk: true }];
         let along =
             |things: &[Obstacle]| speed_along(&from(0.0, 0.0), (3000.0, 0.0, 0.0), things, brakes(), &Limits::GROUND);
         let crosses = along(&walker((2500.0, -2000.0), (0.0, 1400.0)));
         assert!(crosses < 2500.0, "{crosses}");
         assert_eq!(along(&walker((2500.0, -2000.0), (0.0, -1400.0))), crosses, "he may turn back");
-        let beside = along(&walker((2500.0, -2000.0), (1400.0, 0.0)));
-        assert!((crosses..3000.0).contains(&beside), "he walks beside it and may turn towards it: {beside}");
+        let clear_speed = along(&walker((2500.0, -2000.0), (1400.0, 0.0)));
+        assert!((crosses..3000.0).contains(&clear_speed), "he walks beside it and may turn towards it: {clear_speed}");
         assert_eq!(along(&walker((2500.0, -3000.0), (1400.0, 0.0))), 3000.0, "farther away");
         assert_eq!(along(&walker((2500.0, -4000.0), (0.0, 1400.0))), 3000.0, "it stands before he is there");
         assert_eq!(along(&walker((900.0, 0.0), (-1400.0, 0.0))), 0.0, "he walks into it");
@@ -280,9 +281,9 @@ mod tests {
     /// However near he stands, for he may stand there for ever.
     #[test]
     fn person_who_stands_is_passed_slowly() {
-        let past = |at, may_walk| {
-            let stands = [Obstacle { extent: Extent::around(at, 300.0), velocity: (0.0, 0.0), may_walk }];
-            speed_along(&from(0.0, 0.0), (3000.0, 0.0, 0.0), &stands, brakes(), &Limits::GROUND)
+        let past = |place, may_walk| {
+            let obstacles = [Obstacle { extent: Extent::around_disc(place, 300.0), velocity: (0.0, 0.0), may_walk }];
+            speed_along(&from(0.0, 0.0), (3000.0, 0.0, 0.0), &obstacles, brakes(), &Limits::GROUND)
         };
         assert_eq!(past((1500.0, -1050.0), true), CREEPS_MM_S);
         assert_eq!(
@@ -290,33 +291,33 @@ mod tests {
             (3000.0, 3000.0),
             "a post; farther away"
         );
-        let between = past((1500.0, -1500.0), true);
-        assert!((CREEPS_MM_S + 1.0..2500.0).contains(&between), "{between}");
+        let distance = past((1500.0, -1500.0), true);
+        assert!((CREEPS_MM_S + 1.0..2500.0).contains(&distance), "{distance}");
     }
 
     /// A thing may be left along its side; a person may step aside, and where one stands is known to a decimetre.
     #[test]
     fn unit_moves_only_away_within_the_margin_of_a_person() {
-        let beside = |may_walk, away: f64| {
-            let person = [Obstacle { may_walk, ..standing_person((0.0, -450.0 - away - 300.0)) }];
+        let clear_at = |may_walk, distance: f64| {
+            let person = [Obstacle { may_walk, ..standing_person((0.0, -450.0 - distance - 300.0)) }];
             let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &person, brakes(), &Limits::GROUND);
             let ahead = speed_along(&from(0.0, 0.0), (500.0, 0.0, 0.0), &person, brakes(), &Limits::GROUND);
             (ahead, back)
         };
-        assert_eq!(beside(true, 200.0), (0.0, 0.0));
-        let (ahead, back) = beside(false, 200.0);
+        assert_eq!(clear_at(true, 200.0), (0.0, 0.0));
+        let (ahead, back) = clear_at(false, 200.0);
         assert!(ahead > 0.0 && back > 0.0, "{ahead} {back}");
-        assert_eq!(beside(true, 300.0), (CREEPS_MM_S, CREEPS_MM_S));
-        let behind = [standing_person((-1300.0, 200.0))];
-        let ahead = speed_along(&from(0.0, 0.0), (500.0, 0.0, 0.0), &behind, brakes(), &Limits::GROUND);
-        let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &behind, brakes(), &Limits::GROUND);
+        assert_eq!(clear_at(true, 300.0), (CREEPS_MM_S, CREEPS_MM_S));
+        let obstacles = [standing_person((-1300.0, 200.0))];
+        let ahead = speed_along(&from(0.0, 0.0), (500.0, 0.0, 0.0), &obstacles, brakes(), &Limits::GROUND);
+        let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &obstacles, brakes(), &Limits::GROUND);
         assert_eq!((ahead, back), (CREEPS_MM_S, 0.0), "it leaves");
     }
 
     /// A car that is seen from its side, turned anyhow.
     #[test]
     fn unit_within_a_greatest_extent_may_only_leave_it() {
-        let car = [standing(Extent::around((1800.0, 1200.0), 2000.0))];
+        let car = [standing(Extent::around_disc((1800.0, 1200.0), 2000.0))];
         let along =
             |curvature| speed_along(&from(0.0, 0.0), (1000.0, curvature, curvature), &car, brakes(), &Limits::GROUND);
         assert!(along(0.4e-3) < 100.0, "{}", along(0.4e-3));
@@ -327,7 +328,7 @@ mod tests {
     /// LiDAR shows the middle and the width of its side, and the unit's middle is within that of both.
     #[test]
     fn car_that_stopped_across_the_nose_is_not_driven_into() {
-        let car = [standing(Extent::around((1000.0, 1000.0), 2100.0))];
+        let car = [standing(Extent::around_disc((1000.0, 1000.0), 2100.0))];
         let ahead = speed_along(&from(0.0, 0.0), (1000.0, 0.0, 0.0), &car, brakes(), &Limits::GROUND);
         assert!(ahead < 100.0, "{ahead}");
         assert_eq!(speed_back(&from(0.0, 0.0), (500.0, 0.0), &car, brakes(), &Limits::GROUND), 500.0);
@@ -335,11 +336,11 @@ mod tests {
 
     #[test]
     fn room_behind_is_that_of_the_arc_backwards() {
-        let post = [standing(Extent::around((-2500.0, 900.0), 200.0))];
+        let post = [standing(Extent::around_disc((-2500.0, 900.0), 200.0))];
         let back = |curvature| speed_back(&from(0.0, 0.0), (500.0, curvature), &post, brakes(), &Limits::GROUND);
         // Backwards a curve to the right swings the rear to the right, away from the post.
         assert_eq!((back(0.4e-3), back(0.0)), (500.0, 500.0));
-        let near = [standing(Extent::around((-1200.0, 0.0), 100.0))];
+        let near = [standing(Extent::around_disc((-1200.0, 0.0), 100.0))];
         assert!(speed_back(&from(0.0, 0.0), (500.0, 0.0), &near, brakes(), &Limits::GROUND) < 200.0);
     }
 }

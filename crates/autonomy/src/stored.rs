@@ -10,11 +10,11 @@ use wire::time::{Instant, Span};
 
 use crate::Autonomy;
 use crate::command::Ordered;
-use crate::command::schedule::Window;
+use crate::command::schedule::OrderWindow;
 
 impl Autonomy {
     /// An order with a time tag passed the trust boundary.
-    pub(crate) fn store(&mut self, now: Instant, window: Window, order: Ordered) {
+    pub(crate) fn store(&mut self, now: Instant, window: OrderWindow, order: Ordered) {
         let (claimed, moved) = (order.claimed(), order.moved());
         match self.schedule.store(now, window, order) {
             Ok(due) => {
@@ -29,8 +29,8 @@ impl Autonomy {
 
     /// Carries out the orders that are due.
     pub(crate) fn carry_out_stored(&mut self, now: Instant) {
-        while let Some((order, over)) = self.schedule.due(now).filter(|_| !self.quiet) {
-            let refused = self.unfit(now, &order, over).or_else(|| self.obey(now, &order));
+        while let Some((order, excess)) = self.schedule.due(now).filter(|_| !self.quiet) {
+            let refused = self.unfit(now, &order, excess).or_else(|| self.obey(now, &order));
             self.answer(now, &order.claimed(), refused.as_ref());
         }
     }
@@ -43,9 +43,9 @@ impl Autonomy {
     }
 
     /// Reason not to carry out a stored order whatever the mode: its window is over, or its operator has been revoked meanwhile.
-    fn unfit(&self, now: Instant, order: &Ordered, over: Option<Span>) -> Option<Refusal> {
+    fn unfit(&self, now: Instant, order: &Ordered, excess: Option<Span>) -> Option<Refusal> {
         let required = self.identity.policy.check(Check::Revocation) == Requirement::Required;
-        let revoked = || self.revoked.stands(order.id().operator, now).err().filter(|_| required);
-        over.map(|over| Refusal::Missed { over }).or_else(revoked)
+        let revoked = || self.revoked.check_admitted(order.id().operator, now).err().filter(|_| required);
+        excess.map(|over| Refusal::Missed { over }).or_else(revoked)
     }
 }

@@ -14,7 +14,7 @@ use wire::track::{NEARBY, Track};
 
 use crate::config::Block;
 use crate::extent::Extent;
-use crate::geofence::{Motion, Point, between};
+use crate::geofence::{Motion, Point, distance};
 use crate::picture::Picture;
 use crate::things::kept::{Kept, half};
 
@@ -62,8 +62,8 @@ impl Obstacle {
         self.velocity != (0.0, 0.0)
     }
 
-    /// The region in which it can be after so many seconds: going on, standing still or turning back, and somewhat aside; walking off to any side.
-    pub fn after(&self, seconds: f64) -> Extent {
+    /// The region in which it can be after a given number of seconds: going on, standing still or turning back, and somewhat aside; walking off to any side.
+    pub fn extent_after(&self, seconds: f64) -> Extent {
         let speed = libm::hypot(self.velocity.0, self.velocity.1);
         if speed <= 0.0 {
             return if self.may_walk { self.extent.grown(WALKS_OFF_MM_S * seconds) } else { self.extent };
@@ -85,20 +85,20 @@ pub struct Things {
 impl Thing {
     /// A block of the map.
     pub fn of_map(block: &Block) -> Self {
-        let at = (f64::from(block.x_mm), f64::from(block.y_mm));
+        let place = (f64::from(block.x_mm), f64::from(block.y_mm));
         let half = (f64::from(block.half_mm[0]), f64::from(block.half_mm[1]));
-        let extent = Extent::new(at, f64::from(block.heading_mrad) / 1000.0, half);
+        let extent = Extent::new(place, f64::from(block.heading_mrad) / 1000.0, half);
         Thing { extent, top: f64::from(block.top_mm) }
     }
 }
 
 impl Things {
-    /// With those of the map.
+    /// Things of the map included.
     pub fn new(map: Arc<[Thing]>, now: Instant) -> Self {
         Things { map, kept: Vec::new(), updated: now }
     }
 
-    /// Those of the map.
+    /// Things of the map.
     pub fn on_the_map(&self) -> impl Iterator<Item = &Thing> {
         self.map.iter()
     }
@@ -120,8 +120,11 @@ impl Things {
         tracks.into_iter().for_each(|seen| self.take(seen));
         let mut shown = Vec::new();
         for seen in nearby {
-            let explain = self.kept.iter_mut().filter(|kept| kept.explains(&seen) && !shown.contains(&kept.number));
-            match explain.min_by(|a, b| between(a.at, seen.at).total_cmp(&between(b.at, seen.at))) {
+            let explain = self
+                .kept
+                .iter_mut()
+                .filter(|remembered| remembered.explains(&seen) && !shown.contains(&remembered.number));
+            match explain.min_by(|a, b| distance(a.at, seen.at).total_cmp(&distance(b.at, seen.at))) {
                 Some(kept) => {
                     kept.is_shown(&seen);
                     shown.extend(kept.is_person().then_some(kept.number));
@@ -129,9 +132,9 @@ impl Things {
                 None => self.take(seen),
             }
         }
-        self.kept.retain(|kept| !kept.is_gone(now));
+        self.kept.retain(|remembered| !remembered.is_gone(now));
         if self.kept.len() > MOST {
-            self.kept.sort_by(|a, b| between(a.at, motion.at).total_cmp(&between(b.at, motion.at)));
+            self.kept.sort_by(|a, b| distance(a.at, motion.at).total_cmp(&distance(b.at, motion.at)));
             self.kept.truncate(MOST);
         }
     }
@@ -139,8 +142,8 @@ impl Things {
     /// Takes a thing in place of those that it is.
     fn take(&mut self, mut seen: Kept) {
         let shown = seen;
-        self.kept.iter().filter(|kept| kept.is_now(&shown)).for_each(|before| seen.goes_on_from(before));
-        self.kept.retain(|kept| !kept.is_now(&shown));
+        self.kept.iter().filter(|remembered| remembered.is_now(&shown)).for_each(|before| seen.goes_on_from(before));
+        self.kept.retain(|remembered| !remembered.is_now(&shown));
         self.kept.push(seen);
     }
 
@@ -149,19 +152,21 @@ impl Things {
         self.map.iter().any(|thing| thing.extent.distance(seen.at) <= SIDE_OF_THE_MAP_MM)
     }
 
-    /// Those of the map that reach up to the first height, of the others up to the second, and teammates.
+    /// Things of the map that reach up to the first height, of the others up to the second, and teammates.
     pub fn obstacles(
         &self,
         now: Instant,
-        [mapped, kept]: [f64; 2],
+        [mapped, remembered]: [f64; 2],
         teammates: impl Iterator<Item = Point>,
     ) -> Vec<Obstacle> {
-        let still = (0.0, 0.0);
-        let on_the_map = self.on_the_map().filter(|thing| thing.top >= mapped).map(|thing| (*thing, still, false));
-        let shown = self.kept.iter().map(|kept| (kept.thing(), kept.reckoned(now), kept.may_walk()));
-        let high = on_the_map.chain(shown.filter(|(thing, ..)| thing.top >= kept));
+        let at_rest = (0.0, 0.0);
+        let on_the_map = self.on_the_map().filter(|thing| thing.top >= mapped).map(|thing| (*thing, at_rest, false));
+        let shown =
+            self.kept.iter().map(|remembered| (remembered.thing(), remembered.reckoned(now), remembered.may_walk()));
+        let high = on_the_map.chain(shown.filter(|(thing, ..)| thing.top >= remembered));
         let high = high.map(|(Thing { extent, .. }, velocity, may_walk)| Obstacle { extent, velocity, may_walk });
-        let claimed = |at| Obstacle { extent: Extent::around(at, TEAMMATE_MM), velocity: still, may_walk: false };
+        let claimed =
+            |place| Obstacle { extent: Extent::around_disc(place, TEAMMATE_MM), velocity: at_rest, may_walk: false };
         high.chain(teammates.map(claimed)).collect()
     }
 
@@ -231,11 +236,11 @@ mod tests {
             &AT_THE_ORIGIN,
             Instant(0),
         );
-        let beside = Motion { at: (6000.0, 0.0), ..AT_THE_ORIGIN };
+        let motion = Motion { at: (6000.0, 0.0), ..AT_THE_ORIGIN };
         for second in 1..120 {
             things.update(
                 &shows(&[], None, Instant::default() + Span::s(second)),
-                &beside,
+                &motion,
                 Instant::default() + Span::s(second),
             );
         }
@@ -281,7 +286,7 @@ mod tests {
             things.update(&shows(&[seen], None, Instant(0)), &AT_THE_ORIGIN, Instant(0));
         }
         assert_eq!(count(&things), MOST);
-        assert!(things.kept.iter().all(|kept| kept.at.0 < MOST as f64 * 5000.0), "the furthest went");
+        assert!(things.kept.iter().all(|remembered| remembered.at.0 < MOST as f64 * 5000.0), "the furthest went");
     }
 
     #[test]
@@ -307,18 +312,18 @@ mod tests {
         Nearby { number, x_mm, y_mm, vx_mm_s, vy_mm_s: 0, width_mm: 500 }
     }
 
-    /// Without a word of the camera, and as long as LiDAR shows it.
+    /// Without a product of the camera, and as long as LiDAR shows it.
     #[test]
     fn what_lidar_shows_behind_is_kept_clear_of() {
         let block = Block { x_mm: 8000, y_mm: 0, heading_mrad: 0, half_mm: [2100, 900], top_mm: 1500 };
         let mut things = Things::new(Arc::from([Thing::of_map(&block)]), Instant(0));
-        let [behind, side_of_the_car] = [nearby(1, (-3000, 0), 1400), nearby(2, (6100, -1000), 0)];
-        things.update(&shows(&[], Some(&[behind, side_of_the_car]), Instant(0)), &AT_THE_ORIGIN, Instant(0));
+        let [rear, side_of_the_car] = [nearby(1, (-3000, 0), 1400), nearby(2, (6100, -1000), 0)];
+        things.update(&shows(&[], Some(&[rear, side_of_the_car]), Instant(0)), &AT_THE_ORIGIN, Instant(0));
         assert_eq!(count(&things), 2, "the car of the map once");
         let walks = things.obstacles(Instant(0), [0.0; 2], core::iter::empty())[1];
         assert_eq!((walks.extent.at, walks.velocity), ((-3000.0, 0.0), (1400.0, 0.0)));
-        let over = things.obstacles(Instant(0), [1000.0; 2], core::iter::empty()).len();
-        assert_eq!(over, 1, "in the air what has no class is not known to be as high");
+        let excess = things.obstacles(Instant(0), [1000.0; 2], core::iter::empty()).len();
+        assert_eq!(excess, 1, "in the air what has no class is not known to be as high");
         things.update(&shows(&[], Some(&[]), Instant(0) + Span::s(1)), &AT_THE_ORIGIN, Instant(0) + Span::s(1));
         assert_eq!(count(&things), 1);
     }

@@ -41,14 +41,14 @@ use crate::command::Ordered;
 use crate::command::consent::Consented;
 use crate::command::given::{Arm, Command, Configure, Confirm, Disarm, Enable, Given, Hold, Resume};
 use crate::designation::Designated;
-use crate::health::{Health, Healthy, SubsystemLoss, TrustLoss, Verdict};
+use crate::health::{Condition, Health, Healthy, SubsystemLoss, TrustLoss};
 use authority::{ActAuthority, Mint, Revoked, Spent};
 use state::{Degraded, HoldSafe, Idle, Machine, PrepareToAct, Ready, Started, Stopped};
 
 /// Stimulus of the machine.
 #[derive(Clone, Copy, Debug)]
 pub enum Stimulus<'a> {
-    /// The guards were judged anew (they are in the context).
+    /// The guards were judged again (they are in the context).
     Judged,
     /// An operator's order passed the trust boundary. Towards safe, it is always carried out; away from safe, only
     /// from the mode it belongs to and with the guards it needs.
@@ -145,16 +145,16 @@ pub enum Stop<'a> {
     Trust(TrustLoss),
     /// Driving has lacked its basis for too long.
     Blind(SubsystemLoss),
-    /// An operator says so.
+    /// An operator orders it.
     Order(Given<'a, Hold>),
 }
 
 impl Stop<'_> {
-    fn why(&self) -> (Cause, Because) {
+    fn cause_chain(&self) -> (Cause, Because) {
         match self {
-            Stop::Trust(loss) => (Cause::Lost(loss.guard()), loss.because()),
-            Stop::Blind(loss) => (Cause::Unrecovered(loss.blinding().unwrap_or(loss.guard())), loss.because()),
-            Stop::Order(order) => order.why(),
+            Stop::Trust(loss) => (Cause::Lost(loss.guard()), loss.reason()),
+            Stop::Blind(loss) => (Cause::Unrecovered(loss.blinding().unwrap_or(loss.guard())), loss.reason()),
+            Stop::Order(order) => order.cause_chain(),
         }
     }
 }
@@ -198,7 +198,7 @@ impl Ready {
 
     /// A subsystem is lost.
     pub fn degrade(self, loss: &SubsystemLoss, now: Instant) -> Degraded {
-        Degraded::since(loss, now)
+        Degraded::from_loss(loss, now)
     }
 
     /// Stops.
@@ -227,17 +227,17 @@ impl PrepareToAct {
 
     /// A subsystem is lost.
     pub fn degrade(self, loss: &SubsystemLoss, cause: Cause, now: Instant) -> (Degraded, Revoked) {
-        (Degraded::since(loss, now), self.authority.revoke(cause))
+        (Degraded::from_loss(loss, now), self.authority.revoke(cause))
     }
 
     /// Stops.
     pub fn hold(self, stop: &Stop<'_>) -> (HoldSafe, Revoked) {
-        (HoldSafe { stopped: Stopped }, self.authority.revoke(stop.why().0))
+        (HoldSafe { stopped: Stopped }, self.authority.revoke(stop.cause_chain().0))
     }
 }
 
 impl Degraded {
-    fn since(loss: &SubsystemLoss, now: Instant) -> Degraded {
+    fn from_loss(loss: &SubsystemLoss, now: Instant) -> Degraded {
         Degraded { blind: loss.blinding().map(|_| now), whole: None }
     }
 
@@ -280,11 +280,11 @@ impl Machine {
     pub fn step(self, stimulus: Stimulus<'_>, ctx: &mut Context<'_>) -> (Machine, Effects) {
         let from = self.mode();
         let mut effects = Effects::new();
-        let (machine, why) = match stimulus {
+        let (machine, reason) = match stimulus {
             Stimulus::Judged => self.judged(ctx, &mut effects),
             Stimulus::Ordered(order) => self.ordered(order, ctx, &mut effects),
         };
-        if let Some((cause, because)) = why {
+        if let Some((cause, because)) = reason {
             let failing = ctx.health.failing();
             effects.push(Effect::Transition { from, to: machine.mode(), cause, because, failing });
         }
@@ -326,19 +326,19 @@ impl Machine {
             Machine::Degraded(degraded) => degraded.hold(&stop),
             Machine::HoldSafe(stopped) => return (Machine::HoldSafe(stopped), None),
         };
-        (Machine::HoldSafe(held), Some(stop.why()))
+        (Machine::HoldSafe(held), Some(stop.cause_chain()))
     }
 
     fn disarm(self, order: &Given<'_, Disarm>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match self {
             Machine::PrepareToAct(held) => match ctx.health.verdict() {
-                Verdict::Healthy(healthy) => {
+                Condition::Healthy(healthy) => {
                     let (ready, revoked) = held.give_up(healthy, Cause::Operator);
                     effects.push(Effect::Revoked(revoked));
-                    (Machine::Ready(ready), Some(order.why()))
+                    (Machine::Ready(ready), Some(order.cause_chain()))
                 }
-                Verdict::Subsystem(loss) => held.lose_subsystem(&loss, ctx.now, effects),
-                Verdict::Trust(loss) => held.lose_trust(loss, effects),
+                Condition::Subsystem(loss) => held.lose_subsystem(&loss, ctx.now, effects),
+                Condition::Trust(loss) => held.lose_trust(loss, effects),
             },
             // There is no authority to give up, which is what was asked for.
             kept @ (Machine::Idle(_) | Machine::Ready(_) | Machine::Degraded(_) | Machine::HoldSafe(_)) => (kept, None),
@@ -347,26 +347,26 @@ impl Machine {
 
     fn enable(self, order: &Given<'_, Enable>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match (self, ctx.health.verdict()) {
-            (Machine::Idle(idle), Verdict::Healthy(healthy)) => {
-                (Machine::Ready(idle.enable(order, healthy)), Some(order.why()))
+            (Machine::Idle(idle), Condition::Healthy(healthy)) => {
+                (Machine::Ready(idle.enable(order, healthy)), Some(order.cause_chain()))
             }
-            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_)) => kept.interlock(effects),
+            (kept, Condition::Healthy(_) | Condition::Subsystem(_) | Condition::Trust(_)) => kept.interlock(effects),
         }
     }
 
     fn resume(self, order: &Given<'_, Resume>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match (self, ctx.health.verdict()) {
-            (Machine::HoldSafe(stopped), Verdict::Healthy(healthy)) => {
-                (Machine::Ready(stopped.resume(order, healthy)), Some(order.why()))
+            (Machine::HoldSafe(stopped), Condition::Healthy(healthy)) => {
+                (Machine::Ready(stopped.resume(order, healthy)), Some(order.cause_chain()))
             }
-            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_)) => kept.interlock(effects),
+            (kept, Condition::Healthy(_) | Condition::Subsystem(_) | Condition::Trust(_)) => kept.interlock(effects),
         }
     }
 
     fn arm(self, order: &Given<'_, Arm>, ctx: &mut Context<'_>, effects: &mut Effects) -> Next {
         let designation = ctx.designation;
         match (self, ctx.health.verdict(), designation) {
-            (Machine::Ready(ready), Verdict::Healthy(healthy), Ok(designated)) => {
+            (Machine::Ready(ready), Condition::Healthy(healthy), Ok(designated)) => {
                 let consented = match order.consented(designated) {
                     Ok(consented) => consented,
                     Err(refusal) => return Machine::Ready(ready).refuse(refusal, effects),
@@ -374,12 +374,12 @@ impl Machine {
                 match ready.arm(ctx.mint, ctx.now, order, healthy, &consented) {
                     Ok(held) => {
                         effects.push(minted(held.authority()));
-                        (Machine::PrepareToAct(held), Some(order.why()))
+                        (Machine::PrepareToAct(held), Some(order.cause_chain()))
                     }
                     Err(ready) => Machine::Ready(ready).interlock(effects),
                 }
             }
-            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_), Ok(_) | Err(_)) => {
+            (kept, Condition::Healthy(_) | Condition::Subsystem(_) | Condition::Trust(_), Ok(_) | Err(_)) => {
                 kept.interlock(effects)
             }
         }
@@ -387,7 +387,7 @@ impl Machine {
 
     fn confirm(self, order: &Given<'_, Confirm>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match (self, ctx.health.verdict(), ctx.designation_of(order.track())) {
-            (Machine::PrepareToAct(held), Verdict::Healthy(healthy), Ok(designated))
+            (Machine::PrepareToAct(held), Condition::Healthy(healthy), Ok(designated))
                 if held.track() == order.track() && !held.expired(ctx.now) =>
             {
                 let consented = match order.consented(designated) {
@@ -398,7 +398,7 @@ impl Machine {
                 effects.push(Effect::Acted(spent));
                 (Machine::Ready(ready), Some((Cause::Acted, Because::Command(order.id()))))
             }
-            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_), Ok(_) | Err(_)) => {
+            (kept, Condition::Healthy(_) | Condition::Subsystem(_) | Condition::Trust(_), Ok(_) | Err(_)) => {
                 kept.interlock(effects)
             }
         }
@@ -431,14 +431,14 @@ impl Machine {
 impl Ready {
     fn judged(self, ctx: &Context<'_>) -> Next {
         match ctx.health.verdict() {
-            Verdict::Healthy(healthy) => (Machine::Ready(self.reaffirm(healthy)), None),
-            Verdict::Subsystem(loss) => {
-                let why = (Cause::Lost(loss.guard()), loss.because());
-                (Machine::Degraded(self.degrade(&loss, ctx.now)), Some(why))
+            Condition::Healthy(healthy) => (Machine::Ready(self.reaffirm(healthy)), None),
+            Condition::Subsystem(loss) => {
+                let reason = (Cause::Lost(loss.guard()), loss.reason());
+                (Machine::Degraded(self.degrade(&loss, ctx.now)), Some(reason))
             }
-            Verdict::Trust(loss) => {
+            Condition::Trust(loss) => {
                 let stop = Stop::Trust(loss);
-                (Machine::HoldSafe(self.hold(&stop)), Some(stop.why()))
+                (Machine::HoldSafe(self.hold(&stop)), Some(stop.cause_chain()))
             }
         }
     }
@@ -451,60 +451,60 @@ impl PrepareToAct {
 
     fn judged(self, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match (ctx.health.verdict(), ctx.designation_of(self.track())) {
-            (Verdict::Trust(loss), Ok(_) | Err(_)) => self.lose_trust(loss, effects),
-            (Verdict::Subsystem(loss), Ok(_) | Err(_)) => self.lose_subsystem(&loss, ctx.now, effects),
-            (Verdict::Healthy(healthy), Err(because)) => {
+            (Condition::Trust(loss), Ok(_) | Err(_)) => self.lose_trust(loss, effects),
+            (Condition::Subsystem(loss), Ok(_) | Err(_)) => self.lose_subsystem(&loss, ctx.now, effects),
+            (Condition::Healthy(healthy), Err(because)) => {
                 self.end(healthy, Cause::Lost(Guard::Designation), because, effects)
             }
-            (Verdict::Healthy(healthy), Ok(_)) if self.expired(ctx.now) => {
+            (Condition::Healthy(healthy), Ok(_)) if self.expired(ctx.now) => {
                 self.end(healthy, Cause::Expired, Because::Itself, effects)
             }
-            (Verdict::Healthy(healthy), Ok(designated)) => {
+            (Condition::Healthy(healthy), Ok(designated)) => {
                 (Machine::PrepareToAct(self.reaffirm(healthy, designated)), None)
             }
         }
     }
 
-    fn end(self, healthy: Healthy, cause: Cause, because: Because, effects: &mut Effects) -> Next {
+    fn end(self, healthy: Healthy, cause: Cause, reason: Because, effects: &mut Effects) -> Next {
         let (ready, revoked) = self.give_up(healthy, cause);
         effects.push(Effect::Revoked(revoked));
-        (Machine::Ready(ready), Some((cause, because)))
+        (Machine::Ready(ready), Some((cause, reason)))
     }
 
     fn lose_subsystem(self, loss: &SubsystemLoss, now: Instant, effects: &mut Effects) -> Next {
         let cause = Cause::Lost(loss.guard());
         let (degraded, revoked) = self.degrade(loss, cause, now);
         effects.push(Effect::Revoked(revoked));
-        (Machine::Degraded(degraded), Some((cause, loss.because())))
+        (Machine::Degraded(degraded), Some((cause, loss.reason())))
     }
 
     fn lose_trust(self, loss: TrustLoss, effects: &mut Effects) -> Next {
         let stop = Stop::Trust(loss);
         let (stopped, revoked) = self.hold(&stop);
         effects.push(Effect::Revoked(revoked));
-        (Machine::HoldSafe(stopped), Some(stop.why()))
+        (Machine::HoldSafe(stopped), Some(stop.cause_chain()))
     }
 }
 
 impl Degraded {
     fn judged(self, ctx: &Context<'_>) -> Next {
         match ctx.health.verdict() {
-            Verdict::Healthy(healthy) => match self.mend(ctx.now) {
+            Condition::Healthy(healthy) => match self.mend(ctx.now) {
                 (mended, held) if held >= ctx.timing.hysteresis => {
                     (Machine::Ready(mended.recover(healthy)), Some((Cause::Recovered, Because::Itself)))
                 }
                 (mended, _) => (Machine::Degraded(mended), None),
             },
-            Verdict::Subsystem(loss) => match self.endure(&loss, ctx.now) {
+            Condition::Subsystem(loss) => match self.endure(&loss, ctx.now) {
                 (enduring, Some(blind)) if blind >= ctx.timing.unrecovered => {
                     let stop = Stop::Blind(loss);
-                    (Machine::HoldSafe(enduring.hold(&stop)), Some(stop.why()))
+                    (Machine::HoldSafe(enduring.hold(&stop)), Some(stop.cause_chain()))
                 }
                 (enduring, Some(_) | None) => (Machine::Degraded(enduring), None),
             },
-            Verdict::Trust(loss) => {
+            Condition::Trust(loss) => {
                 let stop = Stop::Trust(loss);
-                (Machine::HoldSafe(self.hold(&stop)), Some(stop.why()))
+                (Machine::HoldSafe(self.hold(&stop)), Some(stop.cause_chain()))
             }
         }
     }

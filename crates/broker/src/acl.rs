@@ -85,9 +85,9 @@ impl Pattern {
         }
     }
 
-    /// True if every topic that `asked` matches is matched by this pattern too.
-    pub fn covers(self, asked: Pattern) -> bool {
-        match (self, asked) {
+    /// True if every topic that `requested` matches is matched by this pattern too.
+    pub fn covers(self, requested: Pattern) -> bool {
+        match (self, requested) {
             (Pattern::One(granted), Pattern::One(asked)) => granted == asked,
             (Pattern::Every(granted), Pattern::Every(asked)) => granted == asked,
             (Pattern::Every(granted), Pattern::One(asked)) => granted == family(asked),
@@ -124,7 +124,7 @@ pub enum Refusal {
         /// Pattern that it asked for.
         got: Pattern,
     },
-    /// A name outside the command plane, or of something that is not a vehicle.
+    /// A name outside the command plane, or of no vehicle.
     #[error("expected hs/cmd/<unit> or hs/ack/<unit>, got `{got}`")]
     UnknownTopic {
         /// The topic as it came.
@@ -196,8 +196,8 @@ pub fn permit(peer: PeerId, verb: Verb, got: Pattern) -> Result<(), Refusal> {
 
 /// Answer of the table, if it stands. If the policy waives it (`Check::Rights`), an ungranted topic passes; a topic outside
 /// the command plane never does.
-pub fn under(rights: Requirement, asked: Result<(), Refusal>) -> Result<(), Refusal> {
-    match asked {
+pub fn apply_policy(rights: Requirement, requested: Result<(), Refusal>) -> Result<(), Refusal> {
+    match requested {
         Err(Refusal::NotGranted { .. }) if rights == Requirement::Waived => Ok(()),
         said => said,
     }
@@ -277,10 +277,10 @@ mod tests {
         for peer in PEERS {
             for unit in UNITS {
                 let gateway = peer == "gateway";
-                let own = peer == unit;
+                let is_own = peer == unit;
                 check(peer, Verb::Publish, &format!("hs/cmd/{unit}"), gateway);
-                check(peer, Verb::Subscribe, &format!("hs/cmd/{unit}"), own);
-                check(peer, Verb::Publish, &format!("hs/ack/{unit}"), own);
+                check(peer, Verb::Subscribe, &format!("hs/cmd/{unit}"), is_own);
+                check(peer, Verb::Publish, &format!("hs/ack/{unit}"), is_own);
                 check(peer, Verb::Subscribe, &format!("hs/ack/{unit}"), gateway);
             }
             check(peer, Verb::Subscribe, "hs/ack/+", peer == "gateway");
@@ -343,11 +343,11 @@ mod tests {
     }
 
     fn check(name: &str, verb: Verb, text: &str, expected: bool) {
-        let asked = match verb {
+        let requested = match verb {
             Verb::Publish => permit_topic(peer(name), text).map(|_| ()),
             Verb::Subscribe => permit_filter(peer(name), text).map(|_| ()),
         };
-        assert_eq!(asked.is_ok(), expected, "{name} {verb} {text}: {asked:?}");
+        assert_eq!(requested.is_ok(), expected, "{name} {verb} {text}: {requested:?}");
     }
 
     fn peer(name: &str) -> PeerId {

@@ -1,7 +1,7 @@
 //! Rights of one connection, for a peer that the handshake has authenticated.
 //!
 //! There is one gate for each connection and it holds the peer, so no decision rests on a client's word about itself:
-//! a client id or a user name is only compared, never believed. Rights are those of [`crate::acl`]; the handshake is
+//! a client id or a user name is only compared, never believed. Rights come from [`crate::acl`]; the handshake is
 //! `tls`, and counting connections is [`crate::server`].
 
 use std::future::ready;
@@ -24,7 +24,7 @@ use crate::acl::{self, Refusal};
 /// The one protocol level that is spoken, as in CONNECT.
 pub const PROTOCOL_LEVEL: u8 = 5;
 
-/// The most refusals of one connection that are told one by one; those beyond are counted as lost events.
+/// The most refusals of one connection that are reported one by one; those beyond are counted as lost events.
 pub const MAX_DENIALS_TOLD: u32 = 256;
 
 /// Event of the live broker, for its log and for tests.
@@ -174,12 +174,12 @@ impl Events {
         }
     }
 
-    /// Counts an event that is not told.
+    /// Counts an event that is not reported.
     pub(crate) fn lose(&self) {
         self.lost.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The count of events that were not told; lives on when the queue has ended.
+    /// The count of events that were not reported; lives on when the queue has ended.
     pub(crate) fn lost(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.lost)
     }
@@ -232,9 +232,9 @@ impl Gate {
         }
     }
 
-    fn granted<T>(&self, asked: Result<T, Refusal>) -> bool {
-        let said = acl::under(self.rights, asked.map(drop));
-        said.map_err(|refusal| self.deny(Denial::Access { peer: self.peer, refusal })).is_ok()
+    fn granted<T>(&self, requested: Result<T, Refusal>) -> bool {
+        let result = acl::apply_policy(self.rights, requested.map(drop));
+        result.map_err(|refusal| self.deny(Denial::Access { peer: self.peer, refusal })).is_ok()
     }
 
     fn deny(&self, denial: Denial) {

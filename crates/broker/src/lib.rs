@@ -8,7 +8,7 @@
 //! - [`Broker`], in this file, is the model of the live broker: who receives a publication, without payloads, queues
 //!   or time. The twin routes with it.
 //! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (rights of one connection).
-//!   TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
+//!   TLS, identity, rights and bounds are ours; packets, sessions and routing come from the `mqtt5` crate.
 //! - [`watched`] runs it between two real clients, for an observer's view of the traffic.
 //! - [`audit`] gives its events in the words of the audit log; [`process`] starts it from a service spec.
 //!
@@ -29,7 +29,7 @@ use wire::policy::Requirement;
 
 use crate::acl::{Pattern, Refusal, Verb};
 
-/// Those who receive a publication, each once, in the order of [`PeerId`].
+/// Receivers of a publication, each once, in the order of [`PeerId`].
 pub type Receivers = ArrayVec<PeerId, NODES>;
 
 /// The deterministic model of the live broker.
@@ -50,7 +50,7 @@ impl Broker {
     }
 
     /// A broker without sessions; whether the table of rights stands is the policy's to say (`Check::Rights`).
-    pub fn under(rights: Requirement) -> Self {
+    pub fn with_rights(rights: Requirement) -> Self {
         Self { rights, ..Self::default() }
     }
 
@@ -60,7 +60,7 @@ impl Broker {
     /// The table does not grant it.
     pub fn subscribe(&mut self, peer: PeerId, filter: &str) -> Result<(), Refusal> {
         let pattern = Pattern::parse(filter)?;
-        acl::under(self.rights, acl::permit(peer, Verb::Subscribe, pattern))?;
+        acl::apply_policy(self.rights, acl::permit(peer, Verb::Subscribe, pattern))?;
         let entry = (peer, pattern);
         if let Err(place) = self.subscriptions.binary_search(&entry) {
             self.subscriptions.insert(place, entry);
@@ -79,7 +79,7 @@ impl Broker {
     /// The table does not grant it; then no client receives.
     pub fn publish(&self, publisher: PeerId, subject: Subject) -> Result<Receivers, Refusal> {
         let sent = Pattern::One(subject);
-        acl::under(self.rights, acl::permit(publisher, Verb::Publish, sent))?;
+        acl::apply_policy(self.rights, acl::permit(publisher, Verb::Publish, sent))?;
         let mut receivers = Receivers::new();
         for (holder, pattern) in &self.subscriptions {
             // The list is sorted by holder, so a holder whose filters overlap is met in one run.

@@ -27,7 +27,7 @@ use wire::sign::Key;
 
 use crate::audit::audited;
 use crate::gate::Event;
-use crate::server::{Limits, Server, StartError};
+use crate::server::{Server, ServerLimits, StartError};
 
 /// Longest time that the runtime may take to end remaining tasks.
 const RUNTIME_LIMIT: Duration = Duration::from_millis(200);
@@ -82,7 +82,7 @@ fn run(spec: &ServiceSpec) -> Result<(), ProcessError> {
 async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     let listen = spec.broker.as_ref().ok_or(ProcessError::NotBroker)?;
     let config = Option::<Config>::deserialize(&spec.config)?.unwrap_or_default();
-    let limits = Limits { rights: config.rights, ..Limits::default() };
+    let limits = ServerLimits { rights: config.rights, ..ServerLimits::default() };
     let mut log = Log::open(spec, config)?;
     let mut controls = watch()?;
     let witness = WitnessLog::create(spec)?;

@@ -65,7 +65,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(10);
 
 /// The bounds that a test may want to move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct ServerLimits {
     /// The most connections at once, half-open ones included.
     pub connections: usize,
     /// Longest time that a TLS handshake may take.
@@ -74,7 +74,7 @@ pub struct Limits {
     pub rights: Requirement,
 }
 
-impl Default for Limits {
+impl Default for ServerLimits {
     fn default() -> Self {
         Self { connections: 32, handshake: Duration::from_secs(3), rights: Requirement::Required }
     }
@@ -113,7 +113,7 @@ impl Server {
     pub async fn start(
         at: LoopbackAddr,
         credential: &Credential,
-        limits: Limits,
+        limits: ServerLimits,
         log: StreamLog,
     ) -> Result<Self, StartError> {
         let revocations = Revocations::of(credential).map_err(PkiError::from)?;
@@ -179,7 +179,7 @@ struct Trust {
 /// State shared by all connections.
 struct Front {
     trust: Trust,
-    limits: Limits,
+    limits: ServerLimits,
     events: Events,
     log: StreamLog,
     stop: broadcast::Sender<()>,
@@ -194,7 +194,7 @@ struct Front {
 }
 
 impl Front {
-    fn new(trust: Trust, limits: Limits, events: Events, log: StreamLog, stop: broadcast::Sender<()>) -> Self {
+    fn new(trust: Trust, limits: ServerLimits, events: Events, log: StreamLog, stop: broadcast::Sender<()>) -> Self {
         let queue = QueueLimits { max_messages: MAX_QUEUED, max_bytes: MAX_QUEUED_BYTES };
         let storage = Arc::new(DynamicStorage::Memory(MemoryBackend::with_queue_limits(queue)));
         Self {
@@ -216,7 +216,7 @@ impl Front {
 }
 
 /// The bounds on packets, queues and features.
-fn bounds(limits: Limits) -> BrokerConfig {
+fn bounds(limits: ServerLimits) -> BrokerConfig {
     BrokerConfig {
         bind_addresses: Vec::new(),
         max_clients: limits.connections,
@@ -236,8 +236,8 @@ fn bounds(limits: Limits) -> BrokerConfig {
     }
 }
 
-/// The bounds on rates. The library asks only for those of messages and bytes; connections are counted by our front.
-fn rates(limits: Limits) -> ResourceLimits {
+/// The bounds on rates. The library asks only for the bounds of messages and bytes; connections are counted by our front.
+fn rates(limits: ServerLimits) -> ResourceLimits {
     ResourceLimits {
         max_connections: limits.connections,
         max_connections_per_ip: limits.connections,
@@ -284,7 +284,7 @@ fn report(ended: Result<(), tokio::task::JoinError>) {
     }
 }
 
-/// Counts a connection and serves it in a task of its own, so that a silent peer delays no other.
+/// Counts a connection and serves it in its own task, so that a silent peer delays no other.
 fn admit(connections: &mut JoinSet<()>, front: &Arc<Front>, stream: TcpStream, from: SocketAddr) {
     let Ok(permit) = Arc::clone(&front.connections).try_acquire_owned() else {
         front.events.note(Event::Denied(Denial::Connections { expected: front.limits.connections }));
@@ -369,12 +369,12 @@ impl Trust {
     /// Returns once a certificate that has passed passes no longer: it has ended, or is on a newer list.
     async fn dismissal(&self, chain: &[CertificateDer<'_>]) -> Refused {
         let life = chain.first().and_then(|leaf| remaining_life(leaf).ok()).unwrap_or_default();
-        let over = tokio::time::sleep(life);
-        tokio::pin!(over);
+        let lifetime = tokio::time::sleep(life);
+        tokio::pin!(lifetime);
         let mut list = self.revocations.watch();
         loop {
             tokio::select! {
-                () = &mut over => return Refused { fault: Fault::Expired, got: "a certificate that has ended".to_owned() },
+                () = &mut lifetime => return Refused { fault: Fault::Expired, got: "a certificate that has ended".to_owned() },
                 () = list.changed() => {}
             }
             if let Err(refused) = self.verifier.check(chain, Presenter::Dialler) {
@@ -386,6 +386,6 @@ impl Trust {
 
 /// Reason that a handshake failed; an error without the TLS stack's own word is a broken handshake.
 fn refused(error: &io::Error) -> Refused {
-    let said = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
-    Refused { fault: said.map_or(Fault::Handshake, Fault::of_tls), got: error.to_string() }
+    let cause = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
+    Refused { fault: cause.map_or(Fault::Handshake, Fault::of_tls), got: error.to_string() }
 }

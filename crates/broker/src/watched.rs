@@ -1,6 +1,6 @@
 //! The live broker between two real clients, with a passive observer on both their paths who reads every byte.
 //!
-//! Broker and clients are those of a live run, over loopback at ports that the system chooses: the MQTT library takes
+//! Broker and clients are as in a live run, over loopback at ports that the system chooses: the MQTT library takes
 //! only a socket. No step waits for time to pass: each publication has come out at its end before the next is made. The reading
 //! that the observer may make is left to the caller (`stacks`).
 
@@ -8,7 +8,7 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use instrument::{Place, Sight};
+use instrument::{Sight, StreamPlace};
 use link::certificates::list::Revocations;
 use link::loopback::LoopbackAddr;
 use link::mqtt::Mqtt;
@@ -23,7 +23,7 @@ use wire::core::{Input, Side, Subject};
 use wire::event::wire_hash;
 use wire::id::{PeerId, UnitId};
 
-use crate::server::{Limits, Server, StartError};
+use crate::server::{Server, ServerLimits, StartError};
 
 /// Longest wall time of a whole exchange; one that takes longer is given up.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -85,32 +85,33 @@ pub struct Watched {
     pub secrets: Vec<Vec<u8>>,
 }
 
-/// Publishes `said` one after the other, orders as the gateway and acknowledgements as the unit.
+/// Publishes `publications` one after the other, orders as the gateway and acknowledgements as the unit.
 ///
 /// # Errors
 /// When something of it does not start, or a publication does not come out.
-pub fn watch(papers: &Papers, said: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
+pub fn watch(papers: &Papers, publications: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
     link::crypto::init();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
-        let exchanged = tokio::time::timeout(LIMIT, exchange(papers, said));
+        let exchanged = tokio::time::timeout(LIMIT, exchange(papers, publications));
         exchanged.await.map_err(|_| WatchError::Unfinished)?
     })
 }
 
-async fn exchange(papers: &Papers, said: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
+async fn exchange(papers: &Papers, publications: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
     let (log, sights) = StreamLog::heard(SIGHTS);
-    let mut server = Server::start(LoopbackAddr::ANY_PORT, &papers.broker, Limits::default(), log.clone()).await?;
+    let mut server =
+        Server::start(LoopbackAddr::ANY_PORT, &papers.broker, ServerLimits::default(), log.clone()).await?;
     let secrets = Secrets::default();
     let unit = PeerId::from_name(papers.who.name()).ok_or(WatchError::Unfinished)?;
-    let start = |who, credential, subject| Client::start(who, credential, subject, &server, &log, &secrets);
+    let start = |peer, credential, subject| Client::start(peer, credential, subject, &server, &log, &secrets);
     let mut gateway = start(PeerId::GATEWAY, &papers.gateway, Subject::Ack(papers.who))?;
     let mut unit = start(unit, &papers.unit, Subject::Command(papers.who))?;
     while gateway.session.stats().subscribed.min(unit.session.stats().subscribed) == 0 {
         tokio::task::yield_now().await;
     }
     let mut delivered = Vec::new();
-    for (subject, bytes) in said {
+    for (subject, bytes) in publications {
         let (from, to) = match subject {
             Subject::Command(_) => (&gateway, &mut unit.heard),
             Subject::Ack(_) => (&unit, &mut gateway.heard),
@@ -150,9 +151,9 @@ impl Client {
         let mut tls: ClientConfig = link::certificates::tls::client(credential, PeerId::BROKER, &revocations)?;
         tls.key_log = Arc::new(secrets.clone());
         let seen = Bytes::default();
-        let at = watcher(server.address(), seen.clone())?;
+        let address = watcher(server.address(), seen.clone())?;
         let (to, heard) = mpsc::channel(ROOM);
-        let session = Mqtt::over(tls, at, (who, PeerId::BROKER), vec![subject], log.clone(), to);
+        let session = Mqtt::over(tls, address, (who, PeerId::BROKER), vec![subject], log.clone(), to);
         Ok(Self { who, session, heard, seen })
     }
 }
@@ -161,16 +162,16 @@ impl Client {
 fn watcher(upstream: LoopbackAddr, seen: Bytes) -> Result<LoopbackAddr, WatchError> {
     let (to, mut passing) = mpsc::channel(ROOM);
     let relay = StreamRelay::open(RelayLeg { at: LoopbackAddr::ANY_PORT, upstream }, to)?;
-    let at = relay.local();
+    let address = relay.local();
     tokio::spawn(async move {
         while let Some(input) = passing.recv().await {
             if let Input::Stream { connection, side, bytes } = input {
                 lock(&seen)[side as usize].extend_from_slice(&bytes);
-                relay.emit(connection, side.other(), bytes);
+                relay.emit(connection, side.opposite(), bytes);
             }
         }
     });
-    Ok(at)
+    Ok(address)
 }
 
 /// Waits until everything that was seen has arrived, and sets one against the other.
@@ -196,11 +197,11 @@ async fn settled(clients: [&Client; 2], sights: &Receiver<StreamSight>) -> Vec<S
 }
 
 /// True if these bytes are those that an ingress was given of the direction that begins as they do.
-fn arrived(bytes: &[u8], told: &[StreamSight]) -> bool {
+fn arrived(bytes: &[u8], sights: &[StreamSight]) -> bool {
     let mut next = 0;
-    for sight in told {
+    for sight in sights {
         let end = next + sight.length as usize;
-        let mut place = Place::default();
+        let mut place = StreamPlace::default();
         place.pass(bytes.get(..end).unwrap_or_default());
         let of_this = sight.offset == next as u64 && sight.stream == place.name();
         if of_this && bytes.get(next..end).is_some_and(|piece| wire_hash(piece) == sight.hash) {
@@ -241,8 +242,9 @@ mod tests {
             unit: issue(PeerId::UNIT_B, Role::Dials),
             who: UnitId::B,
         };
-        let said = [(Subject::Command(UnitId::B), b"hold".to_vec()), (Subject::Ack(UnitId::B), b"held".to_vec())];
-        let watched = watch(&papers, &said).expect("it runs");
+        let publications =
+            [(Subject::Command(UnitId::B), b"hold".to_vec()), (Subject::Ack(UnitId::B), b"held".to_vec())];
+        let watched = watch(&papers, &publications).expect("it runs");
         assert_eq!(watched.delivered, [b"hold".to_vec(), b"held".to_vec()]);
         assert_eq!(watched.seen.len(), 4);
         assert!(watched.seen.iter().all(|seen| seen.arrived && !seen.bytes.is_empty()));
@@ -251,9 +253,9 @@ mod tests {
 
     #[test]
     fn missing_or_changed_bytes_are_no_receipt() {
-        let sight = |offset: u64, piece: &[u8], of: &[u8]| {
-            let mut place = Place::default();
-            place.pass(of);
+        let sight = |offset: u64, piece: &[u8], bytes: &[u8]| {
+            let mut place = StreamPlace::default();
+            place.pass(bytes);
             let (stream, length, hash) = (place.name(), piece.len() as u32, wire_hash(piece));
             StreamSight { trace_us: 0, sight: Sight::Arrived, stream, offset, length, hash }
         };

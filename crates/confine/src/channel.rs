@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, PipeReader, PipeWriter, Read, Write};
 use std::time::Duration;
 
-use guest::{Channel, Failure, MAX_LINE, Patience};
+use guest::{Failure, GuestChannel, MAX_LINE, Patience};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::ioctl_fionbio;
 use wire::guest::Fault;
@@ -92,17 +92,17 @@ impl Lines {
         let rest = self.read.split_off(end);
         let mut line = std::mem::replace(&mut self.read, rest);
         line.pop();
-        String::from_utf8(line).map_err(|why| {
-            let at = why.utf8_error().valid_up_to();
-            Failure::new(Fault::Malformed, format!("UTF-8 expected, got another byte at offset {at}"))
+        String::from_utf8(line).map_err(|error| {
+            let index = error.utf8_error().valid_up_to();
+            Failure::new(Fault::Malformed, format!("UTF-8 expected, got another byte at offset {index}"))
         })
     }
 
     /// The failure of a guest whose output is closed.
     fn ended(&mut self) -> Failure {
-        let (how, words) = self.process.end(EXIT);
-        let how = how.unwrap_or_else(|| "its standard output is closed, the program went on".into());
-        Failure::new(Fault::Ended, with_words(how, &words))
+        let (manner, words) = self.process.end(EXIT);
+        let manner = manner.unwrap_or_else(|| "its standard output is closed, the program went on".into());
+        Failure::new(Fault::Ended, with_words(manner, &words))
     }
 
     fn silent(&mut self, rest: &[u8], ms: u64) -> Failure {
@@ -126,7 +126,7 @@ impl Lines {
     }
 }
 
-impl Channel for Lines {
+impl GuestChannel for Lines {
     fn exchange(&mut self, line: &str, patience: Patience) -> Result<String, Failure> {
         self.unasked()?;
         let step = Deadline::after_ms(self.step_ms);
@@ -150,6 +150,6 @@ impl Channel for Lines {
     }
 }
 
-fn with_words(how: String, words: &str) -> String {
-    if words.is_empty() { how } else { format!("{how}; its last words: {words}") }
+fn with_words(manner: String, words: &str) -> String {
+    if words.is_empty() { manner } else { format!("{manner}; its last words: {words}") }
 }

@@ -1,4 +1,4 @@
-//! The patience that a guest is waited for with: real time, for a guest is a process. No core is handed any of it.
+//! Timeouts of a guest, in real time, for a guest is a process. No core gets any of it.
 
 use std::time::{Duration, Instant};
 
@@ -33,6 +33,6 @@ impl Deadline {
 }
 
 /// A duration as `poll` takes it.
-pub(crate) fn timeout(within: Duration) -> Timespec {
-    Timespec { tv_sec: within.as_secs() as i64, tv_nsec: i64::from(within.subsec_nanos()) }
+pub(crate) fn timeout(limit: Duration) -> Timespec {
+    Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) }
 }

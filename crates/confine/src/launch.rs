@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use guest::file::{Limits, Program};
-use guest::{Channel, Failure, Launcher};
+use guest::{Failure, GuestChannel, Launcher};
 
 use crate::channel::Lines;
 use crate::deadline::Deadline;
@@ -25,7 +25,7 @@ pub(crate) struct Helper {
 }
 
 impl Launcher for Helper {
-    fn launch(&self, program: &Program) -> Result<Box<dyn Channel>, Failure> {
+    fn launch(&self, program: &Program) -> Result<Box<dyn GuestChannel>, Failure> {
         if !program.folder.is_absolute() {
             return Err(not_started(format!("an absolute folder expected, got {}", program.folder.display())));
         }
@@ -56,16 +56,16 @@ impl Helper {
     fn start(&self, spec: &Spec, deadline: &Deadline) -> Result<(Process, PipeWriter, PipeReader, Level), Failure> {
         let (their_input, input) = pipe().map_err(not_started)?;
         let (output, their_output) = pipe().map_err(not_started)?;
-        let (control, theirs) = UnixStream::pair().map_err(not_started)?;
+        let (control, their_stream) = UnixStream::pair().map_err(not_started)?;
         let child = Command::new(&self.program)
             .args(&self.leading)
             .env_clear()
             .process_group(0)
             .stdin(their_input)
             .stdout(their_output)
-            .stderr(OwnedFd::from(theirs))
+            .stderr(OwnedFd::from(their_stream))
             .spawn()
-            .map_err(|why| not_started(format!("{}: {why}", self.program.display())))?;
+            .map_err(|error| not_started(format!("{}: {error}", self.program.display())))?;
         let mut process = Process { child, control };
         let level = process.begin(spec, deadline)?;
         Ok((process, input, output, level))

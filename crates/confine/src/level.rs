@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Confinement of guests on a machine, part by part.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Level {
-    /// Users, processes, mounts and names of its own: a guest sees no other process, writes to no file of the machine, and leaves no process.
+    /// Its own users, processes, mounts and names: a guest sees no other process, writes to no file of the machine, and leaves no process.
     pub namespaces: bool,
-    /// No way to a network: a loopback interface of its own, or no sockets at all.
+    /// No way to a network: its own loopback interface, or no sockets at all.
     pub network: bool,
     /// A filter of system calls that guests have no use for.
     pub seccomp: bool,

@@ -7,7 +7,7 @@
 //! of a guest survives its channel, or a launcher that is killed. [`level()`] says how much of this a machine gives.
 //!
 //! Not hidden from a guest: files that its user may read, outside of `/proc`, `/dev`, `/run`, temporary folders and the folder that its
-//! launcher hides. It can tell them to the launcher, and to whoever reads a named pipe that its user may write.
+//! launcher hides. It can tell them to the launcher, and to any process that reads a named pipe that its user may write.
 
 mod channel;
 mod deadline;
@@ -29,7 +29,7 @@ pub fn as_service() -> Vec<String> {
     ["service", "confine"].map(str::to_owned).to_vec()
 }
 
-/// Starts guests by means of the program `helper`, which calls [`inside::main`] when its arguments are those of `leading`: for holdsafe,
+/// Starts guests by means of the program `helper`, which calls [`inside::main`] when its arguments are as of `leading`: for holdsafe,
 /// [`as_service`]. A guest sees the folder `hidden` empty.
 pub fn launcher(helper: PathBuf, leading: Vec<String>, hidden: Option<PathBuf>) -> Arc<dyn Launcher> {
     Arc::new(launch::Helper { program: helper, leading, hidden })

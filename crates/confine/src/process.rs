@@ -33,7 +33,7 @@ impl Process {
         let mut line = serde_json::to_string(spec).map_err(not_started)?;
         line.push('\n');
         self.control.set_write_timeout(Some(deadline.left())).map_err(not_started)?;
-        // A helper that failed before it read says so all the same.
+        // A helper that failed before it read reports it all the same.
         let written = self.control.write_all(line.as_bytes());
         match self.report(deadline.left()) {
             Some(Report::Started(level)) => Ok(level),
@@ -47,12 +47,12 @@ impl Process {
     }
 
     /// The next report within this time. The text of a helper that failed otherwise is the reason of a start that was none.
-    fn report(&mut self, within: Duration) -> Option<Report> {
-        self.control.set_read_timeout(Some(within.max(Duration::from_millis(1)))).ok()?;
+    fn report(&mut self, limit: Duration) -> Option<Report> {
+        self.control.set_read_timeout(Some(limit.max(Duration::from_millis(1)))).ok()?;
         let line = spec::line(&mut self.control).ok()??;
         Some(
             serde_json::from_str(&line)
-                .unwrap_or_else(|_| Report::NotStarted(format!("the helper failed: {}", said(&line)))),
+                .unwrap_or_else(|_| Report::NotStarted(format!("the helper failed: {}", guest_line(&line)))),
         )
     }
 
@@ -65,7 +65,7 @@ impl Process {
             report = self.report(GRACE);
         }
         match report {
-            Some(Report::Ended { how, words }) => (how, said(&words)),
+            Some(Report::Ended { how, words }) => (how, guest_line(&words)),
             Some(Report::NotStarted(why)) => (Some(why), String::new()),
             Some(Report::Started(_)) | None => (None, String::new()),
         }
@@ -87,7 +87,7 @@ impl Drop for Process {
 }
 
 /// A guest's words on one line without control characters, the last line first: that of a traceback has the reason.
-fn said(words: &str) -> String {
+fn guest_line(words: &str) -> String {
     let plain = |line: &str| line.chars().map(plain::shown).collect::<String>();
     let lines: Vec<String> =
         words.lines().map(|line| plain(line).trim().to_owned()).filter(|line| !line.is_empty()).collect();
@@ -99,6 +99,6 @@ fn said(words: &str) -> String {
 }
 
 /// A start that was none, and why.
-pub(crate) fn not_started(why: impl ToString) -> Failure {
-    Failure::new(Fault::NotStarted, why.to_string())
+pub(crate) fn not_started(reason: impl ToString) -> Failure {
+    Failure::new(Fault::NotStarted, reason.to_string())
 }

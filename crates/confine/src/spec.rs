@@ -61,6 +61,6 @@ pub(crate) fn line(stream: &mut impl Read) -> io::Result<Option<String>> {
             Err(why) => return Err(why),
         }
     }
-    // A helper that panics says so here, without the report's form.
+    // A helper that panics reports it here, without the report's form.
     Ok((!line.is_empty()).then(|| String::from_utf8_lossy(&line).into_owned()))
 }

@@ -11,7 +11,7 @@ use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::report::ReportedTrack;
 use wire::time::{Age, Instant, Span};
 
-/// So many periods without a word, and a source counts as gone: two seconds at ten reports a second.
+/// A given number of periods without a word, and a source counts as gone: two seconds at ten reports a second.
 const LOST_AFTER_PERIODS: u64 = 20;
 
 /// The age from which a unit counts as gone, from the rate at which it reports: never before it is shown as stale.
@@ -26,7 +26,7 @@ fn late_after(bounds: &Bounds) -> Span {
 
 /// Age limits behind the labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct AgeLimits {
     /// Oldest that is shown as fresh: *Tf*.
     pub fresh: Span,
     /// Oldest that is shown as late: *Tf* and two periods of telemetry.
@@ -37,7 +37,7 @@ pub struct Limits {
     pub age_out: bool,
 }
 
-impl Limits {
+impl AgeLimits {
     /// The limits of a platform under a policy.
     pub fn new(bounds: &Bounds, policy: &Policy) -> Self {
         Self {
@@ -78,7 +78,7 @@ impl<T: Clone> Aged<T> {
     }
 
     /// The value as it may be drawn at `now`.
-    pub fn at(&self, now: Instant, limits: &Limits) -> Labelled<T> {
+    pub fn label_at(&self, now: Instant, limits: &AgeLimits) -> Labelled<T> {
         let (age, freshness) = match self.before {
             before if !limits.age_out => (before.unwrap_or_default(), Freshness::Fresh),
             Some(before) => {
@@ -98,7 +98,7 @@ impl<T: Clone> Aged<T> {
     }
 
     /// Time at which the label changes next after `now`; `None` when it stays.
-    pub fn changes(&self, now: Instant, limits: &Limits) -> Option<Instant> {
+    pub fn changes(&self, now: Instant, limits: &AgeLimits) -> Option<Instant> {
         let before = self.before.filter(|_| limits.age_out)?;
         let age = now.since(self.arrived) + before;
         let next = [limits.fresh, limits.late, limits.stale].into_iter().find(|limit| age <= *limit)?;
@@ -110,7 +110,7 @@ impl<T: Clone> Aged<T> {
 
 impl Aged<()> {
     /// Another value of the same age.
-    pub fn with<T>(&self, value: T) -> Aged<T> {
+    pub fn with_value<T>(&self, value: T) -> Aged<T> {
         Aged { value, arrived: self.arrived, before: self.before }
     }
 }
@@ -131,14 +131,14 @@ pub struct Labelled<T> {
 }
 
 impl<T> Labelled<T> {
-    /// The same value `by` later, with no message in between: older, and no fresher.
+    /// The value `delay` later, with no message in between: older, and no fresher.
     #[must_use]
-    pub(crate) fn older(self, by: Span, limits: &Limits) -> Self {
+    pub(crate) fn older(self, delay: Span, limits: &AgeLimits) -> Self {
         // Where values do not age, only what is lost does.
         if !limits.age_out && self.freshness != Freshness::Lost {
             return self;
         }
-        let age = self.age + by;
+        let age = self.age + delay;
         Self { age, freshness: self.freshness.max(limits.label(age)), ..self }
     }
 

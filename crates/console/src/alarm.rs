@@ -15,8 +15,8 @@ pub enum Priority {
 }
 
 impl Priority {
-    /// Of this alarm.
-    pub fn of(alarm: &Alarm) -> Self {
+    /// Priority of this alarm.
+    pub fn from_alarm(alarm: &Alarm) -> Self {
         match alarm {
             Alarm::HoldSafe(_) | Alarm::Silent(_) | Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) => Priority::High,
             Alarm::Degraded(_)

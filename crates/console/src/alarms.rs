@@ -2,7 +2,7 @@
 //!
 //! An alarm's condition follows from the shown values alone. An alarm that ends by itself stays listed until it is
 //! acknowledged, and one that begins again has to be acknowledged again. An alarm about a past event (an order, a lost
-//! session) has no end of its own: acknowledging it ends it.
+//! session) does not end by itself: acknowledging it ends it.
 
 use wire::event::Freshness;
 use wire::mode::Mode;
@@ -19,7 +19,7 @@ use crate::skew::Rate;
 pub const MAX_ALARMS: usize = 320;
 
 /// True if it is about something that happened, not about something that is so.
-fn once(alarm: &Alarm) -> bool {
+fn is_event(alarm: &Alarm) -> bool {
     match alarm {
         Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => true,
         Alarm::HoldSafe(_)
@@ -44,9 +44,9 @@ struct Raised {
 }
 
 impl Raised {
-    /// True if the alarm can be removed. It is kept while its subject is shown, so that it is not raised anew.
+    /// True if the alarm can be removed. It is kept while its subject is shown, so that it is not raised again.
     fn done(&self) -> bool {
-        self.shown.acknowledged && once(&self.shown.alarm)
+        self.shown.acknowledged && is_event(&self.shown.alarm)
     }
 }
 
@@ -64,19 +64,24 @@ impl Alarms {
             raised.stood = core::mem::take(&mut raised.shown.standing);
         }
         for condition in conditions(shown) {
-            if self.stands(shown.at, condition) {
+            if self.raise(shown.at, condition) {
                 history.note(shown.at, Incident::Raised(condition.0));
             }
         }
-        let over = self.raised.iter().filter(|r| r.stood && !r.shown.standing && !once(&r.shown.alarm));
-        over.for_each(|r| history.note(shown.at, Incident::Over(r.shown.alarm)));
+        let raiseds = self.raised.iter().filter(|r| r.stood && !r.shown.standing && !is_event(&r.shown.alarm));
+        raiseds.for_each(|r| history.note(shown.at, Incident::Over(r.shown.alarm)));
         self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
     }
 
-    /// True if it stands anew.
-    fn stands(&mut self, now: Instant, (alarm, occurrence): Condition) -> bool {
-        let shown =
-            ShownAlarm { alarm, priority: Priority::of(&alarm), since: now, standing: true, acknowledged: false };
+    /// True if it stands again.
+    fn raise(&mut self, now: Instant, (alarm, occurrence): Condition) -> bool {
+        let shown = ShownAlarm {
+            alarm,
+            priority: Priority::from_alarm(&alarm),
+            since: now,
+            standing: true,
+            acknowledged: false,
+        };
         let new = Raised { shown, occurrence, stood: false };
         let room = self.raised.len() < MAX_ALARMS;
         match self.raised.iter_mut().find(|raised| raised.shown.alarm == alarm) {
@@ -157,7 +162,7 @@ fn of_unit(unit: &ShownUnit, standing: &mut Vec<Condition>) {
         Freshness::Lost => standing.push((Alarm::Silent(unit.unit), 0)),
         Freshness::Fresh | Freshness::Late => {}
     }
-    if unit.clock.is_some_and(Rate::beyond) {
+    if unit.clock.is_some_and(Rate::exceeds_drift) {
         standing.push((Alarm::ClockRuns(unit.unit), 0));
     }
     standing.extend(unit.lost.iter().map(|lost| {

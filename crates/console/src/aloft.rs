@@ -7,7 +7,7 @@ use wire::time::Span;
 
 use crate::shown::State;
 
-/// Height from which on kilometres are told, metres.
+/// Height from which on kilometres are reported, metres.
 const HIGH_M: f64 = 10_000.0;
 
 /// A speed, mm/s, in metres a second; a speed that rounds to zero has no sign.
@@ -54,10 +54,10 @@ fn turned(attitude: Attitude, orbits: bool) -> String {
     format!("{}, {}", part("nose", nose, ["up", "down"]), part("bank", bank, ["left", "right"]))
 }
 
-fn planned(of: ReportedContact, age: Span) -> String {
+fn planned(contact: ReportedContact, age: Span) -> String {
     let seconds = |span: Span| format!("{:.0} s", (span.0 - age.0) as f64 / 1e6);
-    match of.next {
-        _ if of.left > age => format!("contact for {}", seconds(of.left)),
+    match contact.next {
+        _ if contact.left > age => format!("contact for {}", seconds(contact.left)),
         Some(next) if next > age => format!("next contact in {}", seconds(next)),
         Some(_) => "contact is due".to_owned(),
         None => "no other contact planned".to_owned(),
@@ -70,14 +70,14 @@ mod tests {
 
     #[test]
     fn attitude_is_told_as_operators_know_it() {
-        let about = |x: f64, y: f64, degrees: f64| {
+        let attitude = |x: f64, y: f64, degrees: f64| {
             let (sin, cos) = libm::sincos(degrees.to_radians() / 2.0);
             Attitude::new([cos, sin * x, sin * y, 0.0])
         };
-        assert_eq!(turned(about(0.0, 1.0, 12.0), false), "nose 12° down, bank level");
-        assert_eq!(turned(about(1.0, 0.0, -7.0), false), "nose level, bank 7° left");
-        assert_eq!(turned(about(1.0, 0.0, 180.0), true), "0° off nadir");
-        assert_eq!(turned(about(1.0, 0.0, 150.0), true), "30° off nadir");
+        assert_eq!(turned(attitude(0.0, 1.0, 12.0), false), "nose 12° down, bank level");
+        assert_eq!(turned(attitude(1.0, 0.0, -7.0), false), "nose level, bank 7° left");
+        assert_eq!(turned(attitude(1.0, 0.0, 180.0), true), "0° off nadir");
+        assert_eq!(turned(attitude(1.0, 0.0, 150.0), true), "30° off nadir");
     }
 
     #[test]
@@ -87,10 +87,10 @@ mod tests {
 
     #[test]
     fn contact_is_told_by_the_plan_in_silence() {
-        let of = |left, next: Option<u64>| ReportedContact { left: Span::s(left), next: next.map(Span::s) };
-        assert_eq!(planned(of(12, Some(42)), Span::s(2)), "contact for 10 s");
-        assert_eq!(planned(of(12, Some(42)), Span::s(15)), "next contact in 27 s");
-        assert_eq!(planned(of(12, Some(42)), Span::s(43)), "contact is due");
-        assert_eq!(planned(of(12, None), Span::s(13)), "no other contact planned");
+        let contact = |left, next: Option<u64>| ReportedContact { left: Span::s(left), next: next.map(Span::s) };
+        assert_eq!(planned(contact(12, Some(42)), Span::s(2)), "contact for 10 s");
+        assert_eq!(planned(contact(12, Some(42)), Span::s(15)), "next contact in 27 s");
+        assert_eq!(planned(contact(12, Some(42)), Span::s(43)), "contact is due");
+        assert_eq!(planned(contact(12, None), Span::s(13)), "no other contact planned");
     }
 }

@@ -7,7 +7,7 @@ use wire::time::{Instant, Span};
 
 use crate::shown::{Shown, ShownUnit};
 
-/// The longest that a display goes without being told again.
+/// Longest time without a new report of a display.
 pub const REPEAT: Span = Span::ms(200);
 
 /// The part of the display that counts as a change.
@@ -32,9 +32,9 @@ pub struct Witness {
 
 impl Witness {
     /// The events that are due for the values shown now.
-    pub fn tell(&mut self, shown: &Shown) -> Vec<Event> {
+    pub fn events_due(&mut self, shown: &Shown) -> Vec<Event> {
         let mut events: Vec<Event> = shown.units.iter().filter_map(|unit| self.unit(shown.at, unit)).collect();
-        let commands = shown.commands.iter().map(|command| (command.id, command.life.told())).collect();
+        let commands = shown.commands.iter().map(|command| (command.id, command.life.shown_as())).collect();
         let before = std::mem::replace(&mut self.commands, commands);
         let changed = self.commands.iter().filter(|now| !before.contains(now));
         events.extend(changed.map(|(command, shown)| Event::CommandShown { command: *command, shown: *shown }));
@@ -44,12 +44,12 @@ impl Witness {
         events
     }
 
-    fn unit(&mut self, at: Instant, shown: &ShownUnit) -> Option<Event> {
+    fn unit(&mut self, time: Instant, shown: &ShownUnit) -> Option<Event> {
         let face = face(shown);
         match self.units.iter_mut().find(|(unit, ..)| *unit == shown.unit) {
-            Some((_, told, last)) if *last == face && at.since(*told) < REPEAT => return None,
-            Some((_, told, last)) => (*told, *last) = (at, face),
-            None => self.units.push((shown.unit, at, face)),
+            Some((_, told, last)) if *last == face && time.since(*told) < REPEAT => return None,
+            Some((_, told, last)) => (*told, *last) = (time, face),
+            None => self.units.push((shown.unit, time, face)),
         }
         Some(Event::Displayed {
             unit: shown.unit,

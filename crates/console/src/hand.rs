@@ -41,7 +41,7 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// Reads an act. Its number counts from then on, whatever comes of it.
+    /// Reads an act. Its number counts from then on, whatever its result.
     pub fn read(&mut self, bytes: &[u8]) -> Result<Numbered, Unable> {
         let numbered: Numbered = codec::decode(bytes, MAX_ACT).map_err(|_| Unable::Malformed)?;
         if numbered.serial <= self.last {
@@ -64,8 +64,9 @@ impl Hand {
             Act::Confirm(order, reason) => self.confirm(order, reason, shown),
             Act::Withdraw => self.withdraw(),
             Act::Acknowledge(alarm, since) => {
-                let stands = |a: &&crate::alarm::ShownAlarm| a.alarm == alarm && a.since == since && !a.acknowledged;
-                shown.alarms.iter().find(stands).map(|_| Consequence::Note(alarm, since)).ok_or(Unable::NoAlarm)
+                let is_standing =
+                    |a: &&crate::alarm::ShownAlarm| a.alarm == alarm && a.since == since && !a.acknowledged;
+                shown.alarms.iter().find(is_standing).map(|_| Consequence::Note(alarm, since)).ok_or(Unable::NoAlarm)
             }
         }
     }
@@ -105,7 +106,7 @@ impl Hand {
     }
 
     /// Links the person's order to its signed intent.
-    pub fn given(&mut self, intent: IntentHash) {
+    pub fn link_intent(&mut self, intent: IntentHash) {
         if self.confirmed.len() >= MAX_COMMANDS {
             self.confirmed.pop_front();
         }
@@ -123,10 +124,10 @@ impl Hand {
     /// Drops the prepared order once its time is over or one of its interlocks fails.
     pub fn lapse(&mut self, shown: &Shown) -> Option<(Order, Unable)> {
         let Prepared { serial, order, until, .. } = self.prepared?;
-        let why = if shown.at >= until { Unable::Lapsed } else { shown.unable(&order)? };
+        let refusal = if shown.at >= until { Unable::Lapsed } else { shown.unable(&order)? };
         self.prepared = None;
-        self.answer(Answer { serial, at: shown.at, act: Some(Act::Prepare(order)), outcome: Err(why) });
-        Some((order, why))
+        self.answer(Answer { serial, at: shown.at, act: Some(Act::Prepare(order)), outcome: Err(refusal) });
+        Some((order, refusal))
     }
 
     /// Keeps an answer to be shown.
@@ -139,8 +140,8 @@ impl Hand {
 
     /// The last act gave this command.
     pub fn gave(&mut self, command: CommandId) {
-        if let Some(Answer { outcome: Ok(given), .. }) = self.answers.back_mut() {
-            *given = Some(command);
+        if let Some(Answer { outcome: Ok(ok), .. }) = self.answers.back_mut() {
+            *ok = Some(command);
         }
     }
 
@@ -176,9 +177,9 @@ mod tests {
     fn staged_orders_are_kept_up_to_their_bound() {
         let mut hand = Hand::default();
         for n in 0..MAX_COMMANDS as u8 + 3 {
-            let kept = hand.confirmed.len();
-            hand.given([n; 32]);
-            assert_eq!(hand.confirmed.len(), (kept + 1).min(MAX_COMMANDS));
+            let confirmations = hand.confirmed.len();
+            hand.link_intent([n; 32]);
+            assert_eq!(hand.confirmed.len(), (confirmations + 1).min(MAX_COMMANDS));
         }
         assert_eq!(
             (hand.confirmed.front(), hand.confirmed.back()),

@@ -37,7 +37,7 @@ impl Incident {
     /// Priority, if the event is a raised alarm.
     pub fn priority(&self) -> Option<Priority> {
         match self {
-            Incident::Raised(alarm) => Some(Priority::of(alarm)),
+            Incident::Raised(alarm) => Some(Priority::from_alarm(alarm)),
             Incident::Mode(..) | Incident::Ordered(..) | Incident::Over(_) | Incident::Acknowledged(_) => None,
         }
     }
@@ -108,13 +108,13 @@ impl History {
     /// Keeps one more. Where there is no room the oldest entry goes of the unit or link with the most entries, so that
     /// a busy one displaces only its own events.
     pub fn note(&mut self, at: Instant, what: Incident) {
-        let kept = Arc::make_mut(&mut self.kept);
-        kept.push_back(Past { at, what });
-        if kept.len() > MAX_PAST {
-            let mut of = BTreeMap::<_, usize>::new();
-            kept.iter().for_each(|past| *of.entry(past.what.subject()).or_default() += 1);
-            let oldest = (0..kept.len()).rev().max_by_key(|n| of.get(&kept[*n].what.subject()));
-            oldest.and_then(|oldest| kept.remove(oldest));
+        let pasts = Arc::make_mut(&mut self.kept);
+        pasts.push_back(Past { at, what });
+        if pasts.len() > MAX_PAST {
+            let mut map = BTreeMap::<_, usize>::new();
+            pasts.iter().for_each(|past| *map.entry(past.what.subject()).or_default() += 1);
+            let oldest = (0..pasts.len()).rev().max_by_key(|n| map.get(&pasts[*n].what.subject()));
+            oldest.and_then(|oldest| pasts.remove(oldest));
             self.more = self.more.saturating_add(1);
         }
     }

@@ -14,16 +14,16 @@ pub struct HostWait {
 }
 
 impl HostWait {
-    /// The launcher told at `now` of a wait.
+    /// The launcher reported a wait at `now`.
     pub fn note(&mut self, now: Instant, wait: Span) {
-        if self.at(now).is_none_or(|longest| wait >= longest) {
+        if self.longest_wait(now).is_none_or(|longest| wait >= longest) {
             self.longest = Some((now, wait));
         }
     }
 
-    /// The longest wait that was told in the ten seconds before `now`.
-    pub fn at(&self, now: Instant) -> Option<Span> {
-        self.longest.filter(|(told, _)| now.since(*told) < SHOWN_FOR).map(|(_, wait)| wait)
+    /// The longest wait that was reported in the ten seconds before `now`.
+    pub fn longest_wait(&self, now: Instant) -> Option<Span> {
+        self.longest.filter(|(time, _)| now.since(*time) < SHOWN_FOR).map(|(_, wait)| wait)
     }
 }
 
@@ -35,13 +35,13 @@ mod tests {
     fn the_longest_wait_is_shown_for_ten_seconds() {
         let [first, second] = [Instant(0) + Span::s(1), Instant(0) + Span::s(5)];
         let mut wait = HostWait::default();
-        assert_eq!(wait.at(first), None);
+        assert_eq!(wait.longest_wait(first), None);
         wait.note(first, Span::ms(120));
         wait.note(second, Span::ms(60));
-        assert_eq!(wait.at(second), Some(Span::ms(120)));
+        assert_eq!(wait.longest_wait(second), Some(Span::ms(120)));
         let past = first + SHOWN_FOR;
-        assert_eq!(wait.at(past), None);
+        assert_eq!(wait.longest_wait(past), None);
         wait.note(past, Span::ms(60));
-        assert_eq!(wait.at(past), Some(Span::ms(60)));
+        assert_eq!(wait.longest_wait(past), Some(Span::ms(60)));
     }
 }

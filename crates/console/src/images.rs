@@ -15,10 +15,10 @@ use wire::refusal::Refusal;
 use wire::report::Report;
 use wire::time::{Age, Instant};
 
-use crate::age::{Aged, Labelled, Limits};
+use crate::age::{AgeLimits, Aged, Labelled};
 use crate::sidecar::{Image, Sight};
 
-/// Crops of one unit that wait for a report: those of two tracks.
+/// Crops of one unit that wait for a report: crops of two tracks.
 const WAITING: usize = 2 * CAMERAS;
 
 /// One track in the images of its unit's cameras.
@@ -56,8 +56,8 @@ impl Gallery {
 
     /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer reports.
     pub fn vouched(&mut self, report: &Report, arrived: Instant, age: Option<Age>) {
-        let reported = |of: TrackId| report.tracks.iter().any(|track| track.id == of);
-        self.shown.retain(|((boot, of), _)| *boot == report.boot && reported(*of));
+        let reported = |id: TrackId| report.tracks.iter().any(|track| track.id == id);
+        self.shown.retain(|((boot, id), _)| *boot == report.boot && reported(*id));
         let Some(pictured) = report.pictured.as_ref().filter(|pictured| reported(pictured.track)) else { return };
         let found = |hash: &CropHash| self.waiting.iter().find(|(known, _)| known == hash).map(|(_, crop)| crop);
         let Some(crops) = pictured.crops.iter().map(found).collect::<Option<Vec<_>>>() else { return };
@@ -66,13 +66,13 @@ impl Gallery {
         let images = Images { track, scale, sights: crops.into_iter().map(sight).collect() };
         // So one that is vouched for again is found no more, and its image stays with the age that it has.
         self.waiting.retain(|(hash, _)| !pictured.crops.contains(hash));
-        self.shown.retain(|((_, of), _)| *of != track);
-        self.shown.push(((report.boot, track), Aged::new(images, arrived, age.map(|age| age.after(pictured.age)))));
+        self.shown.retain(|((_, id), _)| *id != track);
+        self.shown.push(((report.boot, track), Aged::new(images, arrived, age.map(|age| age.plus(pictured.age)))));
     }
 
     /// The images shown at `now`; none as old as a unit that is lost.
-    pub fn shown(&self, now: Instant, limits: &Limits) -> Vec<Labelled<Images>> {
-        let images = self.shown.iter().map(|(_, images)| images.at(now, limits));
+    pub fn shown(&self, now: Instant, limits: &AgeLimits) -> Vec<Labelled<Images>> {
+        let images = self.shown.iter().map(|(_, images)| images.label_at(now, limits));
         images.filter(|images| images.freshness() != Freshness::Lost).collect()
     }
 }

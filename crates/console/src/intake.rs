@@ -74,12 +74,12 @@ impl Intake {
         }
         // Both clocks are this host's; a reception that lies ahead of us still cannot make the report younger.
         let on_the_way = Age::on_one_host(message.received, now);
-        let claimed = message.age.map(|before| on_the_way.after(before));
+        let claimed = message.age.map(|before| on_the_way.plus(before));
         // The echo in the report is the unit's only once the report is; until then it counts for this report alone.
         let mut ages = self.ages.get(&message.unit).cloned();
-        let own = ages.as_mut().and_then(|ages| bound(ages, &decoded, now));
+        let own_age = ages.as_mut().and_then(|ages| bound(ages, &decoded, now));
         let age = match self.policy.display(DisplayRule::Watch) {
-            Requirement::Required => claimed.zip(own).map(|(claimed, own)| claimed.max(own)),
+            Requirement::Required => claimed.zip(own_age).map(|(claimed, own_age)| claimed.max(own_age)),
             Requirement::Waived => claimed,
         };
         let checks = self.display.checks();
@@ -94,17 +94,17 @@ impl Intake {
         Ok(accepted)
     }
 
-    /// An acknowledgement of a command that `given` knows by its signed intent, with its id and its addressee.
+    /// An acknowledgement of a command that `find` knows by its signed intent, with its id and its addressee.
     pub fn acknowledgement(
         &self,
         now: Instant,
         bytes: &[u8],
-        given: impl FnOnce(&IntentHash) -> Option<(CommandId, UnitId)>,
+        find: impl FnOnce(&IntentHash) -> Option<(CommandId, UnitId)>,
     ) -> Result<Accepted<Ack>, Refusal> {
         let decoded = Decoded::<SignedStatement<'_, Ack>>::parse_statement(now, bytes)?;
         let (expected, intent) = decoded.claimed();
-        let (id, unit) = given(&intent).ok_or(Refusal::Confirmation { expected })?;
-        decoded.by_signer(&self.policy, unit.node(), &self.keys)?.about(id, &intent)
+        let (id, unit) = find(&intent).ok_or(Refusal::Confirmation { expected })?;
+        decoded.by_signer(&self.policy, unit.node(), &self.keys)?.about_intent(id, &intent)
     }
 }
 

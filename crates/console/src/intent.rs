@@ -1,6 +1,6 @@
 //! The operator's signature: intents and confirmations, made of displayed values only.
 //!
-//! The operator's key is here and nowhere else. Each intent has an id of its own, so that it can be executed once at
+//! The operator's key is here and nowhere else. Each intent has its own id, so that it can be executed once at
 //! most, and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is; where it rests on a track,
 //! also the hash of the report that showed it. Deciding when to give one is left to `operator`.
 
@@ -55,7 +55,7 @@ impl Issuer {
         Self { key, operator, last: (boot, Sequence(0)), heard: BTreeMap::new() }
     }
 
-    /// The same pen in a forked world.
+    /// Copy of the pen for a forked world.
     #[must_use]
     pub fn fork(&self) -> Self {
         Self { key: self.key.fork(), operator: self.operator, last: self.last, heard: self.heard.clone() }
@@ -64,7 +64,7 @@ impl Issuer {
     /// `unit` reports this as the last command it heard. If it is of our name and beyond our own, another holder of our key
     /// exists, or we have restarted: we continue above it, because the unit ignores anything below. This holds for this
     /// unit alone: one unit's report must not shut the operator out of another.
-    pub fn after(&mut self, unit: UnitId, heard: CommandId) {
+    pub fn skip_past(&mut self, unit: UnitId, heard: CommandId) {
         let place = (heard.boot, heard.sequence);
         if heard.operator == self.operator && place > self.given_to(unit) {
             self.heard.insert(unit, place);

@@ -45,7 +45,7 @@ impl Predicate {
     }
 
     /// Its name, value and limit.
-    pub fn told(&self) -> String {
+    pub fn describe(&self) -> String {
         if self.value.is_empty() { self.name.to_owned() } else { format!("{} ({})", self.name, self.measured()) }
     }
 
@@ -72,16 +72,16 @@ impl Shown {
                 }
             }
             Order::Revoke(who) => {
-                let known = self.revocable.iter().find(|(of, _)| of == who);
+                let known = self.revocable.iter().find(|(node, _)| node == who);
                 all.push(Predicate::new(
                     "revocation",
                     known.is_some(),
                     if known.is_some() { "at hand" } else { "none" },
                     "",
                 ));
-                let asked = known.is_some_and(|(_, asked)| *asked);
+                let requested = known.is_some_and(|(_, requested)| *requested);
                 all.push(
-                    Predicate::new("not yet asked for", !asked, if asked { "asked" } else { "no" }, "")
+                    Predicate::new("not yet asked for", !requested, if requested { "asked" } else { "no" }, "")
                         .or(Unable::Pending),
                 );
             }
@@ -95,8 +95,9 @@ impl Shown {
     }
 
     fn none_under_way(&self, unit: UnitId, kind: CommandKind) -> Predicate {
-        let same = self.commands.iter().find(|given| given.unit == unit && given.kind == kind && given.under_way());
-        let value = same.map_or("none".to_owned(), |given| given.id.to_string());
+        let same =
+            self.commands.iter().find(|command| command.unit == unit && command.kind == kind && command.under_way());
+        let value = same.map_or("none".to_owned(), |command| command.id.to_string());
         Predicate::new("same order under way", same.is_none(), value, "none").or(Unable::Pending)
     }
 
@@ -134,9 +135,9 @@ impl ShownUnit {
         let (state, _) = self.state.get();
         let suite = state.suite();
         let guard = |guard: Guard| {
-            let holds = !state.failing.has(guard);
-            let measured = state.measured.of(guard);
-            let (known, (value, limit)) = match Limit::of(guard, bounds) {
+            let holds = !state.failing.contains(guard);
+            let measured = state.measured.value(guard);
+            let (known, (value, limit)) = match Limit::for_guard(guard, bounds) {
                 Some(limit) => (measured.is_some(), judged((guard, suite), holds, measured, limit)),
                 None if guard == Guard::Teammates => (true, (claims(holds, &state.measured), String::new())),
                 None => (state.authority.is_some(), self.designation(bounds)),
@@ -164,8 +165,8 @@ impl ShownUnit {
     fn designation(&self, bounds: &Bounds) -> (String, String) {
         let (designated, suite) = (self.state.get().0.authority.map(|held| held.track), self.state.get().0.suite());
         let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
-        let nothing = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
-        let Some(track) = track else { return (nothing.to_owned(), String::new()) };
+        let empty_text = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
+        let Some(track) = track else { return (empty_text.to_owned(), String::new()) };
         let least = bounds.designation_bearings_mrad;
         if track.contradicted.count() > 0 {
             (format!("contradicted by {}", modalities(suite, track.contradicted)), "none".to_owned())
@@ -256,8 +257,8 @@ fn judged((guard, suite): (Guard, Suite), holds: bool, value: Option<i32>, limit
         Limit::Age(bound) | Limit::Drift(bound) | Limit::Offset(bound) => words(bound),
     };
     let Some(value) = value else { return ("not known".to_owned(), bound) };
-    let within = !holds && !limit.exceeded(value);
-    match (within, limit) {
+    let is_kept = !holds && !limit.exceeded(value);
+    match (is_kept, limit) {
         (true, Limit::Age(_)) if guard == Guard::Localisation => {
             (format!("{}, fix and {} disagree", words(value), suite.reckoning()), bound)
         }

@@ -62,9 +62,9 @@ use crate::eye::Eye;
 use crate::intake::Intake;
 use crate::intent::Issuer;
 use crate::model::{Model, Station};
-use crate::operator::{MAX_STEPS, Operator, Step};
+use crate::operator::{MAX_STEPS, Operator, ScriptStep};
 use crate::shown::{Marks, Shown};
-use crate::watch::Watch;
+use crate::watch::ChallengeClock;
 
 /// Least time between two pictures in words: with each report that comes there is one.
 const DRAWN: Span = Span::ms(50);
@@ -87,8 +87,8 @@ pub struct ConsoleConfig {
     pub role: Role,
     /// The operator's script, at most [`MAX_STEPS`] steps.
     #[serde(default)]
-    pub script: Vec<Step>,
-    /// Eye of the script's operator; without it the script goes by the machine.
+    pub script: Vec<ScriptStep>,
+    /// Eye of the script's operator; without it the script uses the machine.
     #[serde(default)]
     pub eye: Option<Eye>,
     /// Revocations that the authority signed in advance, by the revoked node.
@@ -118,7 +118,7 @@ pub enum ConsoleError {
 pub struct Console {
     intake: Intake,
     /// Absent where a recording is followed: then the challenges are those that were made.
-    watch: Option<Watch>,
+    watch: Option<ChallengeClock>,
     model: Model,
     witness: Witness,
     operator: Operator,
@@ -155,14 +155,14 @@ impl Console {
             role: config.role,
             marks: Marks { ablation, ..Marks::default() },
             bounds: setup.bounds,
-            revocable: config.revocations.iter().map(|(who, _)| (*who, false)).collect(),
+            revocable: config.revocations.iter().map(|(node, _)| (*node, false)).collect(),
             awaited: config.awaited,
         };
         let issuer = || Issuer::new(setup.key_of(&config.operator_secret), config.operator, setup.boot);
         let operator = Operator::new(config.script, config.eye, setup.bounds.designation_confidence, now);
         let mut console = Self {
             intake: Intake::new(setup.policy.clone(), setup.bounds, keys, gate, &config.units),
-            watch: Some(Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now)),
+            watch: Some(ChallengeClock::new(setup.secret.clone(), setup.boot, &setup.bounds, now)),
             model: Model::new(&config.units, station, &setup.policy),
             witness: Witness::default(),
             look: operator.deadline(now),
@@ -184,7 +184,7 @@ impl Console {
         Ok(console)
     }
 
-    /// The same console in a forked world. No part of its state is bound to a world.
+    /// Copy of the console for a forked world. No part of its state is bound to a world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -225,14 +225,14 @@ impl Console {
     }
 
     fn feed(&mut self, now: Instant, bytes: &[u8]) {
-        let at = Interface::Bus(Topic::Feed);
+        let interface = Interface::Bus(Topic::Feed);
         let message = match self.intake.feed(now, bytes) {
             Ok(accepted) => *accepted.message(),
-            Err(refusal) => return self.refuse(now, at, &refusal),
+            Err(refusal) => return self.refuse(now, interface, &refusal),
         };
         self.model.fed(now);
         match message {
-            Feed::Accepted(report) => return self.report(now, at, &report),
+            Feed::Accepted(report) => return self.report(now, interface, &report),
             Feed::Refused(reason, peer, counted) => self.model.refused_there(now, reason, peer, counted),
             Feed::Session(peer, open) => self.model.session(now, peer, open),
             Feed::Command(intent, stage, why) => self.model.commands_mut().staged(now, &intent, stage, why),
@@ -240,15 +240,15 @@ impl Console {
             Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, None, counted),
             Feed::Crop(unit, crop) => {
                 if let Err(refusal) = self.model.crop(unit, crop) {
-                    return self.refuse(now, at, &refusal);
+                    return self.refuse(now, interface, &refusal);
                 }
             }
         }
-        self.accounts.accepted(at);
+        self.accounts.accepted(interface);
     }
 
     /// A message that carries a report gets one verdict for both.
-    fn report(&mut self, now: Instant, at: Interface, message: &AcceptedReport<'_>) {
+    fn report(&mut self, now: Instant, interface: Interface, message: &AcceptedReport<'_>) {
         match self.intake.report(now, message) {
             Ok(accepted) => {
                 let watched = accepted.message().report.watched;
@@ -257,18 +257,18 @@ impl Console {
                 if let Some((heard, _)) = accepted.message().report.last_command
                     && let Some(issuer) = &mut self.issuer
                 {
-                    issuer.after(message.unit, heard);
+                    issuer.skip_past(message.unit, heard);
                 }
-                self.accounts.accepted(at);
+                self.accounts.accepted(interface);
             }
             Err(refusal) => {
-                self.refuse(now, at, &refusal);
+                self.refuse(now, interface, &refusal);
             }
         }
     }
 
     fn acknowledged(&mut self, now: Instant, bytes: &[u8]) {
-        match self.intake.acknowledgement(now, bytes, |intent| self.model.commands().given(intent)) {
+        match self.intake.acknowledgement(now, bytes, |intent| self.model.commands().find_by_intent(intent)) {
             Ok(accepted) => {
                 self.accounts.accepted(Interface::Acks);
                 let ack = *accepted.message();
@@ -302,7 +302,7 @@ impl Console {
         if self.wishes(now, &shown) {
             shown = self.model.shown(now);
         }
-        for event in self.witness.tell(&shown) {
+        for event in self.witness.events_due(&shown) {
             self.note(now, event);
         }
         self.draw(&shown);
@@ -311,7 +311,7 @@ impl Console {
     }
 
     fn draw(&mut self, shown: &Shown) {
-        if self.text && self.drawn.is_none_or(|at| shown.at.since(at) >= DRAWN) {
+        if self.text && self.drawn.is_none_or(|time| shown.at.since(time) >= DRAWN) {
             self.drawn = Some(shown.at);
             self.out.push_back(Output::Text { text: text::lines(shown), picture: picture::line(shown) });
         }
@@ -322,9 +322,9 @@ impl Console {
         self.journal.sign(now, &mut self.out);
     }
 
-    fn refuse(&mut self, now: Instant, at: Interface, refusal: &Refusal) {
+    fn refuse(&mut self, now: Instant, interface: Interface, refusal: &Refusal) {
         self.model.refused_here(now, refusal.reason());
-        if let Some(event) = self.accounts.refused(at, None, refusal) {
+        if let Some(event) = self.accounts.refused(interface, None, refusal) {
             self.note(now, event);
         }
     }
@@ -359,7 +359,10 @@ impl Core for Console {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        [Some(self.next), self.watch.as_ref().map(Watch::next), self.changes, self.look].into_iter().flatten().min()
+        [Some(self.next), self.watch.as_ref().map(ChallengeClock::next), self.changes, self.look]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     fn output(&mut self) -> Option<Output> {

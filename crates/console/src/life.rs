@@ -39,7 +39,7 @@ impl Giver {
         }
     }
 
-    /// In a sentence.
+    /// Words for a sentence.
     pub fn words(self) -> &'static str {
         match self {
             Giver::Script => "the script",
@@ -106,8 +106,8 @@ impl Life {
         }
     }
 
-    /// As the instrument plane is told.
-    pub fn told(self) -> ShownAs {
+    /// Form for the instrument plane.
+    pub fn shown_as(self) -> ShownAs {
         match self {
             Life::Requested => ShownAs::Requested,
             Life::Staged => ShownAs::Staged,
@@ -248,33 +248,33 @@ impl Commands {
 
     /// It was a person who gave this command.
     pub fn by_person(&mut self, id: CommandId) {
-        self.0.iter_mut().filter(|given| given.shown.id == id).for_each(|given| given.shown.by = Giver::Person);
+        self.0.iter_mut().filter(|command| command.shown.id == id).for_each(|command| command.shown.by = Giver::Person);
     }
 
     /// We confirmed a staged command.
     pub fn released(&mut self, now: Instant, intent: &IntentHash) {
         if self.progress(now, intent, Life::Released)
-            && let Some(given) = self.0.iter_mut().find(|given| given.shown.intent == *intent)
+            && let Some(pending) = self.0.iter_mut().find(|command| command.shown.intent == *intent)
         {
-            given.asked = now;
+            pending.asked = now;
         }
     }
 
     /// The gateway moved a command of ours along.
-    pub fn staged(&mut self, now: Instant, intent: &IntentHash, stage: CommandStage, why: Option<Reason>) {
+    pub fn staged(&mut self, now: Instant, intent: &IntentHash, stage: CommandStage, reason: Option<Reason>) {
         let life = match stage {
             CommandStage::Staged => Life::Staged,
             CommandStage::Sent => Life::Sent,
-            CommandStage::Refused => Life::RefusedByGateway(why),
+            CommandStage::Refused => Life::RefusedByGateway(reason),
             CommandStage::Expired => Life::Expired,
         };
         self.progress(now, intent, life);
     }
 
     /// The id of the command of ours with this intent, and whom it went to.
-    pub fn given(&self, intent: &IntentHash) -> Option<(CommandId, UnitId)> {
-        let given = self.0.iter().find(|given| given.shown.intent == *intent)?;
-        Some((given.shown.id, given.shown.unit))
+    pub fn find_by_intent(&self, intent: &IntentHash) -> Option<(CommandId, UnitId)> {
+        let pending = self.0.iter().find(|command| command.shown.intent == *intent)?;
+        Some((pending.shown.id, pending.shown.unit))
     }
 
     /// A verified acknowledgement. False if it adds no information.
@@ -289,7 +289,7 @@ impl Commands {
 
     /// Marks the commands left unanswered beyond the limit.
     pub fn tick(&mut self, now: Instant) {
-        let overdue = |given: &&mut Given| given.pending() && now.since(given.asked) >= ACK_WITHIN;
+        let overdue = |command: &&mut Given| command.pending() && now.since(command.asked) >= ACK_WITHIN;
         for given in self.0.iter_mut().filter(overdue) {
             given.shown.life = Life::NotAcknowledged;
             given.shown.since = now;
@@ -298,29 +298,29 @@ impl Commands {
 
     /// Time at which one will next be overdue.
     pub fn changes(&self) -> Option<Instant> {
-        self.0.iter().filter(|given| given.pending()).map(|given| given.asked + ACK_WITHIN).min()
+        self.0.iter().filter(|command| command.pending()).map(|command| command.asked + ACK_WITHIN).min()
     }
 
     /// All of them, as drawn.
     pub fn shown(&self) -> Vec<ShownCommand> {
-        self.0.iter().map(|given| given.shown).collect()
+        self.0.iter().map(|command| command.shown).collect()
     }
 
     fn progress(&mut self, now: Instant, intent: &IntentHash, to: Life) -> bool {
-        let Some(given) = self.0.iter_mut().find(|given| given.shown.intent == *intent) else { return false };
-        if to.rank() <= given.shown.life.rank() {
+        let Some(pending) = self.0.iter_mut().find(|command| command.shown.intent == *intent) else { return false };
+        if to.rank() <= pending.shown.life.rank() {
             return false;
         }
-        given.shown.life = to;
-        given.shown.since = now;
-        given.shown.times.reached(now, to);
+        pending.shown.life = to;
+        pending.shown.since = now;
+        pending.shown.times.reached(now, to);
         true
     }
 
     /// A report of `unit` was accepted: does it show a command's intended effect?
     pub fn reported(&mut self, now: Instant, unit: UnitId, report: &Report) {
         let Some((heard, None)) = report.last_command else { return };
-        let of_unit = self.0.iter_mut().map(|given| &mut given.shown).filter(|shown| shown.unit == unit);
+        let of_unit = self.0.iter_mut().map(|command| &mut command.shown).filter(|shown| shown.unit == unit);
         let done =
             |shown: &&mut ShownCommand| shown.due(now) && reached(heard, shown.id) && brought_about(shown.kind, report);
         for shown in of_unit.filter(done) {

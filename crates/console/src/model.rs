@@ -19,7 +19,7 @@ use wire::suite::Suite;
 use wire::time::{Age, Instant, PeerStamp, Span};
 use wire::trust::{Accepted, Bearer, SignedReport};
 
-use crate::age::{Aged, Limits};
+use crate::age::{AgeLimits, Aged};
 use crate::alarms::Alarms;
 use crate::hand::Hand;
 use crate::history::{History, Incident};
@@ -64,7 +64,7 @@ struct Heard {
     product: ProductMode,
     tracks: Vec<Aged<ReportedTrack>>,
     lost: Lost,
-    /// Of its clock in this boot.
+    /// Skew of its clock in this boot.
     skew: Skew,
 }
 
@@ -98,14 +98,14 @@ struct Link {
 #[derive(Clone, Debug)]
 pub struct Model {
     station: Station,
-    limits: Limits,
+    limits: AgeLimits,
     units: Vec<(UnitId, Option<Heard>)>,
     /// Unit by unit.
     galleries: Vec<Gallery>,
     links: BTreeMap<PeerId, Link>,
-    /// The last word of the gateway.
+    /// The last answer of the gateway.
     fed: Option<Aged<()>>,
-    /// By reason, by peer, and whether the console itself refused.
+    /// Refusals by reason, by peer, and whether the console itself refused.
     refusals: BTreeMap<(Reason, Option<PeerId>, bool), Refusals>,
     losses: BTreeMap<PeerId, Losses>,
     commands: Commands,
@@ -118,7 +118,7 @@ pub struct Model {
 /// Refusals of one kind.
 #[derive(Clone, Copy, Debug)]
 struct Refusals {
-    /// In all.
+    /// Refusals altogether.
     all: u64,
     /// As the gateway counted them last, in its boot.
     counted: u64,
@@ -132,7 +132,7 @@ struct Losses {
     boot: Option<Boot>,
     /// As it counted them last, in that boot.
     counted: u32,
-    /// In all.
+    /// Total.
     total: u32,
 }
 
@@ -140,7 +140,7 @@ impl Model {
     /// A model of `units` before any message.
     pub fn new(units: &[UnitId], station: Station, policy: &Policy) -> Self {
         Self {
-            limits: Limits::new(&station.bounds, policy),
+            limits: AgeLimits::new(&station.bounds, policy),
             station,
             units: units.iter().map(|unit| (*unit, None)).collect(),
             galleries: vec![Gallery::default(); units.len()],
@@ -157,7 +157,7 @@ impl Model {
     }
 
     /// The limits that labels follow from.
-    pub fn limits(&self) -> &Limits {
+    pub fn limits(&self) -> &AgeLimits {
         &self.limits
     }
 
@@ -185,15 +185,17 @@ impl Model {
             return false;
         }
         let (arrived, age) = (evidence.received, evidence.age);
-        let mode = |heard: &Heard| heard.state.at(arrived, &self.limits).get().0.mode;
+        let mode = |heard: &Heard| heard.state.label_at(arrived, &self.limits).get().0.mode;
         let same = slot.as_ref().filter(|heard| mode(heard) == report.mode);
         let since = same.map_or(arrived, |heard| heard.since);
         if same.is_none() && slot.is_some() {
-            self.history
-                .note(arrived, Incident::Mode(*unit, report.mode, report.cause, Suite::of(report.motion.as_ref())));
+            self.history.note(
+                arrived,
+                Incident::Mode(*unit, report.mode, report.cause, Suite::from_motion(report.motion.as_ref())),
+            );
         }
         gallery.vouched(report, arrived, age);
-        let older = |by: Span| age.map(|age| age.after(by));
+        let older = |delay: Span| age.map(|age| age.plus(delay));
         let mut skew = match &mut *slot {
             Some(heard) if heard.report.boot == report.boot => core::mem::take(&mut heard.skew),
             _ => Skew::default(),
@@ -228,7 +230,7 @@ impl Model {
     /// It is none, or the unit is not displayed here.
     pub fn crop(&mut self, unit: UnitId, bytes: &[u8]) -> Result<(), Refusal> {
         let mut known = self.units.iter().zip(&mut self.galleries);
-        let (_, gallery) = known.find(|((of, _), _)| *of == unit).ok_or(Refusal::NoUnit { got: unit })?;
+        let (_, gallery) = known.find(|((owner, _), _)| *owner == unit).ok_or(Refusal::NoUnit { got: unit })?;
         gallery.take(bytes)
     }
 
@@ -237,8 +239,8 @@ impl Model {
     pub fn sessions_lost(&mut self, peer: PeerId, boot: Option<Boot>, counted: u32) {
         let known = self.losses.entry(peer).or_default();
         // A peer that has started again counts from nothing.
-        let again = known.boot != boot || counted < known.counted;
-        let more = if again { counted } else { counted - known.counted };
+        let repeated = known.boot != boot || counted < known.counted;
+        let more = if repeated { counted } else { counted - known.counted };
         *known = Losses { boot, counted, total: known.total.saturating_add(more) };
     }
 
@@ -258,7 +260,7 @@ impl Model {
         self.links.insert(peer, Link { open, since: now, heard });
     }
 
-    /// The gateway refused something; it had refused so many for this reason and from this peer by then. One that counts
+    /// The gateway refused something; the count of its refusals for this reason and from this peer by then. One that counts
     /// lower than before has started again.
     pub fn refused_there(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>, counted: u64) {
         let known = self.refusals.entry((reason, peer, false)).or_insert(Refusals { all: 0, counted: 0, last: now });
@@ -277,7 +279,7 @@ impl Model {
         if let Alarm::TrackLost(unit, boot, id) = alarm
             && let Some((_, Some(heard))) = self.units.iter_mut().find(|(u, _)| u == unit)
         {
-            heard.lost.kept.retain(|(of, track, _)| (of, track.id()) != (boot, *id));
+            heard.lost.kept.retain(|(owner, track, _)| (owner, track.id()) != (boot, *id));
         }
         let noted = self.alarms.acknowledge(alarm, since);
         if noted {
@@ -287,16 +289,16 @@ impl Model {
     }
 
     /// An order was given.
-    pub fn ordered(&mut self, now: Instant, order: Order, by: Giver) {
-        self.history.note(now, Incident::Ordered(order, by));
+    pub fn ordered(&mut self, now: Instant, order: Order, giver: Giver) {
+        self.history.note(now, Incident::Ordered(order, giver));
     }
 
-    /// The revocation of `who` was requested: an order on the first request.
-    pub fn revoked(&mut self, now: Instant, who: NodeId, by: Giver) {
-        let first = self.station.revocable.iter_mut().find(|(of, asked)| *of == who && !*asked);
-        if let Some((_, asked)) = first {
-            *asked = true;
-            self.ordered(now, Order::Revoke(who), by);
+    /// The revocation of `node` was requested: an order on the first request.
+    pub fn revoked(&mut self, now: Instant, node: NodeId, giver: Giver) {
+        let first = self.station.revocable.iter_mut().find(|(owner, requested)| *owner == node && !*requested);
+        if let Some((_, requested)) = first {
+            *requested = true;
+            self.ordered(now, Order::Revoke(node), giver);
         }
     }
 
@@ -346,7 +348,7 @@ impl Model {
             at: now,
             operator: self.station.operator,
             role: self.station.role,
-            marks: Marks { host_wait: self.host_wait.at(now), ..self.station.marks.clone() },
+            marks: Marks { host_wait: self.host_wait.longest_wait(now), ..self.station.marks.clone() },
             bounds: self.station.bounds,
             limits: self.limits,
             units: self.units.iter().zip(&self.galleries).filter_map(unit).collect(),
@@ -358,10 +360,10 @@ impl Model {
                 .collect(),
             links: self.links.iter().filter_map(|(peer, link)| self.shown_link(now, *peer, link)).collect(),
             refusals: refusals
-                .map(|((reason, peer, here), refusals)| ShownRefusals {
+                .map(|((reason, peer, local), refusals)| ShownRefusals {
                     reason: *reason,
                     peer: *peer,
-                    here: *here,
+                    here: *local,
                     n: refusals.all,
                     last: refusals.last,
                 })
@@ -379,7 +381,7 @@ impl Model {
     }
 
     fn shown_link(&self, now: Instant, peer: PeerId, link: &Link) -> Option<ShownLink> {
-        let open = self.fed.as_ref()?.with(link.open).at(now, &self.limits);
+        let open = self.fed.as_ref()?.with_value(link.open).label_at(now, &self.limits);
         Some(ShownLink { peer, open, since: link.since, heard: link.heard.map(|heard| now.since(heard)) })
     }
 
@@ -392,9 +394,9 @@ impl Model {
             waived: heard.waived,
             origin: origin(heard),
             since: heard.since,
-            state: heard.state.at(now, &self.limits),
-            pose: heard.pose.at(now, &self.limits),
-            tracks: heard.tracks.iter().map(|track| track.at(now, &self.limits)).collect(),
+            state: heard.state.label_at(now, &self.limits),
+            pose: heard.pose.label_at(now, &self.limits),
+            tracks: heard.tracks.iter().map(|track| track.label_at(now, &self.limits)).collect(),
             images: gallery.shown(now, &self.limits),
             lost: heard
                 .lost

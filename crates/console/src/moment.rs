@@ -15,7 +15,7 @@ pub const MAX_MOMENTS: usize = 256;
 /// One of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moment {
-    /// From the recording's beginning.
+    /// Time since the recording's beginning.
     pub at: Span,
     /// The change or event.
     pub what: String,
@@ -52,13 +52,13 @@ pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
         }
     }
     let known = |alarm: &Alarm| before.alarms.iter().any(|shown| shown.alarm == *alarm);
-    let told = |alarm: &Alarm| matches!(alarm, Alarm::HoldSafe(_) | Alarm::Degraded(_));
-    let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !told(&shown.alarm));
+    let is_mode_alarm = |alarm: &Alarm| matches!(alarm, Alarm::HoldSafe(_) | Alarm::Degraded(_));
+    let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !is_mode_alarm(&shown.alarm));
     changes.extend(raised.map(|shown| alarm::words(&shown.alarm)));
     let new = after.commands.iter().filter(|command| before.command(&command.intent).is_none());
     changes.extend(new.map(|command| {
-        let by = command.by.words();
-        format!("{} to {} given by {by}", command.kind.name(), command.unit)
+        let giver = command.by.words();
+        format!("{} to {} given by {giver}", command.kind.name(), command.unit)
     }));
     changes
 }

@@ -31,7 +31,7 @@ const BETWEEN_TRIES: Span = Span::ms(500);
 /// One step of the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Step {
+pub struct ScriptStep {
     /// Earliest time, in milliseconds from the console's start; absent: when the step before is done.
     #[serde(default)]
     pub at_ms: Option<u64>,
@@ -100,7 +100,7 @@ pub enum Action {
 /// A request of the operator, to be carried out now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Give an intent; its hash is reported to the requester ([`Operator::given`], `hand::Hand::given`).
+    /// Give an intent; its hash is reported to the requester ([`Operator::link_intent`], `hand::Hand::link_intent`).
     Intend {
         /// Step of the script; none where a person wishes it.
         step: Option<usize>,
@@ -135,7 +135,7 @@ enum Progress {
 #[derive(Clone, Debug)]
 pub struct Operator {
     start: Instant,
-    steps: Vec<(Step, Progress)>,
+    steps: Vec<(ScriptStep, Progress)>,
     confidence: u16,
     eye: Option<Eye>,
 }
@@ -143,18 +143,18 @@ pub struct Operator {
 impl Operator {
     /// An operator who starts at `start`; where a step names no confidence, arming asks for this much. One with an eye gives no
     /// order on a track that it sees through.
-    pub fn new(script: Vec<Step>, eye: Option<Eye>, confidence: u16, start: Instant) -> Self {
+    pub fn new(script: Vec<ScriptStep>, eye: Option<Eye>, confidence: u16, start: Instant) -> Self {
         let waiting = Progress::Waiting { not_before: start, tries: 0 };
         Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence, eye }
     }
 
     /// Reads the display and returns the requests.
     pub fn look(&mut self, shown: &Shown) -> Vec<Wish> {
-        (0..self.steps.len()).filter_map(|at| self.step(at, shown)).collect()
+        (0..self.steps.len()).filter_map(|index| self.step(index, shown)).collect()
     }
 
     /// Links the wish of `step` to this signed intent.
-    pub fn given(&mut self, step: usize, intent: IntentHash) {
+    pub fn link_intent(&mut self, step: usize, intent: IntentHash) {
         if let Some((_, progress)) = self.steps.get_mut(step)
             && let Progress::Waiting { tries, .. } = *progress
         {
@@ -164,8 +164,8 @@ impl Operator {
 
     /// Time of the operator's next look without further input.
     pub fn deadline(&self, now: Instant) -> Option<Instant> {
-        let due = (0..self.steps.len()).filter_map(|at| match self.steps[at].1 {
-            Progress::Waiting { not_before, .. } => self.due(at).map(|due| Instant(due.0.max(not_before.0))),
+        let due = (0..self.steps.len()).filter_map(|index| match self.steps[index].1 {
+            Progress::Waiting { not_before, .. } => self.due(index).map(|due| Instant(due.0.max(not_before.0))),
             Progress::Given { .. } | Progress::Done(_) => None,
         });
         due.filter(|due| *due > now).min()
@@ -212,7 +212,7 @@ impl Operator {
                     *progress = Progress::Given { intent, released: true, tries };
                     return (!released).then_some(Wish::Release(intent));
                 }
-                *progress = after(life, now, tries).unwrap_or(*progress);
+                *progress = next_progress(life, now, tries).unwrap_or(*progress);
                 None
             }
         }
@@ -221,9 +221,9 @@ impl Operator {
 
 /// The next progress, from the state of the command; `None`: it is still under way. A command no longer displayed is
 /// complete.
-fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
+fn next_progress(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
     let Some(life) = life else { return Some(Progress::Done(now)) };
-    let again = match life {
+    let repeated = match life {
         Life::Requested | Life::Staged | Life::Released | Life::Sent => return None,
         // The result of a stored command at its time is no reason to ask for it again.
         Life::Stored(_) => false,
@@ -232,10 +232,10 @@ fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
         Life::NotAcknowledged => true,
     };
     let waiting = Progress::Waiting { not_before: now + BETWEEN_TRIES, tries };
-    Some(if again && tries < MAX_TRIES { waiting } else { Progress::Done(now) })
+    Some(if repeated && tries < MAX_TRIES { waiting } else { Progress::Done(now) })
 }
 
-impl Step {
+impl ScriptStep {
     /// The intent, if all that it rests on is displayed as fresh.
     fn wish(&self, step: usize, shown: &Shown, judgement: Judgement<'_>) -> Option<Wish> {
         let unit = shown.unit(self.unit);
@@ -298,7 +298,7 @@ struct Judgement<'a> {
 }
 
 impl Judgement<'_> {
-    /// By the newest image of the track; where sensors are not rendered, as if by the camera's own.
+    /// Visible in the newest image of the track; where sensors are not rendered, as if by the camera's own.
     fn sees_through(&self, unit: &ShownUnit, track: &ReportedTrack) -> bool {
         let image = unit.images.iter().map(|images| images.get().0).find(|images| images.track == track.id);
         self.eye.is_some_and(|eye| eye.sees_through(track, image.map_or(1, |image| image.scale)))

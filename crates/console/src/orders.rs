@@ -1,4 +1,4 @@
-//! From wishes to signed requests: the one way for the script and for a person.
+//! Path from wishes to signed requests: the one way for the script and for a person.
 //!
 //! `hand` judges a person's acts, `operator` decides the script's; signing is left to `intent`.
 
@@ -64,23 +64,23 @@ impl Console {
     fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
             Wish::Intend { step, unit, kind, tag, basis, reason } => {
-                let by = if step.is_some() { Giver::Script } else { Giver::Person };
-                if self.issuer.is_some() || by == Giver::Person {
-                    self.model.ordered(now, Order::Command(unit, kind), by);
+                let giver = if step.is_some() { Giver::Script } else { Giver::Person };
+                if self.issuer.is_some() || giver == Giver::Person {
+                    self.model.ordered(now, Order::Command(unit, kind), giver);
                 }
                 let issued = self.issuer.as_mut()?.intent(unit, basis, (kind, tag), &reason);
                 match step {
-                    Some(step) => self.operator.given(step, issued.intent),
+                    Some(step) => self.operator.link_intent(step, issued.intent),
                     None if kind.towards_safe() => {}
-                    None => self.model.hand().given(issued.intent),
+                    None => self.model.hand().link_intent(issued.intent),
                 }
-                self.model.commands_mut().requested(now, &issued, by);
+                self.model.commands_mut().requested(now, &issued, giver);
                 self.note(now, Event::Intended { command: issued.id, kind, tag });
                 self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
                 return Some(issued.id);
             }
             Wish::Release(intent) => {
-                let (id, _) = self.model.commands().given(&intent)?;
+                let (id, _) = self.model.commands().find_by_intent(&intent)?;
                 let confirmation = self.issuer.as_ref()?.confirmation(id, intent);
                 self.model.commands_mut().released(now, &intent);
                 self.request(now, &Request::Release(confirmation.as_slice().into()));
@@ -98,10 +98,10 @@ impl Console {
         None
     }
 
-    /// Requests the revocation of `who`; revocations are not acknowledged, so the request is repeated with each
+    /// Requests the revocation of `node`; revocations are not acknowledged, so the request is repeated with each
     /// challenge.
-    pub(crate) fn revoke(&mut self, now: Instant, who: NodeId) {
-        if let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() {
+    pub(crate) fn revoke(&mut self, now: Instant, node: NodeId) {
+        if let Some((_, signed)) = self.revocations.iter().find(|(owner, _)| *owner == node).cloned() {
             self.request(now, &Request::Revoke(signed.as_slice().into()));
         }
     }

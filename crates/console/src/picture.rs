@@ -1,14 +1,14 @@
 //! The picture as one JSON object, for programs: `holdsafe watch RUN --json`.
 //!
-//! A view, as [`text`](crate::text) is: it decides and computes no age. Each value that ages stands in an object with its
-//! freshness and its age. The lists are those of [`Shown`], with its bounds.
+//! A view, as [`text`](crate::text) is: it decides and computes no age. Each value that ages is in an object with its
+//! freshness and its age. The lists come from [`Shown`], with its bounds.
 
 use serde_json::{Value, json};
 use wire::report::ReportedTrack;
 use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
-use crate::age::{Labelled, Limits};
+use crate::age::{AgeLimits, Labelled};
 use crate::alarm;
 use crate::shown::{Shown, ShownUnit};
 use crate::skew::Rate;
@@ -19,7 +19,7 @@ const VERSION: u32 = 1;
 
 /// The object, in one line.
 pub(crate) fn line(shown: &Shown) -> String {
-    let ago = |at: Instant| ms(shown.at.since(at));
+    let ago = |time: Instant| ms(shown.at.since(time));
     json!({
         "version": VERSION,
         "at_us": shown.at.0,
@@ -30,32 +30,32 @@ pub(crate) fn line(shown: &Shown) -> String {
         "host_wait_ms": shown.marks.host_wait.map(ms),
         "limits_ms": limits(&shown.limits),
         "max_speed_mm_s": shown.bounds.max_speed_mm_s,
-        "units": shown.units.iter().map(|of| unit(shown, of)).collect::<Value>(),
+        "units": shown.units.iter().map(|state| unit(shown, state)).collect::<Value>(),
         "silent": shown.silent.iter().map(|unit| unit.name()).collect::<Value>(),
         "links": shown.links.iter().map(|link| json!({
             "peer": link.peer,
             "open": labelled(&link.open, json!(link.open.get().0)),
             "heard_ms": link.heard.map(ms),
         })).collect::<Value>(),
-        "refusals": shown.refusals.iter().map(|of| json!({
-            "reason": of.reason.name(),
-            "peer": of.peer,
-            "by": if of.here { "console" } else { "gateway" },
-            "times": of.n,
-            "last_ms": ago(of.last),
+        "refusals": shown.refusals.iter().map(|refusal| json!({
+            "reason": refusal.reason.name(),
+            "peer": refusal.peer,
+            "by": if refusal.here { "console" } else { "gateway" },
+            "times": refusal.n,
+            "last_ms": ago(refusal.last),
         })).collect::<Value>(),
         "sessions_lost": shown.losses.iter().map(|(peer, times)| json!({ "peer": peer, "times": times }))
             .collect::<Value>(),
-        "commands": shown.commands.iter().map(|of| json!({
-            "id": of.id.to_string(),
-            "unit": of.unit.name(),
-            "kind": of.kind.name(),
-            "by": of.by.name(),
-            "life": life(of.life, shown.at),
-            "since_ms": ago(of.since),
-            "asked_ms": ago(of.times.requested),
-            "answered_ms": of.times.answered.map(ago),
-            "effect_ms": of.times.effect.map(ago),
+        "commands": shown.commands.iter().map(|command| json!({
+            "id": command.id.to_string(),
+            "unit": command.unit.name(),
+            "kind": command.kind.name(),
+            "by": command.by.name(),
+            "life": life(command.life, shown.at),
+            "since_ms": ago(command.since),
+            "asked_ms": ago(command.times.requested),
+            "answered_ms": command.times.answered.map(ago),
+            "effect_ms": command.times.effect.map(ago),
         })).collect::<Value>(),
         "alarms": shown.alarms.iter().map(|of| json!({
             "priority": of.priority.name(),
@@ -65,9 +65,9 @@ pub(crate) fn line(shown: &Shown) -> String {
             "acknowledged": of.acknowledged,
         })).collect::<Value>(),
         "alarms_more": shown.alarms_more,
-        "prepared": shown.prepared.map(|of| json!({
-            "order": of.order.name(),
-            "left_ms": left(of.until.since(shown.at)),
+        "prepared": shown.prepared.map(|order| json!({
+            "order": order.order.name(),
+            "left_ms": left(order.until.since(shown.at)),
         })),
     })
     .to_string()
@@ -75,8 +75,8 @@ pub(crate) fn line(shown: &Shown) -> String {
 
 /// Ages at which one freshness label gives way to the next; null where values do not age, which is no result of the full
 /// policy.
-fn limits(limits: &Limits) -> Value {
-    let Limits { fresh, late, stale, age_out } = *limits;
+fn limits(limits: &AgeLimits) -> Value {
+    let AgeLimits { fresh, late, stale, age_out } = *limits;
     if age_out { json!({ "fresh": ms(fresh), "late": ms(late), "stale": ms(stale) }) } else { Value::Null }
 }
 
@@ -100,17 +100,17 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
             "settings": of.settings(&shown.bounds),
             "speed_mm_s": state.speed_mm_s,
             "progress_permille": state.progress,
-            "motion": state.motion.map(|of| json!({
-                "up_mm": of.up_mm, "left_up_mm_s": of.left_up_mm_s, "charge_permille": of.charge,
-                "attitude": of.attitude.map(|attitude| attitude.parts()), "sunlit": of.sunlit,
+            "motion": state.motion.map(|motion| json!({
+                "up_mm": motion.up_mm, "left_up_mm_s": motion.left_up_mm_s, "charge_permille": motion.charge,
+                "attitude": motion.attitude.map(|attitude| attitude.parts()), "sunlit": motion.sunlit,
             })),
-            "contact": state.contact.map(|of| json!({ "left_ms": left(of.left), "next_ms": of.next.map(left) })),
+            "contact": state.contact.map(|contact| json!({ "left_ms": left(contact.left), "next_ms": contact.next.map(left) })),
         })),
         "place": labelled(&of.pose, json!({ "x_mm": pose.x_mm, "y_mm": pose.y_mm, "yaw_mrad": pose.yaw_mrad })),
         "tracks": of.tracks.iter().map(|of| track(of, true))
             .chain(of.lost.iter().map(|lost| track(&lost.track, false))).collect::<Value>(),
         "lost_more": of.lost_more,
-        "clock": of.clock.map(Rate::says),
+        "clock": of.clock.map(Rate::consequence),
         "clock_ppm": of.clock.map(|rate| [rate.low_ppm, rate.high_ppm]),
     })
 }

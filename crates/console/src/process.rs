@@ -1,5 +1,5 @@
 //! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it; with a window,
-//! on a thread of its own, for windows want the main one.
+//! on its own thread, for windows want the main one.
 
 pub mod open;
 pub mod player;

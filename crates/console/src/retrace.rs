@@ -1,6 +1,6 @@
-//! Replay of a recording in the same core, from its recorded inputs, with neither script, issuer nor challenges of its own.
+//! Replay of a recording in the same core, from its recorded inputs, without script, issuer or new challenges.
 //!
-//! Its recorded outputs are fed back ([`Console::said`]): the challenges it made, so that ages are reproduced, the commands it gave and the
+//! Its recorded outputs are fed back ([`Console::apply_output`]): the challenges it made, so that ages are reproduced, the commands it gave and the
 //! act that each answered. So a run can be viewed again without a secret, and no signing is possible meanwhile.
 
 use sha2::{Digest, Sha256};
@@ -28,23 +28,23 @@ impl Console {
     }
 
     /// The console's recorded output at `now`, after its input of that time.
-    pub fn said(&mut self, now: Instant, output: &Output) {
+    pub fn apply_output(&mut self, now: Instant, output: &Output) {
         if let Output::Bus { topic: Topic::Intents, bytes } = output {
-            self.asked(now, bytes);
+            self.apply_action(now, bytes);
         } else if let Output::Audit { bytes } = output {
-            self.told(bytes);
+            self.apply_display(bytes);
         }
     }
 
-    /// It told the instrument plane this. Of an act it names the command, which it alone could sign.
-    fn told(&mut self, bytes: &[u8]) {
+    /// It reported this to the instrument plane. Of an act it names the command, which it alone could sign.
+    fn apply_display(&mut self, bytes: &[u8]) {
         if let Ok(Event::Act { command: Some(id), .. }) = Entry::decode(bytes).map(|entry| entry.event) {
             self.model.hand().gave(id);
             self.model.commands_mut().by_person(id);
         }
     }
 
-    fn asked(&mut self, now: Instant, bytes: &[u8]) {
+    fn apply_action(&mut self, now: Instant, bytes: &[u8]) {
         let tags = TAG_LEN * Topic::Intents.readers();
         let body = bytes.len().checked_sub(tags).and_then(|end| bytes.get(HEADER_LEN..end));
         let Some(Ok(request)) = body.map(|body| codec::decode(body, Topic::Intents.max_len())) else { return };
@@ -56,7 +56,7 @@ impl Console {
                     let issued = Issued { id, unit, kind, tag, intent: hash, bytes: signed.to_vec() };
                     self.model.commands_mut().requested(now, &issued, Giver::Script);
                     if !kind.towards_safe() {
-                        self.model.hand().given(hash);
+                        self.model.hand().link_intent(hash);
                     }
                 }
             }

@@ -22,7 +22,7 @@ use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::act::{Answer, Prepared};
-use crate::age::{Labelled, Limits};
+use crate::age::{AgeLimits, Labelled};
 use crate::alarm::ShownAlarm;
 use crate::history::Past;
 use crate::images::Images;
@@ -60,7 +60,7 @@ pub struct State {
 impl State {
     /// Sensors of the unit.
     pub fn suite(&self) -> Suite {
-        Suite::of(self.motion.as_ref())
+        Suite::from_motion(self.motion.as_ref())
     }
 
     /// Cause of the last transition, in words.
@@ -83,7 +83,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// In words; none of them is about how old it is.
+    /// Words for it; none of them is about how old it is.
     pub fn words(self) -> String {
         match self {
             Origin::Direct => "DIRECT".to_owned(),
@@ -99,7 +99,7 @@ impl Origin {
 /// A track that the unit no longer reports, as it was reported last.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostTrack {
-    /// In which boot of the unit it had its number.
+    /// Boot of the unit in which it got its number.
     pub boot: Boot,
     /// As reported last; lost, however young.
     pub track: Labelled<ReportedTrack>,
@@ -143,7 +143,7 @@ pub struct ShownUnit {
 impl ShownUnit {
     /// The settings in force: an operator's, else the platform's own.
     pub fn settings(&self, bounds: &Bounds) -> Settings {
-        self.state.get().0.settings.unwrap_or(Settings::of(bounds))
+        self.state.get().0.settings.unwrap_or(Settings::from_bounds(bounds))
     }
 
     /// Number of tracks with one of these labels.
@@ -157,7 +157,7 @@ impl ShownUnit {
 pub struct ShownLink {
     /// The peer.
     pub peer: PeerId,
-    /// True if it stands, by the last word of the gateway and as old as that.
+    /// True if it stands, by the last message of the gateway and as old as that.
     pub open: Labelled<bool>,
     /// Since when.
     pub since: Instant,
@@ -186,7 +186,7 @@ pub struct ShownRefusals {
 pub struct Marks {
     /// A replay: no commands are possible.
     pub replay: bool,
-    /// In a recording: when the run's time began, on the console's clock. Times are then told as times of the run.
+    /// Start of the run's time on the console's clock, in a recording. Times are then given as times of the run.
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
@@ -210,7 +210,7 @@ pub struct Shown {
     /// The platform's bounds.
     pub bounds: Bounds,
     /// Age limits behind the labels.
-    pub limits: Limits,
+    pub limits: AgeLimits,
     /// Units that have been heard, in the configured order.
     pub units: Vec<ShownUnit>,
     /// Units that have not.
@@ -241,21 +241,21 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The same picture `by` later, with no input in between: the one a view draws after holding it for so long.
+    /// The picture `delay` later, with no input in between: the one a view draws after holding it for so long.
     #[must_use]
-    pub fn older(mut self, by: Span) -> Self {
+    pub fn older(mut self, delay: Span) -> Self {
         let limits = self.limits;
         for unit in &mut self.units {
-            unit.state = unit.state.older(by, &limits);
-            unit.pose = unit.pose.older(by, &limits);
-            unit.tracks.iter_mut().for_each(|track| *track = (*track).older(by, &limits));
-            unit.lost.iter_mut().for_each(|lost| lost.track = lost.track.older(by, &limits));
+            unit.state = unit.state.older(delay, &limits);
+            unit.pose = unit.pose.older(delay, &limits);
+            unit.tracks.iter_mut().for_each(|track| *track = (*track).older(delay, &limits));
+            unit.lost.iter_mut().for_each(|lost| lost.track = lost.track.older(delay, &limits));
         }
         for link in &mut self.links {
-            link.open = link.open.older(by, &limits);
-            link.heard = link.heard.map(|heard| heard + by);
+            link.open = link.open.older(delay, &limits);
+            link.heard = link.heard.map(|heard| heard + delay);
         }
-        self.at += by;
+        self.at += delay;
         self
     }
 
@@ -270,7 +270,7 @@ impl Shown {
     }
 }
 
-/// The values that an intent of this kind repeats. Away from safe only those of a state that is displayed as fresh. Towards safe
+/// The values that an intent of this kind repeats. Away from safe only intents of a state that is displayed as fresh. Towards safe
 /// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
 /// the unit finds the nonce too old.
 pub fn basis_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Basis> {

@@ -32,7 +32,7 @@ pub struct Mark {
 /// One sensor's product.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sight {
-    /// Of which sensor.
+    /// Name of the sensor.
     pub name: &'static str,
     /// Legend of the shades.
     pub legend: Cow<'static, str>,
@@ -59,9 +59,9 @@ impl Sidecar {
 }
 
 /// A source of evidence.
-pub trait Evidence {
+pub trait EvidenceSource {
     /// Start of the run's time, on the console's clock.
     fn began(&self) -> Option<Instant>;
-    /// Evidence of `at`, a time of the console's clock.
-    fn at(&mut self, at: Instant) -> Sidecar;
+    /// Evidence of `time`, a time of the console's clock.
+    fn evidence_at(&mut self, time: Instant) -> Sidecar;
 }

@@ -10,7 +10,7 @@ pub const MAX_POINTS: usize = 256;
 pub const MAX_SIDE: usize = 64;
 
 /// A place on the ground, metres east and north.
-pub type Place = [f32; 2];
+pub type GroundPoint = [f32; 2];
 
 /// The planned site. Points beyond [`MAX_POINTS`] are not drawn.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -18,10 +18,10 @@ pub type Place = [f32; 2];
 pub struct Site {
     /// Corners of the geofence, in order.
     #[serde(default)]
-    pub fence: Vec<Place>,
+    pub fence: Vec<GroundPoint>,
     /// Way points, in order.
     #[serde(default)]
-    pub route: Vec<Place>,
+    pub route: Vec<GroundPoint>,
     /// True if the route starts again at its end.
     #[serde(default)]
     pub looped: bool,
@@ -37,7 +37,7 @@ impl Site {
     /// The drawable part: no more than [`MAX_POINTS`] of each kind, and finite numbers only.
     #[must_use]
     pub fn sound(mut self) -> Self {
-        let finite = |place: &Place| place.iter().all(|at| at.is_finite());
+        let finite = |place: &GroundPoint| place.iter().all(|x| x.is_finite());
         for places in [&mut self.fence, &mut self.route] {
             places.truncate(MAX_POINTS);
             places.retain(finite);
@@ -53,7 +53,7 @@ impl Site {
 #[serde(deny_unknown_fields)]
 pub struct Relief {
     /// The grid's south-west corner.
-    pub corner: Place,
+    pub corner: GroundPoint,
     /// Distance between two neighbours, metres.
     pub cell: f32,
     /// Heights in each row.
@@ -79,9 +79,9 @@ impl Relief {
 #[serde(deny_unknown_fields)]
 pub struct Block {
     /// Centre.
-    pub at: Place,
+    pub at: GroundPoint,
     /// Half its length and half its width, metres.
-    pub half: Place,
+    pub half: GroundPoint,
     /// Direction of its length, radians counter-clockwise from east.
     #[serde(default)]
     pub yaw: f32,

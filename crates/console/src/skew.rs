@@ -10,19 +10,19 @@ use std::collections::VecDeque;
 
 use wire::time::{Instant, MAX_DRIFT_PPM, PeerStamp, Span};
 
-/// Of so long the tightest bounds are kept together.
+/// Period over which the tightest bounds are kept together.
 const WINDOW: Span = Span::s(5);
-/// So many of these are kept: the rate is one over the last minute.
+/// A given number of these are kept: the rate is one over the last minute.
 const WINDOWS: usize = 13;
-/// A rate is told once it is one over so long.
+/// A rate is reported once it is one over so long.
 const LEAST: Span = Span::s(5);
 
 /// The mean rate of a unit's clock against the console's, in millionths: 0 is as fast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
-    /// It runs at least so much faster.
+    /// It runs faster by at least this.
     pub low_ppm: i32,
-    /// And at most so much.
+    /// And at most this much.
     pub high_ppm: i32,
     /// Over how long.
     pub over: Span,
@@ -30,17 +30,17 @@ pub struct Rate {
 
 impl Rate {
     /// True if it is certainly beyond the drift that ages allow for.
-    pub fn beyond(self) -> bool {
+    pub fn exceeds_drift(self) -> bool {
         let limit = MAX_DRIFT_PPM as i32;
         self.low_ppm > limit || self.high_ppm < -limit
     }
 
     /// Consequence for ages.
-    pub fn says(self) -> &'static str {
-        if self.beyond() { "clock RUNS AWAY" } else { "clock in step" }
+    pub fn consequence(self) -> &'static str {
+        if self.exceeds_drift() { "clock RUNS AWAY" } else { "clock in step" }
     }
 
-    /// In figures: the middle of the bounds, and half the distance between them.
+    /// Words with figures: the middle of the bounds, and half the distance between them.
     pub fn words(self) -> String {
         let (low, high) = (i64::from(self.low_ppm), i64::from(self.high_ppm));
         format!("clock {:+} ±{} ppm", (low + high) / 2, ((high - low) / 2).max(1))
@@ -66,7 +66,7 @@ pub struct Skew {
 impl Skew {
     /// A report stamped `stamp` came at `now`; in it the unit says when it saw the challenge that left at the first of `seen`.
     pub fn heard(&mut self, stamp: PeerStamp, now: Instant, seen: Option<(Instant, PeerStamp)>) {
-        let ahead = |stamp: PeerStamp, at: Instant| (i128::from(stamp.0) - i128::from(at.0), at);
+        let ahead = |stamp: PeerStamp, time: Instant| (i128::from(stamp.0) - i128::from(time.0), time);
         let at_least = ahead(stamp, now);
         let at_most = seen.map(|(left, seen)| ahead(seen, left));
         match self.windows.back_mut().filter(|window| now.since(window.begun) < WINDOW) {
@@ -96,9 +96,9 @@ impl Skew {
 }
 
 /// Millionths by which the difference of the clocks grew from one bound to the other.
-fn slope((from, at): Bound, (to, then): Bound) -> Option<i32> {
-    let over = i128::from(then.since(at).0);
-    let ppm = to.saturating_sub(from).saturating_mul(1_000_000).checked_div(over)?;
+fn slope((from, bound): Bound, (to, then): Bound) -> Option<i32> {
+    let excess = i128::from(then.since(bound).0);
+    let ppm = to.saturating_sub(from).saturating_mul(1_000_000).checked_div(excess)?;
     Some(ppm.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32)
 }
 
@@ -110,12 +110,12 @@ mod tests {
 
     /// Observations of `seconds` of a unit with a clock `ppm` faster, with these delays of challenges and reports, ms.
     fn heard(ppm: i64, seconds: u64, delays: &[(u64, u64)]) -> Skew {
-        let clock = |at: u64| PeerStamp((7_000_000_000 + at as i64 + at as i64 * ppm / 1_000_000) as u64);
+        let clock = |time: u64| PeerStamp((7_000_000_000 + time as i64 + time as i64 * ppm / 1_000_000) as u64);
         let mut skew = Skew::default();
         for n in 0..seconds * 10 {
-            let (there, back) = delays[n as usize % delays.len()];
+            let (forth, back) = delays[n as usize % delays.len()];
             let (left, written) = (n * 100_000, n * 100_000 + 90_000);
-            let seen = clock(left + there * 1000);
+            let seen = clock(left + forth * 1000);
             skew.heard(clock(written), Instant(written + back * 1000), Some((Instant(left), seen)));
         }
         skew
@@ -127,17 +127,17 @@ mod tests {
         for ppm in [-200, -30, 0, 150, 200] {
             let rate = heard(ppm, 60, &[(2, 3), (9, 1)]).rate().unwrap();
             assert!(i64::from(rate.low_ppm) <= ppm && ppm <= i64::from(rate.high_ppm), "{ppm}: {rate:?}");
-            assert!(!rate.beyond() && rate.high_ppm - rate.low_ppm < 200, "{rate:?}");
+            assert!(!rate.exceeds_drift() && rate.high_ppm - rate.low_ppm < 200, "{rate:?}");
         }
         for ppm in [-2_000, 500] {
-            assert!(heard(ppm, 60, &[(2, 3)]).rate().unwrap().beyond(), "{ppm}");
+            assert!(heard(ppm, 60, &[(2, 3)]).rate().unwrap().exceeds_drift(), "{ppm}");
         }
     }
 
     #[test]
     fn rate_needs_seconds_and_repeated_challenges() {
         assert_eq!(heard(0, 5, &[(1, 1)]).rate(), None);
-        // In the first window the tightest bounds are its last ones: two seconds before those of the second.
+        // The first window's tightest bounds are its last ones: two seconds before the bounds of the second.
         assert_eq!(heard(0, 6, &[[(50, 50); 30], [(1, 1); 30]].concat()).rate(), None);
         let mut deaf = Skew::default();
         (0..600).for_each(|n| deaf.heard(PeerStamp(n * 100_000), Instant(n * 100_000), None));
@@ -147,8 +147,8 @@ mod tests {
     #[test]
     fn kept_windows_cover_a_bounded_last_minute() {
         let skew = heard(10, 600, &[(1, 1)]);
-        let over = skew.rate().unwrap().over;
-        assert!(skew.windows.len() == WINDOWS && over <= Span::s(65) && over >= Span::s(55), "{over}");
+        let period = skew.rate().unwrap().over;
+        assert!(skew.windows.len() == WINDOWS && period <= Span::s(65) && period >= Span::s(55), "{period}");
     }
 
     #[test]

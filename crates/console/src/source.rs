@@ -32,7 +32,7 @@ pub trait Source {
     /// Goes elsewhere in the recording.
     fn seek(&mut self, _to: Seek) {}
     /// True if there will be no picture any more: the window closes.
-    fn over(&mut self) -> bool {
+    fn is_closed(&mut self) -> bool {
         false
     }
 }
@@ -43,7 +43,7 @@ pub type Wake = Box<dyn Fn() + Send>;
 /// Appearance of the window.
 #[derive(Clone, Debug)]
 pub struct Looks {
-    /// In the title.
+    /// Text of the title.
     pub title: String,
     /// Whom commands go to first.
     pub unit: UnitId,
@@ -73,7 +73,7 @@ pub struct Tape {
 pub enum Seek {
     /// To this time from its beginning.
     To(Span),
-    /// So many pictures on, or back.
+    /// A given number of pictures on, or back.
     Step(i32),
     /// Let it run, or stand.
     Play(bool),
@@ -97,5 +97,5 @@ pub trait Sensors {
     /// Reason for missing pictures, where known.
     fn trouble(&mut self) -> Option<String>;
     /// True if the stream has ended: the window closes.
-    fn over(&mut self) -> bool;
+    fn is_ended(&mut self) -> bool;
 }

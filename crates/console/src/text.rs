@@ -24,8 +24,8 @@ pub fn lines(shown: &Shown) -> String {
     if shown.marks.replay {
         line(&mut text, format_args!("REPLAY of a recording: nothing here is live, and nothing can be commanded"));
     }
-    if let Some(why) = &shown.marks.invalid {
-        line(&mut text, format_args!("INVALID, evidence of nothing: {why}"));
+    if let Some(reason) = &shown.marks.invalid {
+        line(&mut text, format_args!("INVALID, evidence of nothing: {reason}"));
     }
     if let Some(mark) = &shown.marks.ablation {
         line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
@@ -46,8 +46,8 @@ pub fn lines(shown: &Shown) -> String {
     line(&mut text, format_args!("links    {}", joined(shown.links.iter().map(link))));
     line(&mut text, format_args!("refused  {}", joined(shown.refusals.iter().map(refusals))));
     for (peer, n) in &shown.losses {
-        let what = "cut, or taken by another connection; orders away from safe that were under way are void";
-        line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {what}"));
+        let name = "cut, or taken by another connection; orders away from safe that were under way are void";
+        line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {name}"));
     }
     shown.alarms.iter().for_each(|alarm| alarm_line(&mut text, shown.at, alarm));
     if shown.alarms_more > 0 {
@@ -58,19 +58,19 @@ pub fn lines(shown: &Shown) -> String {
         let left = prepared.until.since(shown.at).0 / 1_000_000;
         line(&mut text, format_args!("prepared {}, to be confirmed within {left} s", prepared.order.name()));
     }
-    if let Some(Answer { act: Some(_), at, outcome: Err(why), .. }) = shown.answers.last() {
+    if let Some(Answer { act: Some(_), at, outcome: Err(error), .. }) = shown.answers.last() {
         let ago = ago(shown.at.since(*at));
-        line(&mut text, format_args!("not done {}, {ago:.1} s ago", why.says()));
+        line(&mut text, format_args!("not done {}, {ago:.1} s ago", error.message()));
     }
     text
 }
 
-fn alarm_line(text: &mut String, at: Instant, shown: &ShownAlarm) {
-    let ago = ago(at.since(shown.since));
-    let over = if shown.standing { "" } else { ", over" };
+fn alarm_line(text: &mut String, time: Instant, shown: &ShownAlarm) {
+    let ago = ago(time.since(shown.since));
+    let suffix = if shown.standing { "" } else { ", over" };
     let noted = if shown.acknowledged { ", acknowledged" } else { "" };
     let (priority, words) = (shown.priority.name(), alarm::words(&shown.alarm));
-    line(text, format_args!("alarm    {priority:<6} {words}, {ago:.1} s ago{over}{noted}"));
+    line(text, format_args!("alarm    {priority:<6} {words}, {ago:.1} s ago{suffix}{noted}"));
 }
 
 fn link(link: &ShownLink) -> String {
@@ -89,7 +89,7 @@ fn refusals(refusals: &ShownRefusals) -> String {
     format!("{} {}{whence}", refusals.reason.name(), refusals.n)
 }
 
-fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit) {
+fn unit_lines(text: &mut String, time: Instant, bounds: &Bounds, unit: &ShownUnit) {
     let (state, freshness) = unit.state.get();
     let mark = match freshness {
         Freshness::Fresh => "",
@@ -101,14 +101,14 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
             "{:<8} {}{mark}  since {:.1} s  cause {}  {} {}",
             unit.unit.name(),
             state.mode.name(),
-            ago(at.since(unit.since)),
+            ago(time.since(unit.since)),
             state.cause(),
             word(freshness),
             age(unit.state.age()),
         ),
     );
     let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
-    let failing = joined(unit.guards(bounds).iter().filter(|guard| !guard.holds).map(|guard| guard.told()));
+    let failing = joined(unit.guards(bounds).iter().filter(|guard| !guard.holds).map(|guard| guard.describe()));
     line(
         text,
         format_args!("         authority {authority}  failing {failing}  speed {}", aloft::speed(state.speed_mm_s)),
@@ -129,7 +129,11 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
             age(unit.pose.age()),
             unit.via,
             unit.origin.words(),
-            unit.clock.map_or("clock not known yet".to_owned(), |rate| format!("{} ({})", rate.says(), rate.words())),
+            unit.clock.map_or("clock not known yet".to_owned(), |rate| format!(
+                "{} ({})",
+                rate.consequence(),
+                rate.words()
+            )),
         ),
     );
     unit.tracks.iter().for_each(|track| track_line(text, state.suite(), track));
@@ -151,27 +155,30 @@ fn track_line(text: &mut String, suite: Suite, labelled: &Labelled<ReportedTrack
             "         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}  by {}{}",
             track.id.0,
             joined(names(suite, track.supported).map(str::to_owned)),
-            against(suite, track),
+            contradicting(suite, track),
         ),
     );
 }
 
 /// The modalities that contradict a track, if any.
-fn against(suite: Suite, track: &ReportedTrack) -> String {
+fn contradicting(suite: Suite, track: &ReportedTrack) -> String {
     let by = joined(names(suite, track.contradicted).map(str::to_owned));
     if track.contradicted.count() == 0 { String::new() } else { format!(", CONTRADICTED by {by}") }
 }
 
 /// Sensors by name.
-pub(crate) fn names(suite: Suite, of: Modalities) -> impl Iterator<Item = &'static str> {
-    Modality::ALL.into_iter().filter(move |modality| of.has(*modality)).map(move |modality| suite.sensor(modality))
+pub(crate) fn names(suite: Suite, modalities: Modalities) -> impl Iterator<Item = &'static str> {
+    Modality::ALL
+        .into_iter()
+        .filter(move |modality| modalities.contains(*modality))
+        .map(move |modality| suite.sensor(modality))
 }
 
-fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
-    let life = life(command.life, at);
-    let ago = ago(at.since(command.since));
-    let (kind, by) = (command.kind.name(), command.by.words());
-    line(text, format_args!("command  {} {kind} to {} by {by}: {life}, {ago:.1} s ago", command.id, command.unit));
+fn command_line(text: &mut String, time: Instant, command: &ShownCommand) {
+    let life = life(command.life, time);
+    let ago = ago(time.since(command.since));
+    let (kind, giver) = (command.kind.name(), command.by.words());
+    line(text, format_args!("command  {} {kind} to {} by {giver}: {life}, {ago:.1} s ago", command.id, command.unit));
 }
 
 pub(crate) fn life(life: Life, now: Instant) -> String {

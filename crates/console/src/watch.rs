@@ -11,7 +11,7 @@ use wire::time::{Instant, Span};
 
 /// Time of the next challenge, and the secret it is drawn from.
 #[derive(Clone, Debug)]
-pub struct Watch {
+pub struct ChallengeClock {
     secret: Secret,
     boot: Boot,
     issued: u64,
@@ -19,7 +19,7 @@ pub struct Watch {
     next: Instant,
 }
 
-impl Watch {
+impl ChallengeClock {
     /// Challenges from `now` on, unpredictable without `secret`.
     pub fn new(secret: Secret, boot: Boot, bounds: &Bounds, now: Instant) -> Self {
         Self { secret, boot, issued: 0, period: Span::ms(bounds.challenge_period_ms), next: now }

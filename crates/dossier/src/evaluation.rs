@@ -12,8 +12,8 @@ use evidence::trial::Outcome;
 use results::report::LiveLatency;
 use results::report::{MatrixRun, ReferenceRow, RunObject};
 
-use crate::reader::{Found, Results};
-use crate::tried::told;
+use crate::reader::{FoundResult, Results};
+use crate::tried::class_counts;
 
 /// The paper's upper limit for the 95th percentile of a degraded transition, milliseconds.
 const PAPER_P95_MS: f64 = 1700.0;
@@ -101,21 +101,22 @@ pub fn evaluation(results: &Results) -> String {
     }
     text.push_str(&fidelity::fidelity(results));
     text.push_str("\n## Made from\n\n| file | kind | SHA-256 |\n|---|---|---|\n");
-    for given in results.given() {
+    for given in results.files() {
         put(&mut text, format_args!("| `{}` | {} | `{}` |\n", given.file, given.found.kind(), given.sha256));
     }
     text
 }
 
-fn put(text: &mut String, what: core::fmt::Arguments<'_>) {
-    text.write_fmt(what).expect("invariant: writing to a String cannot fail");
+fn put(text: &mut String, name: core::fmt::Arguments<'_>) {
+    text.write_fmt(name).expect("invariant: writing to a String cannot fail");
 }
 
 /// A matrix's runs of a scenario, where its mechanism really runs.
 fn runs<'a>(results: &'a Results, scenario: &'a str) -> impl Iterator<Item = &'a MatrixRun> {
-    let matrices = results.given().iter().filter_map(|g| if let Found::Matrix(m) = &g.found { Some(m) } else { None });
+    let matrices =
+        results.files().iter().filter_map(|g| if let FoundResult::Matrix(m) = &g.found { Some(m) } else { None });
     let all = matrices.flat_map(|m| m.rows.iter().flat_map(|row| &row.runs));
-    // A scenario may stand in several rows with the same trials.
+    // A scenario may be in several rows with the same trials.
     let mut seen = std::collections::BTreeSet::new();
     all.filter(move |run| {
         run.scenario == scenario
@@ -127,7 +128,7 @@ fn runs<'a>(results: &'a Results, scenario: &'a str) -> impl Iterator<Item = &'a
 fn line(run: &MatrixRun) -> String {
     let cell = run.cell.as_ref().map_or_else(String::new, |cell| format!(" ({cell})"));
     let waived = if run.watermark.is_some() { ", ABLATION" } else { "" };
-    let outcomes = told(&run.summary.outcomes);
+    let outcomes = class_counts(&run.summary.outcomes);
     let (name, place, n) = (&run.scenario, run.evidence.name(), run.summary.n);
     format!(
         "`{name}`{cell}, {place}{waived}: {outcomes} (n {n}; unsafe below {:.2} %, 95 %)",
@@ -189,7 +190,7 @@ fn naive(results: &Results) -> Answer {
 
 fn loss(results: &Results, scenario: &str) -> Answer {
     let benches =
-        || results.given().iter().filter_map(|g| if let Found::BenchLive(b) = &g.found { Some(b) } else { None });
+        || results.files().iter().filter_map(|g| if let FoundResult::BenchLive(b) = &g.found { Some(b) } else { None });
     let Some(found) = benches().flat_map(|b| &b.live_latency_ms).find(|l| l.scenario == scenario) else {
         return missing();
     };
@@ -197,15 +198,15 @@ fn loss(results: &Results, scenario: &str) -> Answer {
     let sample = &live.to_degraded;
     let (Some(mean), Some(p95)) = (sample.mean, sample.p95) else { return missing() };
     let bound = sample.p95_upper_95.filter(|_| sample.n >= MIN_FOR_P95);
-    let said = bound
+    let text = bound
         .map_or_else(|| "no bound on it, for that takes 59 runs".to_owned(), |b| format!("at most {b:.0} ms at 95 %"));
     let mut lines = vec![format!(
-        "live, n {}: mean {mean:.0} ms, p95 {p95:.0} ms ({said}); the paper's mean {} ms",
+        "live, n {}: mean {mean:.0} ms, p95 {p95:.0} ms ({text}); the paper's mean {} ms",
         sample.n, paper.mean_ms
     )];
-    // What else became of these runs is no part of the paper's claim, and is said.
+    // The other classes of these runs are not part of the paper's claim; they are stated.
     let runs = benches().flat_map(|b| &b.losses).filter(|run| run.scenario == scenario);
-    lines.extend(runs.map(|run| format!("these runs ended in {}", told(&run.summary.outcomes))));
+    lines.extend(runs.map(|run| format!("these runs ended in {}", class_counts(&run.summary.outcomes))));
     let status = match bound {
         Some(bound) if bound < paper.mean_ms => Status::Exceeded,
         Some(_) | None if mean <= paper.mean_ms && p95 < PAPER_P95_MS => Status::Reproduced,
@@ -234,15 +235,16 @@ fn starvation(results: &Results) -> Answer {
                 .to_owned(),
         );
     }
-    let given = results.given().iter().filter_map(|g| if let Found::Runs(runs) = &g.found { Some(runs) } else { None });
-    for run in given.flatten().filter(|run| run.scenario == "track_starvation" && run.watermark.is_some()) {
+    let objects =
+        results.files().iter().filter_map(|g| if let FoundResult::Runs(runs) = &g.found { Some(runs) } else { None });
+    for run in objects.flatten().filter(|run| run.scenario == "track_starvation" && run.watermark.is_some()) {
         answer.lines.push(waived(run));
     }
     answer
 }
 
 fn waived(run: &RunObject) -> String {
-    let outcomes = told(&run.summary.outcomes);
+    let outcomes = class_counts(&run.summary.outcomes);
     let mark = run.watermark.as_deref().unwrap_or_default();
     format!(
         "`track_starvation`, {}, {mark}: {outcomes} (n {}): the paper's gap between display and state",
@@ -260,7 +262,7 @@ const DOMAINS: [&str; 2] = ["air", "space"];
 /// perception.
 fn domains(results: &Results) -> Answer {
     let references =
-        results.given().iter().filter_map(|g| if let Found::Reference(r) = &g.found { Some(r) } else { None });
+        results.files().iter().filter_map(|g| if let FoundResult::Reference(r) = &g.found { Some(r) } else { None });
     let rows: Vec<&ReferenceRow> = references.flat_map(|reference| &reference.rows).collect();
     let (mut lines, mut carried, mut unrendered) = (Vec::new(), 0, Vec::new());
     for domain in DOMAINS {
@@ -271,11 +273,11 @@ fn domains(results: &Results) -> Answer {
             continue;
         }
         let trials: usize = shared.iter().map(|row| row.summary.n).sum();
-        let others: Vec<&&&ReferenceRow> = shared.iter().filter(|row| !row.is_as_expected()).collect();
-        carried += usize::from(others.is_empty());
+        let other_rows: Vec<&&&ReferenceRow> = shared.iter().filter(|row| !row.is_as_expected()).collect();
+        carried += usize::from(other_rows.is_empty());
         lines.push(format!(
             "{domain}: {} of {} rows in the classes that are stated for them, {trials} trials",
-            shared.len() - others.len(),
+            shared.len() - other_rows.len(),
             shared.len(),
         ));
         let rendered: Vec<&&&ReferenceRow> = shared.iter().filter(|row| row.rendered).collect();
@@ -284,9 +286,9 @@ fn domains(results: &Results) -> Answer {
             0 => unrendered.push(domain),
             rows => lines.push(format!("{domain}: {rows} of these rows are of rendered sensors, {trials} trials")),
         }
-        lines.extend(others.iter().map(|row| {
+        lines.extend(other_rows.iter().map(|row| {
             let cell = row.cell.as_ref().map_or_else(String::new, |cell| format!(" ({cell})"));
-            let (name, place, outcomes) = (&row.scenario, row.evidence.name(), told(&row.summary.outcomes));
+            let (name, place, outcomes) = (&row.scenario, row.evidence.name(), class_counts(&row.summary.outcomes));
             format!("`{name}`{cell} in {domain}, {place}: {outcomes}, {} unexpected", row.unexpected)
         }));
     }
@@ -297,8 +299,8 @@ fn domains(results: &Results) -> Answer {
         _ => Status::Reproduced,
     };
     if !unrendered.is_empty() {
-        let of = unrendered.join(" and ");
-        lines.push(format!("{of}: no row is of rendered sensors, which says nothing of a detector there"));
+        let text = unrendered.join(" and ");
+        lines.push(format!("{text}: no row is of rendered sensors, which says nothing of a detector there"));
     }
     lines.push("Scenarios without a class in a domain are left out.".to_owned());
     Answer { status, lines }
@@ -328,12 +330,12 @@ mod tests {
         assert_eq!(loss(&bench(59, 200.0, Some(210.0)), "rgb_loss").status, Status::NotMeasured);
     }
 
-    /// Rows on these platforms, each with so many trials outside the stated classes.
+    /// Rows on these platforms, each with a given number of trials outside the stated classes.
     fn reference(rows: &[(&str, u64)]) -> Results {
         sensed(&rows.iter().map(|(platform, unexpected)| (*platform, *unexpected, false)).collect::<Vec<_>>())
     }
 
-    /// The same, of rendered sensors or not.
+    /// Results of rendered sensors or of others.
     fn sensed(rows: &[(&str, u64, bool)]) -> Results {
         let mut reference = golden("reference");
         let row = reference["rows"][0].clone();

@@ -1,6 +1,6 @@
 //! A figure: a drawing, the same as a table, and the caption below it.
 //!
-//! Everything visible in a drawing stands in its table too, so that the numbers need neither eyes, colours nor a plotting program. The
+//! Everything visible in a drawing is in its table too, so that the numbers need neither eyes, colours nor a plotting program. The
 //! modules below decide the content; `drawing` turns lines and words into SVG.
 
 mod bars;
@@ -13,7 +13,7 @@ mod timeline;
 pub(crate) use bars::table as bar_table;
 pub use bars::{Bar, Segment, bars};
 pub(crate) use curve::table as series_table;
-pub use curve::{Point, Series, series};
+pub use curve::{Series, SharePoint, series};
 pub use drawing::Drawing;
 pub(crate) use ecdf::table as ecdf_table;
 pub use ecdf::{Mark, Steps, ecdf};
@@ -63,7 +63,7 @@ pub struct Figure {
     pub caption: String,
     /// The picture.
     pub drawing: Drawing,
-    /// The same in numbers.
+    /// Its numbers.
     pub table: Table,
 }
 

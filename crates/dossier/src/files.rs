@@ -17,17 +17,17 @@ pub struct File {
     pub bytes: Vec<u8>,
 }
 
-/// The files of these figures. Figures of the same name are told apart by a number.
+/// The files of these figures. Figures of the same name are distinguished by a number.
 ///
 /// # Errors
 /// When one of them has no page of PDF.
 pub fn files(figures: &[Figure]) -> Result<Vec<File>, PdfError> {
     #[cfg(feature = "pdf")]
     let press = Press::default();
-    let mut taken = std::collections::BTreeMap::<&str, u32>::new();
+    let mut map = std::collections::BTreeMap::<&str, u32>::new();
     let mut all = Vec::new();
     for figure in figures {
-        let before = taken.entry(&figure.name).or_default();
+        let before = map.entry(&figure.name).or_default();
         *before += 1;
         let name = if *before == 1 { figure.name.clone() } else { format!("{}-{before}", figure.name) };
         let mut put = |kind: &str, bytes: Vec<u8>| all.push(File { name: format!("{name}.{kind}"), bytes });

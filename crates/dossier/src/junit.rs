@@ -12,8 +12,8 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use results::report::{FindingRow, SearchObject};
 
-use crate::reader::{Found, Given, Results};
-use crate::tried::{Tried, told, tried};
+use crate::reader::{FoundResult, Given, Results};
+use crate::tried::{Tried, class_counts, tried};
 
 /// A suite's name, and its cases.
 #[derive(Default)]
@@ -40,20 +40,20 @@ type Xml = Writer<Vec<u8>>;
 
 /// The file.
 pub fn junit(results: &Results) -> String {
-    let suites: Vec<(String, Suite)> = results.given().iter().flat_map(suites).collect();
+    let suites: Vec<(String, Suite)> = results.files().iter().flat_map(suites).collect();
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     write(&mut xml, &suites).expect("invariant: writing to memory cannot fail");
     String::from_utf8(xml.into_inner()).expect("invariant: what was written are strings") + "\n"
 }
 
-fn suites(given: &Given) -> Vec<(String, Suite)> {
-    let source = || vec![("file", given.file.clone()), ("sha256", given.sha256.clone())];
-    if let Found::Search(search) = &given.found {
+fn suites(file: &Given) -> Vec<(String, Suite)> {
+    let source = || vec![("file", file.file.clone()), ("sha256", file.sha256.clone())];
+    if let FoundResult::Search(search) = &file.found {
         return vec![(format!("search {}, {}", search.scenario, search.alphabet), searched(search, source()))];
     }
     let mut order = Vec::new();
     let mut suites: BTreeMap<String, Suite> = BTreeMap::new();
-    for one in tried(given) {
+    for one in tried(file) {
         let name = one.row.map_or_else(|| one.scenario.to_owned(), |row| format!("{} {}", row.id, row.threat));
         let suite = suites.entry(name.clone()).or_insert_with(|| {
             order.push(name);
@@ -67,7 +67,7 @@ fn suites(given: &Given) -> Vec<(String, Suite)> {
 fn case(one: &Tried) -> Case {
     let odd: Vec<(Outcome, u64)> = one.unexpected().collect();
     let count: u64 = odd.iter().map(|(_, n)| n).sum();
-    let told_odd = told(&odd.iter().copied().collect());
+    let told_odd = class_counts(&odd.iter().copied().collect());
     let message = format!("{count} of {} trials not as expected ({told_odd}); expected {}", one.n, one.expected_told());
     let detail = one.findings.iter().copied().chain([one.reproduce.as_str()]).collect::<Vec<_>>().join("\n");
     let verdict = match odd.as_slice() {
@@ -83,7 +83,7 @@ fn lines(one: &Tried) -> String {
     let percent = |share: f64| format!("{:.2} %", share * 100.0);
     let known = [
         ("n", Some(one.n.to_string())),
-        ("outcomes", Some(told(&one.outcomes))),
+        ("outcomes", Some(class_counts(&one.outcomes))),
         ("expected", Some(one.expected_told())),
         ("unsafe below (95 %)", one.unsafe_upper_95.map(percent)),
         ("unsafe below, all together (95 %)", one.unsafe_upper_95_simultaneous.map(percent)),
@@ -100,9 +100,9 @@ fn searched(search: &SearchObject, mut properties: Vec<(&'static str, String)>) 
     properties.push(("seed", search.seed.to_string()));
     properties.push(("draws", search.draws.to_string()));
     let hunt = &search.hunt;
-    let how = format!("{} trials, {}, {}", hunt.trials, hunt.strategy, search.policy);
-    let outcomes = told(&hunt.outcomes);
-    let whole = Case { name: how, verdict: Verdict::Passed, out: format!("outcomes: {outcomes}\n") };
+    let manner = format!("{} trials, {}, {}", hunt.trials, hunt.strategy, search.policy);
+    let outcomes = class_counts(&hunt.outcomes);
+    let whole = Case { name: manner, verdict: Verdict::Passed, out: format!("outcomes: {outcomes}\n") };
     let found = |finding: &FindingRow| {
         let message = format!("{} {}: {}", finding.outcome.name(), finding.broken, finding.word);
         let detail = finding.finding.clone().unwrap_or_default();
@@ -115,7 +115,7 @@ fn searched(search: &SearchObject, mut properties: Vec<(&'static str, String)>) 
 }
 
 fn ablation(search: &SearchObject) -> String {
-    search.watermark.as_ref().map(|why| format!("ablation: {why}\n")).unwrap_or_default()
+    search.watermark.as_ref().map(|reason| format!("ablation: {reason}\n")).unwrap_or_default()
 }
 
 fn write(xml: &mut Xml, suites: &[(String, Suite)]) -> std::io::Result<()> {
@@ -129,7 +129,7 @@ fn write(xml: &mut Xml, suites: &[(String, Suite)]) -> std::io::Result<()> {
 }
 
 fn counts<'a>(cases: impl Iterator<Item = &'a Case> + Clone) -> [String; 3] {
-    let count = |of: fn(&Case) -> bool| cases.clone().filter(|case| of(case)).count().to_string();
+    let count = |selects: fn(&Case) -> bool| cases.clone().filter(|case| selects(case)).count().to_string();
     [
         count(|_| true),
         count(|case| matches!(case.verdict, Verdict::Failed(..))),
@@ -157,12 +157,12 @@ fn write_suite(xml: &mut Xml, name: &str, suite: &Suite) -> std::io::Result<()> 
 fn write_case(xml: &mut Xml, suite: &str, case: &Case) -> std::io::Result<()> {
     let head = xml.create_element("testcase").with_attributes([("name", &*clean(&case.name)), ("classname", suite)]);
     head.write_inner_content(|xml| {
-        let told = match &case.verdict {
+        let verdict_text = match &case.verdict {
             Verdict::Passed => None,
             Verdict::Failed(message, detail) => Some(("failure", message, detail)),
             Verdict::NoEvidence(message, detail) => Some(("error", message, detail)),
         };
-        if let Some((element, message, detail)) = told {
+        if let Some((element, message, detail)) = verdict_text {
             let kind = if element == "error" { "INVALID" } else { "unexpected" };
             let element = xml.create_element(element);
             let element = element.with_attributes([("type", kind), ("message", &*clean(message))]);

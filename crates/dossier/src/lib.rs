@@ -40,13 +40,13 @@ pub struct Dossier {
     pub version: String,
     /// Results.
     pub results: reader::Results,
-    /// Runs that are told one by one.
+    /// Runs that are reported one by one.
     pub stories: Vec<RunSummary>,
     /// Names of those that are trials of the results, each by the SHA-256 of its `held.json`.
     pub kept: BTreeMap<String, String>,
     /// Seconds after which a browser reads the page again.
     pub renew_s: Option<u32>,
-    /// Every recording that was read or lies among the results, whether its run is told or not.
+    /// Every recording that was read or lies among the results, whether its run is reported or not.
     pub recordings: Vec<Recording>,
 }
 
@@ -59,7 +59,7 @@ pub struct Recording {
     pub sha256: String,
     /// True if its chains, signatures, seals and heads hold.
     pub holds: bool,
-    /// The class in which its trial ended, where that is told.
+    /// The class in which its trial ended, where that is reported.
     pub outcome: Option<String>,
     /// Reason for which it is INVALID, by its verification or by the class of its trial; `None` if it is valid.
     pub invalid: Option<String>,

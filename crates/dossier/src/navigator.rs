@@ -1,11 +1,11 @@
 //! Layers for the ATT&CK Navigator (layer format 4.5): one for ICS, one for Enterprise, one for ATLAS; techniques scored by their
 //! outcomes, not by having been tried.
 //!
-//! A technique stands for the rows of the catalogue that name it. **Score**: at least so many of a hundred trials are not unsafe, in the
+//! A technique represents the rows of the catalogue that name it. **Score**: at least a given number of a hundred trials are not unsafe, in the
 //! worst of its runs (100 × (1 − upper 95 % bound, INVALID counted as unsafe), rounded down); so few trials give a low score. **Colour**:
 //! the worst class that came out of any of these runs. Left out of both are runs without the row's real mechanism, runs under a policy
 //! that waives something, and controls, which expect UNSAFE or INVALID. A technique without a run has neither score nor colour.
-//! Everything, also the runs left out, stands in the technique's metadata, by row and kind of evidence, whose n are never added.
+//! Everything, also the runs left out, is in the technique's metadata, by row and kind of evidence, whose n are never added.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ use results::report::{Kind, MatrixRow, MatrixRun};
 use serde_json::{Map, Value, json};
 
 use crate::figure::colour_of_outcome;
-use crate::reader::{Found, Results};
-use crate::tried::{meaning, told};
+use crate::reader::{FoundResult, Results};
+use crate::tried::{class_counts, meaning};
 
 /// The ATT&CK release that the catalogue's ids were checked against. From version 19 on ICS has ids without a leading zero.
 const ATTACK: &str = "18";
@@ -38,7 +38,7 @@ const WORST_FIRST: [Outcome; 11] = [
     Outcome::Nominal,
 ];
 
-/// A collection of techniques that has a layer of its own.
+/// A collection of techniques that has its own layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Domain {
     Ics,
@@ -49,7 +49,7 @@ enum Domain {
 impl Domain {
     const ALL: [Domain; 3] = [Domain::Ics, Domain::Enterprise, Domain::Atlas];
 
-    fn of(id: &str) -> Option<Self> {
+    fn from_id(id: &str) -> Option<Self> {
         match id {
             _ if id.starts_with("AML.T") => Some(Domain::Atlas),
             _ if id.starts_with("T0") => Some(Domain::Ics),
@@ -76,8 +76,8 @@ type Techniques<'a> = BTreeMap<&'a str, Vec<&'a MatrixRow>>;
 pub fn layers(results: &Results) -> Vec<(&'static str, String)> {
     let mut techniques = Techniques::new();
     let mut sources = Vec::new();
-    for given in results.given() {
-        let Found::Matrix(matrix) = &given.found else { continue };
+    for given in results.files() {
+        let FoundResult::Matrix(matrix) = &given.found else { continue };
         sources.push(json!({ "name": given.file, "value": format!("SHA-256 {}", given.sha256) }));
         sources.push(json!({ "name": "seed", "value": matrix.seed.to_string() }));
         for row in &matrix.rows {
@@ -93,7 +93,7 @@ pub fn layers(results: &Results) -> Vec<(&'static str, String)> {
 
 fn layer(domain: Domain, techniques: &Techniques, sources: &[Value]) -> Value {
     let [_, id, name] = domain.names();
-    let of_domain = techniques.iter().filter(|(id, _)| Domain::of(id) == Some(domain));
+    let of_domain = techniques.iter().filter(|(id, _)| Domain::from_id(id) == Some(domain));
     let legend = WORST_FIRST.map(|class| {
         let label = format!("worst: {} ({})", class.name(), meaning(class));
         json!({ "label": label, "color": colour_of_outcome(class.name()) })
@@ -121,7 +121,7 @@ fn layer(domain: Domain, techniques: &Techniques, sources: &[Value]) -> Value {
 
 fn technique(id: &str, rows: &[&MatrixRow]) -> Value {
     let runs: Vec<&MatrixRun> = rows.iter().flat_map(|row| &row.runs).filter(|run| is_evidence(run)).collect();
-    let came = |class: &Outcome| runs.iter().any(|run| run.summary.outcomes.get(class).is_some_and(|n| *n > 0));
+    let occurred = |class: &Outcome| runs.iter().any(|run| run.summary.outcomes.get(class).is_some_and(|n| *n > 0));
     let comment: Vec<String> =
         rows.iter().map(|row| format!("{} {}. Must come of it: {}", row.id, row.threat, row.containment)).collect();
     let mut object = Map::from_iter([
@@ -132,7 +132,7 @@ fn technique(id: &str, rows: &[&MatrixRow]) -> Value {
     if !runs.is_empty() {
         object.insert("score".to_owned(), score(&runs).into());
     }
-    if let Some(class) = WORST_FIRST.iter().find(|class| came(class)) {
+    if let Some(class) = WORST_FIRST.iter().find(|class| occurred(class)) {
         object.insert("color".to_owned(), colour_of_outcome(class.name()).into());
     }
     object.into()
@@ -155,8 +155,8 @@ fn score(runs: &[&MatrixRun]) -> u8 {
 fn evidence(row: &MatrixRow) -> Vec<Value> {
     let line = |name: String, value: String| json!({ "name": name, "value": value });
     if row.kinds.is_empty() {
-        let why = row.open.as_deref().unwrap_or("not in this matrix");
-        return vec![line(row.id.clone(), format!("not run: {why}"))];
+        let reason = row.open.as_deref().unwrap_or("not in this matrix");
+        return vec![line(row.id.clone(), format!("not run: {reason}"))];
     }
     row.kinds.iter().map(|kind| line(format!("{}, {}", row.id, kind.evidence.name()), told_of(kind))).collect()
 }
@@ -167,7 +167,7 @@ fn told_of(kind: &Kind) -> String {
     format!(
         "{ablation}n {}: {}; {} not as expected; unsafe below {:.2} % in the worst run, {:.2} % with all bounds together (95 %){counts}",
         kind.n,
-        told(&kind.outcomes),
+        class_counts(&kind.outcomes),
         kind.unexpected,
         kind.unsafe_upper_95 * 100.0,
         kind.unsafe_upper_95_simultaneous * 100.0,

@@ -161,7 +161,7 @@ mod tests {
         search["watermark"] = serde_json::Value::Null;
         search["findings"][0]["word"] = "<img src=//a.b/c onerror=alert(1)>".into();
         results.read("search.json", search.to_string().as_bytes()).expect("a search");
-        let lasted = |what: &str| Lasted { what: what.to_owned(), from: 1.0, to: 2.0 };
+        let lasted = |label: &str| Lasted { what: label.to_owned(), from: 1.0, to: 2.0 };
         let refused =
             Refusals { by: "gateway".to_owned(), reason: "stale".to_owned(), n: 3, at: vec![lasted("stale")] };
         let story = RunSummary {

@@ -33,12 +33,12 @@ pub struct Given {
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
     /// The result.
-    pub found: Found,
+    pub found: FoundResult,
 }
 
 /// A result, by its kind.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Found {
+pub enum FoundResult {
     /// `matrix`.
     Matrix(Matrix),
     /// `run`, or `runs`: one for each scenario.
@@ -59,30 +59,34 @@ pub enum Found {
     TwinCost(TwinCost),
 }
 
-impl Found {
+impl FoundResult {
     /// The name of its kind.
     pub fn kind(&self) -> &'static str {
         match self {
-            Found::Matrix(_) => "matrix",
-            Found::Runs(_) => "run",
-            Found::Reference(_) => "reference",
-            Found::Campaign(_) => "campaign",
-            Found::Search(_) => "search",
-            Found::BenchLive(_) => "bench-live",
-            Found::Curve(_) => "curve",
-            Found::Ablation(_) => "ablation",
-            Found::TwinCost(_) => "bench-twin",
+            FoundResult::Matrix(_) => "matrix",
+            FoundResult::Runs(_) => "run",
+            FoundResult::Reference(_) => "reference",
+            FoundResult::Campaign(_) => "campaign",
+            FoundResult::Search(_) => "search",
+            FoundResult::BenchLive(_) => "bench-live",
+            FoundResult::Curve(_) => "curve",
+            FoundResult::Ablation(_) => "ablation",
+            FoundResult::TwinCost(_) => "bench-twin",
         }
     }
 
     /// The first contradiction within it, of the kinds with figures that follow from others in it. A reader of results of others asks for it.
     pub fn contradiction(&self) -> Option<String> {
         match self {
-            Found::Matrix(matrix) => matrix.contradiction(),
-            Found::Runs(runs) => runs.iter().find_map(RunObject::contradiction),
-            Found::Reference(reference) => reference.contradiction(),
-            Found::Campaign(campaign) => campaign.contradiction(),
-            Found::Search(_) | Found::BenchLive(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => None,
+            FoundResult::Matrix(matrix) => matrix.contradiction(),
+            FoundResult::Runs(runs) => runs.iter().find_map(RunObject::contradiction),
+            FoundResult::Reference(reference) => reference.contradiction(),
+            FoundResult::Campaign(campaign) => campaign.contradiction(),
+            FoundResult::Search(_)
+            | FoundResult::BenchLive(_)
+            | FoundResult::Curve(_)
+            | FoundResult::Ablation(_)
+            | FoundResult::TwinCost(_) => None,
         }
     }
 }
@@ -110,7 +114,7 @@ pub enum Reason {
     /// More files than one dossier is made of.
     #[error("more than {MAX_FILES} files; make several dossiers")]
     TooMany,
-    /// It is there already, and its trials would count twice.
+    /// A duplicate: its trials would count twice.
     #[error("the same result as {0}; give each once")]
     Twice(String),
     /// It is not JSON, or not the object that its kind promises.
@@ -123,11 +127,11 @@ pub enum Reason {
     #[error("kind `{0}` has no place in a dossier, which takes {KINDS}")]
     OtherKind(String),
     /// It was written by another version.
-    #[error("schema_version {}, and {SCHEMA_VERSION} is read; print it again with this version of holdsafe", told(.0))]
+    #[error("schema_version {}, and {SCHEMA_VERSION} is read; print it again with this version of holdsafe", version_text(.0))]
     OtherVersion(Option<u32>),
 }
 
-fn told(version: &Option<u32>) -> String {
+fn version_text(version: &Option<u32>) -> String {
     version.map_or_else(|| "missing".to_owned(), |version| version.to_string())
 }
 
@@ -158,7 +162,7 @@ impl Results {
     }
 
     /// The files, in order.
-    pub fn given(&self) -> &[Given] {
+    pub fn files(&self) -> &[Given] {
         &self.given
     }
 
@@ -200,7 +204,7 @@ fn bounded(bytes: &[u8]) -> Result<&[u8], Reason> {
     if bytes.len() > MAX_FILE_BYTES { Err(Reason::TooLong) } else { Ok(bytes) }
 }
 
-fn found(bytes: &[u8]) -> Result<Found, Reason> {
+fn found(bytes: &[u8]) -> Result<FoundResult, Reason> {
     let bytes = bounded(bytes)?;
     let head: Head = object(bytes)?;
     let kind = head.kind.ok_or(Reason::NoKind)?;
@@ -208,16 +212,16 @@ fn found(bytes: &[u8]) -> Result<Found, Reason> {
         return Err(Reason::OtherVersion(head.schema_version));
     }
     Ok(match kind.as_str() {
-        "matrix" => Found::Matrix(object(bytes)?),
-        "run" => Found::Runs(vec![object(bytes)?]),
-        "runs" => Found::Runs(object::<RunsObject>(bytes)?.runs),
-        "reference" => Found::Reference(object(bytes)?),
-        "campaign" => Found::Campaign(object(bytes)?),
-        "search" => Found::Search(object(bytes)?),
-        "bench-live" => Found::BenchLive(Box::new(object(bytes)?)),
-        "curve" => Found::Curve(object(bytes)?),
-        "ablation" => Found::Ablation(object(bytes)?),
-        "bench-twin" => Found::TwinCost(object(bytes)?),
+        "matrix" => FoundResult::Matrix(object(bytes)?),
+        "run" => FoundResult::Runs(vec![object(bytes)?]),
+        "runs" => FoundResult::Runs(object::<RunsObject>(bytes)?.runs),
+        "reference" => FoundResult::Reference(object(bytes)?),
+        "campaign" => FoundResult::Campaign(object(bytes)?),
+        "search" => FoundResult::Search(object(bytes)?),
+        "bench-live" => FoundResult::BenchLive(Box::new(object(bytes)?)),
+        "curve" => FoundResult::Curve(object(bytes)?),
+        "ablation" => FoundResult::Ablation(object(bytes)?),
+        "bench-twin" => FoundResult::TwinCost(object(bytes)?),
         _ => return Err(Reason::OtherKind(kind)),
     })
 }
@@ -252,10 +256,10 @@ mod tests {
         let text = search.to_string();
         let mut results = Results::default();
         results.read("x.json", text.as_bytes()).expect("a search");
-        let [given] = results.given() else { panic!("one file") };
-        let Found::Search(search) = &given.found else { panic!("a search") };
+        let [file] = results.files() else { panic!("one file") };
+        let FoundResult::Search(search) = &file.found else { panic!("a search") };
         assert_eq!((search.hunt.trials, search.hunt.outcomes[&Outcome::HoldSafe]), (9, 1));
-        assert_eq!((given.file.as_str(), given.sha256.len()), ("x.json", 64));
+        assert_eq!((file.file.as_str(), file.sha256.len()), ("x.json", 64));
     }
 
     #[test]
@@ -264,7 +268,7 @@ mod tests {
         for kind in KINDS.split(", ") {
             results.read(kind, golden(kind).to_string().as_bytes()).expect("a result");
         }
-        let read: BTreeSet<&str> = results.given().iter().map(|given| given.found.kind()).collect();
+        let read: BTreeSet<&str> = results.files().iter().map(|file| file.found.kind()).collect();
         assert_eq!(read.len(), KINDS.split(", ").count() - 1, "`runs` is read as `run`");
     }
 
@@ -310,7 +314,7 @@ mod tests {
         let text =
             r#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"live_latency_ms":[],"as_expected":true}"#;
         results.read("a.json", text.as_bytes()).expect("room");
-        let again = results.read("b.json", text.replace(',', ", ").as_bytes()).expect_err("the same again");
-        assert!(again.to_string().contains("the same result as a.json"), "{again}");
+        let repeated = results.read("b.json", text.replace(',', ", ").as_bytes()).expect_err("the same again");
+        assert!(repeated.to_string().contains("the same result as a.json"), "{repeated}");
     }
 }

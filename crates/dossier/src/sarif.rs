@@ -11,7 +11,7 @@ use results::report::{FindingRow, MatrixRow, SearchObject, property_statement};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use crate::reader::{Found, Given, Results};
+use crate::reader::{FoundResult, Given, Results};
 use crate::tried::{Tried, meaning, tried};
 
 /// Published address of the schema.
@@ -22,21 +22,21 @@ type Rules = BTreeMap<String, Value>;
 
 /// The file.
 pub fn sarif(results: &Results) -> String {
-    let runs: Vec<Value> = results.given().iter().map(|given| run(results, given)).collect();
+    let runs: Vec<Value> = results.files().iter().map(|file| run(results, file)).collect();
     format!("{:#}\n", json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": runs }))
 }
 
-fn run(all: &Results, given: &Given) -> Value {
+fn run(all: &Results, file: &Given) -> Value {
     let mut rules = Rules::new();
     let mut results = Vec::new();
-    if let Found::Matrix(matrix) = &given.found {
+    if let FoundResult::Matrix(matrix) = &file.found {
         rules.extend(matrix.rows.iter().map(|row| (row.id.clone(), threat(row))));
     }
-    for one in tried(given) {
+    for one in tried(file) {
         let uri = uri(all, one.scenario);
         results.extend(one.unexpected().map(|(class, n)| unexpected(&mut rules, &one, class, n, &uri)));
     }
-    if let Found::Search(search) = &given.found {
+    if let FoundResult::Search(search) = &file.found {
         let uri = uri(all, &search.scenario);
         results.extend(search.findings.iter().map(|finding| found(&mut rules, search, finding, &uri)));
     }
@@ -47,17 +47,17 @@ fn run(all: &Results, given: &Given) -> Value {
     let rules: Vec<&Value> = rules.values().collect();
     json!({
         "tool": { "driver": { "name": "holdsafe", "version": env!("CARGO_PKG_VERSION"), "rules": rules } },
-        "automationDetails": { "id": given.file },
+        "automationDetails": { "id": file.file },
         "originalUriBaseIds": { "SRCROOT": { "description": { "text": "The root of the holdsafe repository." } } },
         "invocations": [{ "executionSuccessful": true }],
         "results": results,
-        "properties": { "sha256": given.sha256 },
+        "properties": { "sha256": file.sha256 },
     })
 }
 
 fn threat(row: &MatrixRow) -> Value {
     let tags: Vec<&str> = ["security"].into_iter().chain(row.techniques.iter().map(String::as_str)).collect();
-    // By the name that files have, not in words.
+    // The name that files have, not the words.
     let requirement = json!(row.requirement);
     let requirement = requirement.as_str().unwrap_or_default();
     json!({

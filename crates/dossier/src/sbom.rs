@@ -46,8 +46,8 @@ pub fn sbom(manifest: Option<&Manifest>) -> String {
 
 fn bom(lock: &Lock, manifest: Option<&Manifest>) -> Value {
     let files: Vec<Value> = manifest.into_iter().flat_map(|manifest| &manifest.files).map(file).collect();
-    let own = lock.package.iter().filter(|package| package.source.is_none()).map(Package::reference);
-    let root = json!({ "ref": "holdsafe", "dependsOn": own.collect::<Vec<_>>() });
+    let own_texts = lock.package.iter().filter(|package| package.source.is_none()).map(Package::reference);
+    let root = json!({ "ref": "holdsafe", "dependsOn": own_texts.collect::<Vec<_>>() });
     let dependencies: Vec<Value> = [root].into_iter().chain(dependencies(lock)).collect();
     json!({
         "$schema": "http://cyclonedx.org/schema/bom-1.6.schema.json",
@@ -90,7 +90,7 @@ fn component(package: &Package) -> Value {
 impl Package {
     /// A package URL; of our own, which no registry has, a name that is none.
     fn reference(&self) -> String {
-        // In a package URL's version a plus sign is escaped.
+        // A plus sign in a package URL's version is escaped.
         let version = self.version.replace('+', "%2B");
         let registry = if self.source.is_some() { "pkg:cargo/" } else { "holdsafe/" };
         format!("{registry}{}@{version}", self.name)

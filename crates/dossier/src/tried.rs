@@ -7,7 +7,7 @@ use evidence::trial::{Outcome, Outcomes, Trial};
 use results::report::{CampaignRow, MatrixRow, MatrixRun, ReferenceRow, RunObject, Summary};
 use scenario::Evidence;
 
-use crate::reader::{Found, Given};
+use crate::reader::{FoundResult, Given};
 
 /// The most findings of a trial that are passed on: a broken chain has one for each entry behind it.
 pub const MAX_FINDINGS: usize = 5;
@@ -84,7 +84,7 @@ pub(crate) fn either(expected: &[Outcome]) -> String {
 }
 
 /// Classes and how often, as `REJECTED 298, LATE 1`.
-pub fn told(outcomes: &Outcomes) -> String {
+pub fn class_counts(outcomes: &Outcomes) -> String {
     outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }
 
@@ -108,29 +108,33 @@ pub fn meaning(class: Outcome) -> &'static str {
 }
 
 /// The first trial of each variation of a run whose recording was kept: its name, and the SHA-256 of its `held.json`.
-pub fn kept_trials(given: &Given) -> Vec<(String, String)> {
-    let runs = if let Found::Runs(runs) = &given.found { runs.as_slice() } else { &[] };
-    let of = |(run, one): (&RunObject, Tried<'_>)| {
-        let own = run.trials.iter().filter(|trial| one.cell.is_none() || trial.cell.as_deref() == one.cell);
-        let (trial, held) = own.into_iter().find_map(|trial| Some((trial, trial.held.clone()?)))?;
+pub fn kept_trials(file: &Given) -> Vec<(String, String)> {
+    let runs = if let FoundResult::Runs(runs) = &file.found { runs.as_slice() } else { &[] };
+    let result_for = |(run, one): (&RunObject, Tried<'_>)| {
+        let own_trials = run.trials.iter().filter(|trial| one.cell.is_none() || trial.cell.as_deref() == one.cell);
+        let (trial, held) = own_trials.into_iter().find_map(|trial| Some((trial, trial.held.clone()?)))?;
         Some((format!("{}, seed {}: {}", one.name(), trial.seed, trial.outcome.name()), held))
     };
-    runs.iter().flat_map(|run| of_run(run).into_iter().map(move |one| (run, one))).filter_map(of).collect()
+    runs.iter().flat_map(|run| of_run(run).into_iter().map(move |one| (run, one))).filter_map(result_for).collect()
 }
 
 /// The variations in a file, in its order. A search has none: its attack sequences are no sample. Nor have comparisons and
 /// measurements.
-pub fn tried(given: &Given) -> Vec<Tried<'_>> {
-    match &given.found {
-        Found::Matrix(matrix) => {
+pub fn tried(file: &Given) -> Vec<Tried<'_>> {
+    match &file.found {
+        FoundResult::Matrix(matrix) => {
             let runs = matrix.rows.iter().flat_map(|row| row.runs.iter().map(move |run| (row, run)));
             runs.map(|(row, run)| of_matrix(matrix.seed, row, run)).collect()
         }
-        Found::Runs(runs) => runs.iter().flat_map(of_run).collect(),
-        Found::Reference(reference) => reference.rows.iter().map(|row| of_reference(reference.seed, row)).collect(),
-        Found::Campaign(campaign) => campaign.rows.iter().map(of_campaign).collect(),
-        Found::BenchLive(bench) => bench.runs().flat_map(of_run).collect(),
-        Found::Search(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => Vec::new(),
+        FoundResult::Runs(runs) => runs.iter().flat_map(of_run).collect(),
+        FoundResult::Reference(reference) => {
+            reference.rows.iter().map(|row| of_reference(reference.seed, row)).collect()
+        }
+        FoundResult::Campaign(campaign) => campaign.rows.iter().map(of_campaign).collect(),
+        FoundResult::BenchLive(bench) => bench.runs().flat_map(of_run).collect(),
+        FoundResult::Search(_) | FoundResult::Curve(_) | FoundResult::Ablation(_) | FoundResult::TwinCost(_) => {
+            Vec::new()
+        }
     }
 }
 
@@ -153,13 +157,13 @@ fn of_reference(seed: u64, row: &ReferenceRow) -> Tried<'_> {
         counts: Some(row.counts),
         expected: &row.expected,
         unsafe_upper_95_simultaneous: Some(row.unsafe_upper_95_simultaneous),
-        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n as u64, seed) + &on(row),
+        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n as u64, seed) + &platform_option(row),
         ..of_summary(&row.scenario, cell, row.evidence, &row.summary, seed)
     }
 }
 
 /// Option of a platform that is not the scenario's own.
-fn on(row: &ReferenceRow) -> String {
+fn platform_option(row: &ReferenceRow) -> String {
     row.platform.as_ref().map(|platform| format!(" --platform {platform}")).unwrap_or_default()
 }
 
@@ -193,8 +197,8 @@ fn of_run(run: &RunObject) -> Vec<Tried<'_>> {
 }
 
 fn of_cell<'a>(run: &'a RunObject, cell: Option<&'a str>, expected: &'a [Outcome], summary: &'a Summary) -> Tried<'a> {
-    let own = run.trials.iter().filter(|trial| cell.is_none() || trial.cell.as_deref() == cell);
-    let odd: Option<&Trial> = own.into_iter().find(|trial| trial.outcome.is_unexpected(expected));
+    let own_trials = run.trials.iter().filter(|trial| cell.is_none() || trial.cell.as_deref() == cell);
+    let odd: Option<&Trial> = own_trials.into_iter().find(|trial| trial.outcome.is_unexpected(expected));
     let (n, seed) = odd.map_or((summary.n as u64, run.seed), |trial| (1, trial.seed));
     let findings = odd.into_iter().flat_map(|trial| &trial.findings).map(String::as_str);
     Tried {
@@ -259,7 +263,7 @@ mod tests {
     fn kept_trial_is_named_by_cell_and_class() {
         let mut results = crate::reader::Results::default();
         results.read("run.json", golden("run").to_string().as_bytes()).expect("a run");
-        let (name, held) = kept_trials(&results.given()[0]).pop().expect("a kept trial");
+        let (name, held) = kept_trials(&results.files()[0]).pop().expect("a kept trial");
         assert_eq!((name.as_str(), held), ("loss by_session, live, seed 7: HOLD_SAFE", "ab".repeat(32)));
     }
 
@@ -272,7 +276,7 @@ mod tests {
         run["trials"][0]["outcome"] = "INVALID".into();
         let mut results = crate::reader::Results::default();
         results.read("live.json", bench.to_string().as_bytes()).expect("a bench");
-        let all: Vec<_> = results.given().iter().flat_map(tried).collect();
+        let all: Vec<_> = results.files().iter().flat_map(tried).collect();
         assert_eq!(all.len(), 1);
         assert_eq!(all[0].unexpected().collect::<Vec<_>>(), [(Outcome::Invalid, 1)]);
     }

@@ -28,7 +28,7 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
             first_life.insert(logged.node);
         }
     }
-    last.into_values().filter_map(|l| Head::of::<Any>(&l.bytes)).map(HeldHead::from).collect()
+    last.into_values().filter_map(|l| Head::from_last::<Any>(&l.bytes)).map(HeldHead::from).collect()
 }
 
 /// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is

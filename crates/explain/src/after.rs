@@ -6,20 +6,20 @@ use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 
-use super::{Change, Log, Split, Stage, Step};
+use super::{ChainStep, Change, LinkStage, Log, Split};
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
 
 /// The links behind the transition, and how long they took.
-pub(super) fn follow(log: &Log, change: &Change) -> (Vec<Step>, Split) {
-    let mut steps: Vec<Step> = authority(log, change).into_iter().collect();
+pub(super) fn follow(log: &Log, change: &Change) -> (Vec<ChainStep>, Split) {
+    let mut steps: Vec<ChainStep> = authority(log, change).into_iter().collect();
     let mut split = Split::default();
     let until = log.changes().iter().find(|c| c.at > change.at).map_or(Micros::MAX, |c| c.at);
-    let within = |found: Option<(Micros, i32)>| found.filter(|(at, _)| *at < until);
+    let before_end = |found: Option<(Micros, i32)>| found.filter(|(time, _)| *time < until);
     if let Some(limit) = speed_limit(log, change) {
         let plant = |wanted: &dyn Fn(i32, i32) -> bool| {
-            within(log.first(NodeId::SIM, change.at, |event| match *event {
+            before_end(log.first(NodeId::SIM, change.at, |event| match *event {
                 Any::Instrument(Note::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, .. }) => {
                     wanted(speed_mm_s, set_speed_mm_s).then_some(speed_mm_s)
                 }
@@ -28,23 +28,28 @@ pub(super) fn follow(log: &Log, change: &Change) -> (Vec<Step>, Split) {
         };
         if let Some((at_us, speed)) = plant(&|_, set| set.abs() <= limit) {
             let what = format!("the plant follows at most {limit} mm/s, and goes {speed}");
-            steps.push(Step { stage: Stage::Actuation, at_us, by: NodeId::SIM, what });
+            steps.push(ChainStep { stage: LinkStage::Actuation, at_us, by: NodeId::SIM, what });
             split.plant_us = Some(at_us - change.at);
         }
         if limit <= STANDING
             && let Some((at_us, _)) = plant(&|speed, _| speed.abs() <= STANDING)
         {
-            steps.push(Step { stage: Stage::Actuation, at_us, by: NodeId::SIM, what: "the plant stands".to_owned() });
+            steps.push(ChainStep {
+                stage: LinkStage::Actuation,
+                at_us,
+                by: NodeId::SIM,
+                what: "the plant stands".to_owned(),
+            });
             split.standing_us = Some(at_us - change.at);
         }
     }
-    let shown = within(log.first(NodeId::CONSOLE, change.at, |event| match *event {
+    let shown = before_end(log.first(NodeId::CONSOLE, change.at, |event| match *event {
         Any::Service(Event::Displayed { unit: UnitId::A, mode, .. }) => (mode == change.to).then_some(0),
         _ => None,
     }));
     if let Some((at_us, _)) = shown {
         let what = format!("{} is shown", change.to.name());
-        steps.push(Step { stage: Stage::Display, at_us, by: NodeId::CONSOLE, what });
+        steps.push(ChainStep { stage: LinkStage::Display, at_us, by: NodeId::CONSOLE, what });
         split.display_us = Some(at_us - change.at);
     }
     (steps, split)
@@ -60,10 +65,10 @@ fn speed_limit(log: &Log, change: &Change) -> Option<i32> {
 }
 
 /// Fate of authority at this change: it is written in the same step of the machine.
-fn authority(log: &Log, change: &Change) -> Option<Step> {
+fn authority(log: &Log, change: &Change) -> Option<ChainStep> {
     // The step has one time on the unit's clock; what it wrote is taken in one entry after the other.
     let same_step = |w: &&Witnessed| i128::from(w.entry.at.0) == i128::from(change.at) + change.local;
-    let what = log.by(NodeId::UNIT_A).filter(same_step).find_map(|w| match w.entry.event {
+    let what = log.entries_by(NodeId::UNIT_A).filter(same_step).find_map(|w| match w.entry.event {
         Any::Service(Event::Minted { authority, track, .. }) => {
             Some(format!("authority {authority} is minted on track {}", track.0))
         }
@@ -71,5 +76,5 @@ fn authority(log: &Log, change: &Change) -> Option<Step> {
         Any::Service(Event::Acted { authority, .. }) => Some(format!("authority {authority} is used")),
         _ => None,
     })?;
-    Some(Step { stage: Stage::Authority, at_us: change.at, by: NodeId::UNIT_A, what })
+    Some(ChainStep { stage: LinkStage::Authority, at_us: change.at, by: NodeId::UNIT_A, what })
 }

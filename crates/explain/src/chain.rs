@@ -3,40 +3,40 @@
 use evidence::Micros;
 use wire::id::NodeId;
 
-use super::{Origin, Place, Stage, Step};
+use super::{ChainStep, FaultSite, LinkStage, Origin};
 
-/// A cause with its first link, by the unit's own word.
-pub(super) fn of_unit(place: Place, since: Micros, what: impl Into<String>) -> Origin {
-    from(NodeId::UNIT_A, place, since, what)
+/// A cause with its first link, as the unit logged it.
+pub(super) fn of_unit(place: FaultSite, since: Micros, name: impl Into<String>) -> Origin {
+    from(NodeId::UNIT_A, place, since, name)
 }
 
-/// The same by the word of `by`.
-pub(super) fn from(by: NodeId, place: Place, since: Micros, what: impl Into<String>) -> Origin {
-    let what = what.into();
-    let first = Step { stage: Stage::Cause, at_us: since, by, what: what.clone() };
+/// Origin by a statement of `by`.
+pub(super) fn from(by: NodeId, place: FaultSite, since: Micros, name: impl Into<String>) -> Origin {
+    let what = name.into();
+    let first = ChainStep { stage: LinkStage::Cause, at_us: since, by, what: what.clone() };
     Origin { place, or: Vec::new(), since_us: since, what, steps: vec![first] }
 }
 
 impl Origin {
     /// One that the log cannot tell from `place`.
-    pub(super) fn or(mut self, place: Place) -> Origin {
+    pub(super) fn or(mut self, place: FaultSite) -> Origin {
         self.or.push(place);
         self
     }
 
     /// With another link.
-    pub(super) fn with(mut self, stage: Stage, at_us: Micros, by: NodeId, what: impl Into<String>) -> Origin {
-        self.steps.push(Step { stage, at_us, by, what: what.into() });
+    pub(super) fn with_link(mut self, stage: LinkStage, at_us: Micros, by: NodeId, name: impl Into<String>) -> Origin {
+        self.steps.push(ChainStep { stage, at_us, by, what: name.into() });
         self
     }
 
     /// With the refusals, as one link: their number, their beginning, and the first in its own words.
-    pub(super) fn refusing(self, by: NodeId, refused: &[(Micros, String)]) -> Origin {
+    pub(super) fn refusing(self, author: NodeId, refused: &[(Micros, String)]) -> Origin {
         let Some((since, first)) = refused.first() else { return self };
-        let what = match refused.len() {
+        let name = match refused.len() {
             1 => format!("refused one: {first}"),
             n => format!("refused {n}, the first: {first}"),
         };
-        self.with(Stage::Refusals, *since, by, what)
+        self.with_link(LinkStage::Refusals, *since, author, name)
     }
 }

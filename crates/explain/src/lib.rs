@@ -1,6 +1,6 @@
 //! Reason of each change of the platform's mode, from its services' own logs.
 //!
-//! No receipt is read, no relay's, guard's or insider's log, no word of the launcher, and of the sim only its plant's
+//! No receipt is read, no relay's, guard's or insider's log, no entry of the launcher, and of the sim only its plant's
 //! actions: an explainer in the field has no more. A chain goes from the *origin* (the first place at which something was
 //! not as it should be) over refusals, the guard and the transition to authority, plant and display. An origin is a place of the
 //! platform and never an actor: whether a link was cut or jammed the services cannot know.
@@ -32,7 +32,7 @@ pub use why_not::{WhyNot, why_not};
 /// Place at which something was first not as it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
+pub enum FaultSite {
     /// A person asked for it.
     Operator,
     /// A sensor of the unit, or its receiver.
@@ -43,9 +43,9 @@ pub enum Place {
     Perception,
     /// The designated track itself.
     Track,
-    /// From the unit to the gateway.
+    /// Path from the unit to the gateway.
     Uplink,
-    /// From the gateway to the unit.
+    /// Path from the gateway to the unit.
     Downlink,
     /// Both directions of the telemetry link.
     Telemetry,
@@ -70,7 +70,7 @@ pub enum Place {
 /// Subject of a link of a chain, in the order of the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Stage {
+pub enum LinkStage {
     /// The origin.
     Cause,
     /// Refusals of a boundary because of it.
@@ -91,14 +91,14 @@ pub enum Stage {
 
 /// One link of a chain, with the entry that shows it where one does.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Step {
+pub struct ChainStep {
     /// Its subject.
-    pub stage: Stage,
+    pub stage: LinkStage,
     /// Trace time.
     pub at_us: Micros,
     /// Node with that word.
     pub by: NodeId,
-    /// In words.
+    /// Description in words.
     pub what: String,
 }
 
@@ -106,29 +106,29 @@ pub struct Step {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Origin {
     /// The place.
-    pub place: Place,
+    pub place: FaultSite,
     /// Places from which the log cannot tell it: it may as well have been one of these.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub or: Vec<Place>,
+    pub or: Vec<FaultSite>,
     /// Since when, at the latest.
     pub since_us: Micros,
     /// Fault there.
     pub what: String,
     /// Steps from there to the guard.
     #[serde(skip)]
-    steps: Vec<Step>,
+    steps: Vec<ChainStep>,
 }
 
 /// Time from the change of mode to its consequences, microseconds; `None` where the log does not show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Split {
-    /// From the origin to the change.
+    /// Time from the origin to the change.
     pub noticed_us: Micros,
-    /// From the change to a plant that follows the mode's speed.
+    /// Time from the change to a plant that follows the mode's speed.
     pub plant_us: Option<Micros>,
-    /// From the change to standing still, where it is owed.
+    /// Time from the change to standing still, where that is required.
     pub standing_us: Option<Micros>,
-    /// From the change to a display that shows the mode.
+    /// Time from the change to a display that shows the mode.
     pub display_us: Option<Micros>,
 }
 
@@ -137,7 +137,7 @@ pub struct Split {
 pub struct Explanation {
     /// Time, trace time.
     pub at_us: Micros,
-    /// From.
+    /// Mode before.
     pub from: Mode,
     /// To.
     pub to: Mode,
@@ -146,7 +146,7 @@ pub struct Explanation {
     /// Its origin.
     pub origin: Origin,
     /// The chain, in order of stage and time.
-    pub chain: Vec<Step>,
+    pub chain: Vec<ChainStep>,
     /// Its duration.
     pub split: Split,
 }
@@ -173,7 +173,7 @@ struct Change {
 
 /// Every change of mode of the unit under test, explained; in order.
 pub fn explain(entries: &[Witnessed], bounds: &Bounds) -> Vec<Explanation> {
-    let log = Log::of(entries, *bounds);
+    let log = Log::from_entries(entries, *bounds);
     log.changes().iter().map(|change| explained(&log, change)).collect()
 }
 
@@ -181,7 +181,12 @@ fn explained(log: &Log, change: &Change) -> Explanation {
     let mut origin = origin::find(log, change);
     let mut chain = std::mem::take(&mut origin.steps);
     let (after, mut split) = after::follow(log, change);
-    chain.push(Step { stage: Stage::Transition, at_us: change.at, by: NodeId::UNIT_A, what: told(change) });
+    chain.push(ChainStep {
+        stage: LinkStage::Transition,
+        at_us: change.at,
+        by: NodeId::UNIT_A,
+        what: change_text(change),
+    });
     chain.extend(after);
     chain.sort_by_key(|step| (step.stage, step.at_us));
     split.noticed_us = change.at.saturating_sub(origin.since_us);
@@ -189,6 +194,6 @@ fn explained(log: &Log, change: &Change) -> Explanation {
     Explanation { at_us: at, from, to, cause, origin, chain, split }
 }
 
-fn told(change: &Change) -> String {
+fn change_text(change: &Change) -> String {
     format!("{} to {}, {}", change.from.name(), change.to.name(), change.cause.label())
 }

@@ -1,6 +1,6 @@
 //! A supervision lease that lapsed: the way of the telemetry link that failed first, or the reason that the gateway granted none.
 //!
-//! The gateway grants while it hears the unit and while no HOLD is unacknowledged. So a lapse is told apart by the records that each
+//! The gateway grants while it hears the unit and while no HOLD is unacknowledged. So a lapse is distinguished by the records that each
 //! end went on accepting: after the uplink fails grants stop *Tf* later, after a HOLD at once, and after the downlink fails
 //! the gateway still hears the unit.
 
@@ -14,7 +14,7 @@ use wire::mode::Because;
 
 use super::chain::from;
 use super::log::stages;
-use super::{Change, Log, Origin, Place, Stage};
+use super::{Change, FaultSite, LinkStage, Log, Origin};
 
 /// Difference that two ends which fail at once may have: a period and a record's delay; less than *Tf* by as much.
 const SLACK: Micros = 150_000;
@@ -31,7 +31,7 @@ const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either wa
 
 /// Reason that there is no lease.
 pub(super) fn lease(log: &Log, change: &Change) -> Origin {
-    // The last grant that was accepted; everything accepted later was none.
+    // The last accepted grant.
     let granted = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { 0 };
     if let Some(origin) = held(log, change, granted) {
         return origin;
@@ -54,23 +54,23 @@ pub(super) fn lease(log: &Log, change: &Change) -> Origin {
         return origin;
     }
     let lasted = (change.at - granted.min(change.at)) / 1000;
-    let what = match lasted + period / 1000 < log.bounds.lease_ms {
+    let name = match lasted + period / 1000 < log.bounds.lease_ms {
         true => format!("grants come so late that the last one lasts {lasted} ms"),
         false => PASSES_NOTHING.to_owned(),
     };
-    let origin = from(NodeId::UNIT_A, Place::Telemetry, granted, what);
+    let origin = from(NodeId::UNIT_A, FaultSite::Telemetry, granted, name);
     origin.refusing(NodeId::UNIT_A, &late_down).refusing(NodeId::GATEWAY, &late_up)
 }
 
 fn uplink(log: &Log, change: &Change, since: Micros, refused: &[(Micros, String)]) -> Origin {
-    let what = match refused.is_empty() {
+    let name = match refused.is_empty() {
         true => "the gateway hears nothing of the unit",
         false => "the gateway accepts nothing of the unit",
     };
     let limit = log.bounds.freshness_ms;
     let stopped = (since + limit * 1000).min(change.at);
-    from(NodeId::GATEWAY, Place::Uplink, since, what).refusing(NodeId::GATEWAY, refused).with(
-        Stage::Health,
+    from(NodeId::GATEWAY, FaultSite::Uplink, since, name).refusing(NodeId::GATEWAY, refused).with_link(
+        LinkStage::Health,
         stopped,
         NodeId::GATEWAY,
         format!("no grant to a unit of which nothing newer than {limit} ms was accepted"),
@@ -78,48 +78,64 @@ fn uplink(log: &Log, change: &Change, since: Micros, refused: &[(Micros, String)
 }
 
 fn downlink(granted: Micros, refused: &[(Micros, String)]) -> Origin {
-    let what = match refused.is_empty() {
+    let name = match refused.is_empty() {
         true => "the unit hears no grant, while the gateway hears the unit",
         false => "the unit accepts no grant, while the gateway hears the unit",
     };
-    from(NodeId::UNIT_A, Place::Downlink, granted, what).refusing(NodeId::UNIT_A, refused)
+    from(NodeId::UNIT_A, FaultSite::Downlink, granted, name).refusing(NodeId::UNIT_A, refused)
 }
 
 /// A HOLD that the unit did not carry out: the gateway grants no lease until it does.
 fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
-    let near = |at: Micros| at + SLACK >= granted && at <= granted + SLACK;
-    let (sent, id) = log.by(NodeId::CONSOLE).filter(|w| w.at <= change.at).find_map(|w| match w.entry.event {
-        Any::Service(Event::Intended { command, kind: CommandKind::Hold, .. }) => {
-            let sent = stages(log, command, change.at).into_iter().find(|(_, stage)| *stage == CommandStage::Sent)?;
-            near(sent.0).then_some((sent.0, command))
-        }
-        _ => None,
-    })?;
+    let near = |time: Micros| time + SLACK >= granted && time <= granted + SLACK;
+    let (sent, id) =
+        log.entries_by(NodeId::CONSOLE).filter(|w| w.at <= change.at).find_map(|w| match w.entry.event {
+            Any::Service(Event::Intended { command, kind: CommandKind::Hold, .. }) => {
+                let sent =
+                    stages(log, command, change.at).into_iter().find(|(_, stage)| *stage == CommandStage::Sent)?;
+                near(sent.0).then_some((sent.0, command))
+            }
+            _ => None,
+        })?;
     let origin = match late_console(log, sent) {
         Some((since, until)) => {
-            let what = format!(
+            let name = format!(
                 "the console itself wrote nothing for {} ms, and gave its orders after that",
                 (until - since) / 1000
             );
             let unheeded = format!("HOLD {id} was sent and is not carried out");
-            from(NodeId::CONSOLE, Place::Console, since, what).with(Stage::Health, sent, NodeId::GATEWAY, unheeded)
+            from(NodeId::CONSOLE, FaultSite::Console, since, name).with_link(
+                LinkStage::Health,
+                sent,
+                NodeId::GATEWAY,
+                unheeded,
+            )
         }
-        None => from(NodeId::GATEWAY, Place::CommandPlane, sent, format!("HOLD {id} was sent and is not carried out")),
+        None => {
+            from(NodeId::GATEWAY, FaultSite::CommandPlane, sent, format!("HOLD {id} was sent and is not carried out"))
+        }
     };
     let origin = match session_taken(log, sent) {
-        Some((since, peer)) if origin.place == Place::CommandPlane => {
-            let what = format!("the broker gave the session of {peer} to somebody else who came under its identity");
+        Some((since, peer)) if origin.place == FaultSite::CommandPlane => {
+            let name = format!("the broker gave the session of {peer} to somebody else who came under its identity");
             let unheeded = format!("HOLD {id} was sent and is not carried out");
-            from(NodeId::BROKER, Place::CommandPlane, since, what).with(Stage::Health, sent, NodeId::GATEWAY, unheeded)
+            from(NodeId::BROKER, FaultSite::CommandPlane, since, name).with_link(
+                LinkStage::Health,
+                sent,
+                NodeId::GATEWAY,
+                unheeded,
+            )
         }
         Some(_) | None => origin,
     };
-    let asked = log.last(NodeId::CONSOLE, sent, |event| given(event, id));
-    let origin = match asked {
-        Some((at, ())) => origin.with(Stage::Cause, at, NodeId::CONSOLE, format!("{} asked for a HOLD", id.operator)),
+    let requested = log.last(NodeId::CONSOLE, sent, |event| has_command(event, id));
+    let origin = match requested {
+        Some((at, ())) => {
+            origin.with_link(LinkStage::Cause, at, NodeId::CONSOLE, format!("{} asked for a HOLD", id.operator))
+        }
         None => origin,
     };
-    Some(origin.with(Stage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
+    Some(origin.with_link(LinkStage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
 }
 
 /// Time since which a session was taken in turns, and its owner (the unit or the gateway), if another party held it when a command went
@@ -127,18 +143,19 @@ fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
 fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
     let owners = [(PeerId::UNIT_A, NodeId::UNIT_A), (PeerId::GATEWAY, NodeId::GATEWAY)];
     owners.into_iter().find_map(|(owner, node)| {
-        let taken = log.by(NodeId::BROKER).rev().filter(|w| w.at <= sent).filter_map(|w| match w.entry.event {
-            Any::Service(Event::TakenOver { peer }) if peer == owner => Some(w.at),
-            _ => None,
-        });
-        let mut taken = taken.peekable();
+        let inputs =
+            log.entries_by(NodeId::BROKER).rev().filter(|w| w.at <= sent).filter_map(|w| match w.entry.event {
+                Any::Service(Event::TakenOver { peer }) if peer == owner => Some(w.at),
+                _ => None,
+            });
+        let mut inputs = inputs.peekable();
         // The owner takes it back in the same way, and then does not lose it.
-        let last = *taken.peek().filter(|at| **at + IN_TURNS >= sent)?;
+        let last = *inputs.peek().filter(|time| **time + IN_TURNS >= sent)?;
         let lost =
             log.first(node, last, |event| matches!(event, Any::Service(Event::SessionLost { .. })).then_some(()));
-        lost.filter(|(at, ())| *at <= last + LOST_WITHIN)?;
+        lost.filter(|(time, ())| *time <= last + LOST_WITHIN)?;
         let mut since = last;
-        for at in taken {
+        for at in inputs {
             if at + IN_TURNS < since {
                 break;
             }
@@ -150,32 +167,32 @@ fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
 
 /// A pause of the console's that ends right before a command went out at `sent`: an order given then was given late.
 fn late_console(log: &Log, sent: Micros) -> Option<(Micros, Micros)> {
-    let written: Vec<Micros> = log.by(NodeId::CONSOLE).map(|w| w.at).take_while(|at| *at <= sent).collect();
+    let written: Vec<Micros> = log.entries_by(NodeId::CONSOLE).map(|w| w.at).take_while(|time| *time <= sent).collect();
     let pause = written.windows(2).rev().find(|pair| pair[1] - pair[0] > CONSOLE_SPEAKS)?;
     (pause[1] + SLACK >= sent).then_some((pause[0], pause[1]))
 }
 
-fn given(event: &Any, id: CommandId) -> Option<()> {
+fn has_command(event: &Any, id: CommandId) -> Option<()> {
     matches!(event, Any::Service(Event::Intended { command, .. }) if *command == id).then_some(())
 }
 
 /// Silence of the gateway or of the link: no record passes. A gateway that is gone closes no account, and the broker loses it. Of one
 /// that stood still the next record continues where it had stopped, while one that runs goes on writing to a unit that does
 /// not hear it. Where the unit hears none, the gateway's closing account tells, if it served no other. One that served others too
-/// is told by them: no link of the unit's keeps them from it.
+/// is recognised by them: no link of the unit's keeps them from it.
 fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);
-    let closed = log.by(NodeId::GATEWAY).any(|w| closes(&w.entry.event));
+    let closed = log.entries_by(NodeId::GATEWAY).any(|w| closes(&w.entry.event));
     let lost = log.first(NodeId::BROKER, last, |event| match event {
         Any::Service(Event::Session { peer: PeerId::GATEWAY, open: false }) => Some(()),
         _ => None,
     });
-    let gateway = |what: &str| from(NodeId::GATEWAY, Place::Gateway, last, what);
-    let wrote_on = log.by(NodeId::GATEWAY).next_back().is_some_and(|w| w.at > change.at);
+    let gateway = |name: &str| from(NodeId::GATEWAY, FaultSite::Gateway, last, name);
+    let wrote_on = log.entries_by(NodeId::GATEWAY).next_back().is_some_and(|w| w.at > change.at);
     if !closed && !wrote_on && ends < Micros::MAX {
         return Some(gateway("the gateway wrote nothing more, and closed no account"));
     }
-    if lost.is_some_and(|(at, ())| at <= change.at && at < ends) {
+    if lost.is_some_and(|(time, ())| time <= change.at && time < ends) {
         return Some(gateway("the broker lost the gateway, and the unit hears nothing of it"));
     }
     match heard_others(log, change, last) {
@@ -194,8 +211,8 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
         }
         Some(_) => None,
         None => {
-            let what = format!("{PASSES_NOTHING}, or the gateway itself stood still: the unit heard no more of it");
-            Some(from(NodeId::UNIT_A, Place::Telemetry, last, what).or(Place::Gateway))
+            let name = format!("{PASSES_NOTHING}, or the gateway itself stood still: the unit heard no more of it");
+            Some(from(NodeId::UNIT_A, FaultSite::Telemetry, last, name).or(FaultSite::Gateway))
         }
     }
 }
@@ -209,15 +226,15 @@ fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
             Any::Service(Event::Accepted { at: Interface::Uplink, peer, .. }) if *peer != PeerId::UNIT_A
         )
     };
-    let within = |from: Micros, to: Micros, wanted: &dyn Fn(&Any) -> bool| {
-        log.by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && wanted(&w.entry.event)).count()
+    let count_between = |from: Micros, to: Micros, wanted: &dyn Fn(&Any) -> bool| {
+        log.entries_by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && wanted(&w.entry.event)).count()
     };
     // What came before it stood still may be taken in a period after the unit's last word.
     let after = last + log.bounds.telemetry_period_ms * 1000 + SLACK;
     let before = last.saturating_sub(change.at.saturating_sub(after));
-    let heard = within(after, change.at, &of_another) > 0;
-    let known = heard || within(after, change.at, &|_| true) == 0;
-    (known && within(before, last, &of_another) > 1).then_some(heard)
+    let heard = count_between(after, change.at, &of_another) > 0;
+    let known = heard || count_between(after, change.at, &|_| true) == 0;
+    (known && count_between(before, last, &of_another) > 1).then_some(heard)
 }
 
 /// True if the gateway was started between its records that the unit accepted before the change and after.
@@ -229,24 +246,24 @@ fn started_anew(log: &Log, change: &Change) -> bool {
 
 /// True if the gateway wrote to the unit about as often as it does while the unit did not hear it.
 fn wrote_on_regularly(log: &Log, change: &Change, last: Micros) -> bool {
-    let until = log.first(NodeId::UNIT_A, change.at + 1, heard).map_or(last, |(at, _)| at);
+    let until = log.first(NodeId::UNIT_A, change.at + 1, heard).map_or(last, |(time, _)| time);
     let due = until.saturating_sub(last) / (log.bounds.telemetry_period_ms * 1000);
     due > 0 && written_unheard(log, change).is_some_and(|written| written * 2 >= due)
 }
 
 /// True if the records of the unit that the gateway next hears after `last` come singly, as sent, though late.
 fn one_by_one(log: &Log, last: Micros) -> bool {
-    let taken = log.by(NodeId::GATEWAY).filter(|w| w.at > last).filter(|w| match w.entry.event {
+    let entries = log.entries_by(NodeId::GATEWAY).filter(|w| w.at > last).filter(|w| match w.entry.event {
         Any::Service(Event::Accepted { at: Interface::Uplink, peer, .. }) => peer == PeerId::UNIT_A,
         Any::Service(Event::Refused { at: Interface::Uplink, peer, .. }) => peer == Some(PeerId::UNIT_A),
         _ => false,
     });
-    let times: Vec<Micros> = taken.map(|w| w.at).take(2).collect();
+    let times: Vec<Micros> = entries.map(|w| w.at).take(2).collect();
     matches!(times[..], [first, second] if second - first > AT_ONCE)
 }
 
 /// Number of records that the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the
-/// first after it. None where there was no such first, or where it belongs to another session, in which numbers begin anew. A record that
+/// first after it. None where there was no such first, or where it belongs to another session, in which numbers begin again. A record that
 /// came by itself and was refused is not among them: it was written when traffic passed again. Records kept by a link come at once.
 fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     let (since, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
@@ -255,27 +272,28 @@ fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     if started_anew(log, change) {
         return Some(0);
     }
-    if log.first(NodeId::UNIT_A, since, opened).is_some_and(|(at, ())| at <= until) {
+    if log.first(NodeId::UNIT_A, since, opened).is_some_and(|(time, ())| time <= until) {
         return None;
     }
-    let alone = by_themselves(log, change, until);
-    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(alone))
+    let isolated = by_themselves(log, change, until);
+    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(isolated))
 }
 
 /// Number of the gateway's records that came after the change, up to `until`, and were refused, with no other beside them.
 fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
-    let mut came: Vec<Micros> = refused_down(log, change.at, until).iter().map(|(at, _)| *at).collect();
-    let refused = came.len();
-    came.push(until);
-    let alone = |i: &usize| came.iter().enumerate().all(|(k, at)| k == *i || at.abs_diff(came[*i]) > AT_ONCE);
-    (0..refused).filter(alone).count() as u64
+    let mut times: Vec<Micros> = refused_down(log, change.at, until).iter().map(|(time, _)| *time).collect();
+    let refused = times.len();
+    times.push(until);
+    let is_isolated =
+        |i: &usize| times.iter().enumerate().all(|(k, time)| k == *i || time.abs_diff(times[*i]) > AT_ONCE);
+    (0..refused).filter(is_isolated).count() as u64
 }
 
-/// The same over the whole run, by the gateway's closing account of its records and the unit's progress in each
+/// Records written over the whole run, by the gateway's closing account of its records and the unit's progress in each
 /// session; none where it served others as well.
 fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
     let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
-    let gateway = || log.by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);
+    let gateway = || log.entries_by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);
     if gateway().any(|e| matches!(e, Any::Service(Event::Session { peer, open: true }) if peer != PeerId::UNIT_A)) {
         return None;
     }
@@ -289,7 +307,7 @@ fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
 /// The newest number of the gateway's that the unit accepted in each of its sessions, added up.
 fn heard_in_all(log: &Log) -> u64 {
     let (mut all, mut newest) = (0, 0);
-    for w in log.by(NodeId::UNIT_A) {
+    for w in log.entries_by(NodeId::UNIT_A) {
         if opened(&w.entry.event).is_some() {
             all += std::mem::take(&mut newest);
         } else if let Some(record) = heard(&w.entry.event) {
@@ -319,9 +337,19 @@ fn closes(event: &Any) -> bool {
 }
 
 fn refused_up(log: &Log, from: Micros, to: Micros) -> Vec<(Micros, String)> {
-    log.refused(NodeId::GATEWAY, |at, peer| at == Interface::Uplink && peer == Some(PeerId::UNIT_A), from, to)
+    log.refused(
+        NodeId::GATEWAY,
+        |interface, peer| interface == Interface::Uplink && peer == Some(PeerId::UNIT_A),
+        from,
+        to,
+    )
 }
 
 fn refused_down(log: &Log, from: Micros, to: Micros) -> Vec<(Micros, String)> {
-    log.refused(NodeId::UNIT_A, |at, peer| at == Interface::Downlink && peer == Some(PeerId::GATEWAY), from, to)
+    log.refused(
+        NodeId::UNIT_A,
+        |interface, peer| interface == Interface::Downlink && peer == Some(PeerId::GATEWAY),
+        from,
+        to,
+    )
 }

@@ -1,4 +1,4 @@
-//! Input of an explanation: the services' own words, in order of time.
+//! Input of an explanation: the services' own entries, in order of time.
 
 use evidence::{Micros, Witnessed};
 use instrument::{Any, Note};
@@ -32,7 +32,7 @@ pub struct Log {
 
 impl Log {
     /// Entries among `entries` that the services wrote.
-    pub fn of(entries: &[Witnessed], bounds: Bounds) -> Log {
+    pub fn from_entries(entries: &[Witnessed], bounds: Bounds) -> Log {
         let mut entries: Vec<Witnessed> = entries.iter().filter(|w| is_of_a_service(w)).copied().collect();
         entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
         Log { entries, bounds }
@@ -45,7 +45,7 @@ impl Log {
 
     /// Changes of mode of the unit under test.
     pub(super) fn changes(&self) -> Vec<Change> {
-        let of_unit = self.by(NodeId::UNIT_A);
+        let of_unit = self.entries_by(NodeId::UNIT_A);
         of_unit
             .filter_map(|w| match w.entry.event {
                 Any::Service(Event::Transition { from, to, cause, because, failing }) => {
@@ -58,19 +58,29 @@ impl Log {
     }
 
     /// The entries of one service.
-    pub(super) fn by(&self, node: NodeId) -> impl DoubleEndedIterator<Item = &Witnessed> {
+    pub(super) fn entries_by(&self, node: NodeId) -> impl DoubleEndedIterator<Item = &Witnessed> {
         self.entries.iter().filter(move |w| w.entry.node == node)
     }
 
-    /// The last entry of `node` before `at` that `wanted` picks.
-    pub(super) fn last<T>(&self, node: NodeId, at: Micros, wanted: impl Fn(&Any) -> Option<T>) -> Option<(Micros, T)> {
-        let mut before = self.by(node).rev().skip_while(|w| w.at > at);
+    /// The last entry of `node` before `time` that `wanted` picks.
+    pub(super) fn last<T>(
+        &self,
+        node: NodeId,
+        time: Micros,
+        wanted: impl Fn(&Any) -> Option<T>,
+    ) -> Option<(Micros, T)> {
+        let mut before = self.entries_by(node).rev().skip_while(|w| w.at > time);
         before.find_map(|w| Some((w.at, wanted(&w.entry.event)?)))
     }
 
-    /// The first entry of `node` from `at` on that `wanted` picks.
-    pub(super) fn first<T>(&self, node: NodeId, at: Micros, wanted: impl Fn(&Any) -> Option<T>) -> Option<(Micros, T)> {
-        let mut after = self.by(node).skip_while(|w| w.at < at);
+    /// The first entry of `node` from `time` on that `wanted` picks.
+    pub(super) fn first<T>(
+        &self,
+        node: NodeId,
+        time: Micros,
+        wanted: impl Fn(&Any) -> Option<T>,
+    ) -> Option<(Micros, T)> {
+        let mut after = self.entries_by(node).skip_while(|w| w.at < time);
         after.find_map(|w| Some((w.at, wanted(&w.entry.event)?)))
     }
 
@@ -83,7 +93,7 @@ impl Log {
         from: Micros,
         to: Micros,
     ) -> Vec<Micros> {
-        self.by(node)
+        self.entries_by(node)
             .filter(|w| w.at > from && w.at <= to)
             .filter(|w| {
                 matches!(
@@ -103,7 +113,7 @@ impl Log {
         from: Micros,
         to: Micros,
     ) -> Vec<(Micros, String)> {
-        self.by(node)
+        self.entries_by(node)
             .filter(|w| w.at > from && w.at <= to)
             .filter_map(|w| match w.entry.event {
                 Any::Service(Event::Refused { at, peer, detail, .. }) if wanted(at, peer) => {
@@ -133,7 +143,7 @@ fn is_of_a_service(w: &Witnessed) -> bool {
 
 /// Progress of a command at the gateway, up to `until`.
 pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, CommandStage)> {
-    log.by(NodeId::GATEWAY)
+    log.entries_by(NodeId::GATEWAY)
         .filter(|w| w.at <= until)
         .filter_map(|w| match w.entry.event {
             Any::Service(Event::Staged { command, stage }) if command == id => Some((w.at, stage)),

@@ -1,4 +1,4 @@
-//! From the cause that the unit names to the place where it began.
+//! Search from the cause that the unit names to the place where it began.
 
 use evidence::Micros;
 use instrument::Any;
@@ -10,7 +10,7 @@ use wire::refusal::Reason;
 
 use super::chain::{from, of_unit};
 use super::log::stages;
-use super::{Change, Log, Origin, Place, Stage, Step, link, sensing};
+use super::{ChainStep, Change, FaultSite, LinkStage, Log, Origin, link, sensing};
 
 /// A running unit writes something at least so often: fixes a few times a second, records ten times.
 const UNIT_SPEAKS: Micros = 450_000;
@@ -25,10 +25,10 @@ pub(super) fn find(log: &Log, change: &Change) -> Origin {
         Cause::Operator => ordered(log, change),
         Cause::Lost(guard) | Cause::Unrecovered(guard) => {
             let mut origin = lost(log, change, guard);
-            let what = format!("{} fails", guard.name());
+            let label = format!("{} fails", guard.name());
             let also: Vec<&str> = change.failing.iter().filter(|g| *g != guard).map(Guard::name).collect();
-            let what = if also.is_empty() { what } else { format!("{what}, and with it {}", also.join(", ")) };
-            origin.steps.push(Step { stage: Stage::Guard, at_us: change.at, by: NodeId::UNIT_A, what });
+            let what = if also.is_empty() { label } else { format!("{label}, and with it {}", also.join(", ")) };
+            origin.steps.push(ChainStep { stage: LinkStage::Guard, at_us: change.at, by: NodeId::UNIT_A, what });
             origin
         }
         Cause::Start => itself(change, "the unit started"),
@@ -48,35 +48,35 @@ fn lost(log: &Log, change: &Change, guard: Guard) -> Origin {
         }
         Guard::Localisation | Guard::Drift | Guard::TimeBase => sensing::place(log, change, guard),
         Guard::Designation => sensing::designation(log, change),
-        Guard::Geofence => of_unit(Place::Course, change.at, "the unit came to its fence's margin"),
+        Guard::Geofence => of_unit(FaultSite::Course, change.at, "the unit came to its fence's margin"),
         Guard::Lease => link::lease(log, change),
         Guard::Teammates => claimed(log, change),
         Guard::SealedLog => unsealed(log, change),
     }
 }
 
-fn itself(change: &Change, what: &str) -> Origin {
-    of_unit(Place::Machine, change.at, what)
+fn itself(change: &Change, name: &str) -> Origin {
+    of_unit(FaultSite::Machine, change.at, name)
 }
 
 /// An order: who gave it, and the way that it took.
 fn ordered(log: &Log, change: &Change) -> Origin {
     let Because::Command(id) = change.because else {
-        return of_unit(Place::Operator, change.at, "an order that the unit does not name");
+        return of_unit(FaultSite::Operator, change.at, "an order that the unit does not name");
     };
-    let given = log.last(NodeId::CONSOLE, change.at, |event| match event {
+    let order = log.last(NodeId::CONSOLE, change.at, |event| match event {
         Any::Service(Event::Intended { command, kind, .. }) if *command == id => Some(*kind),
         _ => None,
     });
-    let mut origin = match given {
+    let mut origin = match order {
         Some((since, kind)) => {
-            from(NodeId::CONSOLE, Place::Operator, since, format!("{} asked for {}", id.operator, kind.name()))
+            from(NodeId::CONSOLE, FaultSite::Operator, since, format!("{} asked for {}", id.operator, kind.name()))
         }
-        None => of_unit(Place::Operator, change.at, format!("{id}, which no operator gave at this console")),
+        None => of_unit(FaultSite::Operator, change.at, format!("{id}, which no operator gave at this console")),
     };
     for (at_us, stage) in stages(log, id, change.at) {
-        let what = format!("{id} is {}", stage_name(stage));
-        origin = origin.with(Stage::Health, at_us, NodeId::GATEWAY, what);
+        let name = format!("{id} is {}", stage_name(stage));
+        origin = origin.with_link(LinkStage::Health, at_us, NodeId::GATEWAY, name);
     }
     origin
 }
@@ -92,18 +92,18 @@ fn stage_name(stage: CommandStage) -> &'static str {
 
 /// A unit that wrote no entry until it judged did not run: a loss that it then finds, it did not look at.
 fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
-    let before = log.by(NodeId::UNIT_A).rev().find(|w| w.at < change.at)?.at;
+    let before = log.entries_by(NodeId::UNIT_A).rev().find(|w| w.at < change.at)?.at;
     let gap = change.at - before;
     // A unit without navigation and without a link writes nothing either; it judges all the same, and finds both lost.
-    let blind = change.failing.has(Guard::Localisation) && change.failing.has(Guard::Lease);
+    let blind = change.failing.contains(Guard::Localisation) && change.failing.contains(Guard::Lease);
     let waited = log.first(NodeId::UNIT_A, change.at, |event| {
         matches!(event, Any::Service(Event::Accepted { .. } | Event::Refused { .. })).then_some(())
     });
-    let behind = waited.is_some_and(|(at, ())| at - change.at < 50_000);
-    let still = gap > UNIT_SPEAKS && (behind || !blind) || gap > BEHIND && behind_everywhere(log, change);
-    still.then(|| {
-        let what = format!("the unit itself wrote nothing for {} ms", gap / 1000);
-        of_unit(Place::Unit, before, what)
+    let lagged = waited.is_some_and(|(time, ())| time - change.at < 50_000);
+    let was_still = gap > UNIT_SPEAKS && (lagged || !blind) || gap > BEHIND && behind_everywhere(log, change);
+    was_still.then(|| {
+        let name = format!("the unit itself wrote nothing for {} ms", gap / 1000);
+        of_unit(FaultSite::Unit, before, name)
     })
 }
 
@@ -112,7 +112,7 @@ fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
 fn behind_everywhere(log: &Log, change: &Change) -> bool {
     let took_in = |wanted: &dyn Fn(&Any) -> bool| {
         let found = log.first(NodeId::UNIT_A, change.at, |event| wanted(event).then_some(()));
-        found.is_some_and(|(at, ())| at - change.at < AT_ONCE)
+        found.is_some_and(|(time, ())| time - change.at < AT_ONCE)
     };
     let late = |event: &Any| {
         matches!(event, Any::Service(Event::Refused { at: Interface::Bus(_), reason: Reason::Stale, .. }))
@@ -136,10 +136,10 @@ fn claimed(log: &Log, change: &Change) -> Origin {
     });
     let Some((since, (unit, finding, record))) = found else {
         let unit = if let Because::Claim(unit) = change.because { unit } else { UnitId::B };
-        return of_unit(Place::Teammate(unit), change.at, "teammates' claims contradict each other");
+        return of_unit(FaultSite::Teammate(unit), change.at, "teammates' claims contradict each other");
     };
-    let what = format!("{record} claims of {unit} what {}", contradiction(finding));
-    of_unit(Place::Teammate(unit), since, what)
+    let name = format!("{record} claims of {unit} what {}", contradiction(finding));
+    of_unit(FaultSite::Teammate(unit), since, name)
 }
 
 fn contradiction(finding: Inconsistency) -> &'static str {
@@ -157,8 +157,8 @@ fn unsealed(log: &Log, change: &Change) -> Origin {
         .last(NodeId::RECORDER, change.at, |event| matches!(event, Any::Service(Event::Sealed { .. })).then_some(()));
     // The unit's word, where it has one: a seal that was made and not heard of is none.
     let heard = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { change.at };
-    let since = sealed.map_or(0, |(at, ())| at).min(heard);
+    let since = sealed.map_or(0, |(time, ())| time).min(heard);
     let refused = sensing::refused_on(log, change, since, &[wire::core::Topic::Seals]);
-    from(NodeId::RECORDER, Place::Recorder, since, "no seal over the unit's log since then")
+    from(NodeId::RECORDER, FaultSite::Recorder, since, "no seal over the unit's log since then")
         .refusing(NodeId::UNIT_A, &refused)
 }

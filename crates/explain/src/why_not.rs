@@ -1,7 +1,7 @@
 //! Obstacles to a mode at some moment, from the services' logs up to then.
 //!
-//! Guards are logged when the mode changes. A failure between two changes is told from the newest sign of each: a missing
-//! modality or fix, a lease without grants, seals without news. A guard without a sign of its own is told as it was last.
+//! Guards are logged when the mode changes. A failure between two changes is distinguished from the newest sign of each: a missing
+//! modality or fix, a lease without grants, seals without news. A guard without its own sign is reported as it was last.
 
 use evidence::Micros;
 use instrument::Any;
@@ -28,17 +28,17 @@ pub struct WhyNot {
     pub blocks: Vec<String>,
 }
 
-/// Reason that the unit is not in `wanted` at `at`.
-pub fn why_not(log: &Log, wanted: Mode, at: Micros) -> WhyNot {
-    let change = log.changes().into_iter().rev().find(|c| c.at <= at);
+/// Reason that the unit is not in `wanted` at `time`.
+pub fn why_not(log: &Log, wanted: Mode, time: Micros) -> WhyNot {
+    let change = log.changes().into_iter().rev().find(|c| c.at <= time);
     let (mode, since) = change.map_or((Mode::Idle, 0), |c| (c.to, c.at));
     let mut blocks = Vec::new();
     if mode != wanted {
         blocks.push(way(mode, wanted));
-        blocks.extend(needed(mode, wanted).map(|kind| order(log, kind, since, at)));
-        blocks.extend(lacking(log, change.as_ref(), at));
+        blocks.extend(needed(mode, wanted).map(|kind| order(log, kind, since, time)));
+        blocks.extend(lacking(log, change.as_ref(), time));
     }
-    WhyNot { wanted, at_us: at, mode, since_us: since, blocks }
+    WhyNot { wanted, at_us: time, mode, since_us: since, blocks }
 }
 
 /// The rule for getting there.
@@ -68,37 +68,37 @@ fn needed(mode: Mode, wanted: Mode) -> Option<&'static str> {
 }
 
 /// Result of the newest order of this kind since then.
-fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
-    let mut given =
-        log.by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= at).filter_map(|w| match w.entry.event {
+fn order(log: &Log, kind: &str, since: Micros, time: Micros) -> String {
+    let mut orders =
+        log.entries_by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= time).filter_map(|w| match w.entry.event {
             Any::Service(Event::Intended { command, kind: k, .. }) if k.name() == kind => Some((w.at, command)),
             _ => None,
         });
-    let Some((asked, id)) = given.next_back() else {
+    let Some((requested, id)) = orders.next_back() else {
         return format!("no operator asked for {kind} since {} ms", since / 1000);
     };
-    let judged = log.first(NodeId::UNIT_A, asked, |event| match *event {
+    let judged = log.first(NodeId::UNIT_A, requested, |event| match *event {
         Any::Service(Event::Executed { command, refused, .. }) if command == id => Some(refused),
         _ => None,
     });
-    let asked = format!("{kind} was asked for at {} ms", asked / 1000);
-    match judged.filter(|(judged, _)| *judged <= at) {
-        Some((judged, Some(reason))) => format!("{asked}, and refused at {} ms: {}", judged / 1000, reason.name()),
-        Some((judged, None)) => format!("{asked}, and carried out at {} ms", judged / 1000),
-        None => format!("{asked}, and the unit has not judged it"),
+    let requested = format!("{kind} was asked for at {} ms", requested / 1000);
+    match judged.filter(|(judged, _)| *judged <= time) {
+        Some((judged, Some(reason))) => format!("{requested}, and refused at {} ms: {}", judged / 1000, reason.name()),
+        Some((judged, None)) => format!("{requested}, and carried out at {} ms", judged / 1000),
+        None => format!("{requested}, and the unit has not judged it"),
     }
 }
 
-/// Failures at `at`, by the newest sign of each.
-fn lacking(log: &Log, change: Option<&Change>, at: Micros) -> Vec<String> {
+/// Failures at `time`, by the newest sign of each.
+fn lacking(log: &Log, change: Option<&Change>, time: Micros) -> Vec<String> {
     let mut found = Vec::new();
-    let seen = log.last(NodeId::PERCEPTION, at, |event| match *event {
+    let seen = log.last(NodeId::PERCEPTION, time, |event| match *event {
         Any::Service(Event::FrameSeen { present, .. }) => Some(present),
         _ => None,
     });
-    let without = |m: &Modality| seen.is_some_and(|(_, present)| !present.has(*m));
-    found.extend(Modality::ALL.into_iter().filter(without).map(|m| format!("frames come without {}", m.name())));
-    let navigation = log.last(NodeId::UNIT_A, at, |event| match *event {
+    let is_absent = |m: &Modality| seen.is_some_and(|(_, present)| !present.contains(*m));
+    found.extend(Modality::ALL.into_iter().filter(is_absent).map(|m| format!("frames come without {}", m.name())));
+    let navigation = log.last(NodeId::UNIT_A, time, |event| match *event {
         Any::Service(Event::NavigationSeen { fix, odometry }) => Some((fix, odometry)),
         _ => None,
     });
@@ -107,12 +107,12 @@ fn lacking(log: &Log, change: Option<&Change>, at: Micros) -> Vec<String> {
         found.extend((!odometry).then(|| "navigation comes without odometry".to_owned()));
     }
     let lease = log.bounds.lease_ms * 1000;
-    let granted = log.accepted(NodeId::UNIT_A, Interface::Downlink, PeerId::GATEWAY, at.saturating_sub(lease), at);
+    let granted = log.accepted(NodeId::UNIT_A, Interface::Downlink, PeerId::GATEWAY, time.saturating_sub(lease), time);
     found.extend(granted.is_empty().then(|| format!("nothing of the gateway was accepted for {} ms", lease / 1000)));
     let limit = log.bounds.seal_limit_ms * 1000;
     let sealed =
-        log.last(NodeId::RECORDER, at, |event| matches!(event, Any::Service(Event::Sealed { .. })).then_some(()));
-    let stale = sealed.is_none_or(|(sealed, ())| at - sealed > limit);
+        log.last(NodeId::RECORDER, time, |event| matches!(event, Any::Service(Event::Sealed { .. })).then_some(()));
+    let stale = sealed.is_none_or(|(sealed, ())| time - sealed > limit);
     found.extend(stale.then(|| format!("no seal for {} ms", limit / 1000)));
     if let Some(Change { at, cause: Cause::Lost(guard) | Cause::Unrecovered(guard), .. }) = change
         && !tells_itself(*guard)

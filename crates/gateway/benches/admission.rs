@@ -52,9 +52,9 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         // SAFETY: the caller's promise about block and layout is passed on.
-        unsafe { System.dealloc(at, layout) }
+        unsafe { System.dealloc(pointer, layout) }
     }
 }
 
@@ -76,8 +76,8 @@ fn main() {
         let (unsigned, signed) = (admitted(&unsigned, &key, &records), admitted(&Policy::default(), &key, &records));
         rounds.push(Round { unsigned, signed, bare });
     }
-    let median = |of: fn(&Round) -> f64| {
-        let mut values: Vec<f64> = rounds.iter().map(of).collect();
+    let median = |value_of: fn(&Round) -> f64| {
+        let mut values: Vec<f64> = rounds.iter().map(value_of).collect();
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
@@ -145,10 +145,10 @@ fn admitted(policy: &Policy, key: &Key, records: &[Vec<u8>]) -> (f64, u64) {
     keys.insert(NodeId::UNIT_A, &key.public());
     let mut boundary = Boundary::new(policy.clone(), Bounds::GROUND, keys);
     let mut session = Session::new(SessionId(1), PeerId::UNIT_A, UnitId::A, Nonce(1), &Bounds::GROUND);
-    session.renew(at(0), || Nonce(2));
+    session.renew(arrival_time(0), || Nonce(2));
     let (us, allocations) = timed(|| {
         for (n, bytes) in records.iter().enumerate() {
-            let admitted = boundary.admit(&mut session, at(n as u64 + 1), bytes);
+            let admitted = boundary.admit(&mut session, arrival_time(n as u64 + 1), bytes);
             assert!(black_box(admitted).is_ok(), "record {n}");
         }
     });
@@ -163,13 +163,13 @@ fn timed(work: impl FnOnce()) -> (f64, u64) {
 }
 
 /// Time at which record `n` arrives, on our clock.
-fn at(n: u64) -> Instant {
+fn arrival_time(n: u64) -> Instant {
     Instant(1_000_000 + n)
 }
 
 /// The unit's nth record, with its nth report.
 fn record(key: &Key, n: u64) -> Vec<u8> {
-    let stamp = PeerStamp(at(n).0 + OFFSET);
+    let stamp = PeerStamp(arrival_time(n).0 + OFFSET);
     let report = Report {
         origin: NodeId::UNIT_A,
         boot: Boot(1),
@@ -203,7 +203,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         sequence: Sequence(n),
         stamp,
         challenge: Nonce(9),
-        echo: Some(Echo { nonce: Nonce(2), seen: PeerStamp(at(0).0 + OFFSET) }),
+        echo: Some(Echo { nonce: Nonce(2), seen: PeerStamp(arrival_time(0).0 + OFFSET) }),
         body: SessionBody::Report(signed.as_slice().into()),
     })
 }

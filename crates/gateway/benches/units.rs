@@ -33,7 +33,7 @@ use wire::sign::{Key, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 
 const ROUNDS: usize = 9;
-/// Seconds before the measured ones: sessions stand, and windows are there.
+/// Warm-up before the measurement, seconds: sessions and windows are then established.
 const WARM: u64 = 3;
 const SECONDS: u64 = 10;
 /// Reports a second of one unit.
@@ -58,10 +58,10 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         IN_USE.fetch_sub(layout.size() as i64, Ordering::Relaxed);
         // SAFETY: the caller's promise about block and layout is passed on.
-        unsafe { System.dealloc(at, layout) }
+        unsafe { System.dealloc(pointer, layout) }
     }
 }
 
@@ -88,15 +88,16 @@ fn main() {
         "units gateways | CPU us/s a unit      | CPU, times linear  | KiB a unit, median; times linear | told/s a unit"
     );
     for (at, (units, gateways)) in ROWS.iter().enumerate() {
-        let each = |of: fn(&Cost) -> f64| rounds.iter().map(move |round| of(&round[at]) / *units as f64);
-        let ratio = |of: fn(&Cost) -> f64| rounds.iter().map(move |r| of(&r[at]) / *units as f64 / of(&r[0]));
+        let each = |value_of: fn(&Cost) -> f64| rounds.iter().map(move |round| value_of(&round[at]) / *units as f64);
+        let ratio =
+            |value_of: fn(&Cost) -> f64| rounds.iter().map(move |r| value_of(&r[at]) / *units as f64 / value_of(&r[0]));
         let [least, median, most] = spread(each(|cost| cost.us));
         let [low, middle, high] = spread(ratio(|cost| cost.us));
         let ([_, kib, _], [_, of_linear, _]) = (spread(each(|cost| cost.kib)), spread(ratio(|cost| cost.kib)));
-        let [_, told, _] = spread(each(|cost| cost.told));
+        let [_, informed, _] = spread(each(|cost| cost.told));
         println!(
             "{units:>5} {gateways:>8} | {least:>6.0} {median:>6.0} {most:>6.0} | {low:>5.2} {middle:>5.2} {high:>5.2} | \
-             {kib:>8.1} {of_linear:>5.2} | {told:>5.1}"
+             {kib:>8.1} {of_linear:>5.2} | {informed:>5.1}"
         );
     }
 }
@@ -112,7 +113,7 @@ fn spread(values: impl Iterator<Item = f64>) -> [f64; 3] {
 fn measure(units: usize, gateways: usize) -> Cost {
     let all: Vec<UnitId> = UnitId::all().take(units).collect();
     let share = units.div_ceil(gateways);
-    let mut cells: Vec<Cell> = all.chunks(share).map(Cell::of).collect();
+    let mut cells: Vec<Cell> = all.chunks(share).map(Cell::with_units).collect();
     for second in 0..WARM {
         for cell in &mut cells {
             cell.second(second);
@@ -124,7 +125,7 @@ fn measure(units: usize, gateways: usize) -> Cost {
         us += cells.iter_mut().map(|cell| cell.second(second)).sum::<u64>();
     }
     let told = (sent(&cells) - before) as f64 / SECONDS as f64;
-    let accepted: u64 = cells.iter().map(|c| c.gateway.accounts().of(Account::Accepted(Interface::Uplink))).sum();
+    let accepted: u64 = cells.iter().map(|c| c.gateway.accounts().total(Account::Accepted(Interface::Uplink))).sum();
     assert_eq!(accepted, (WARM - 1 + SECONDS) * REPORTS * units as u64, "every record after the first second");
     let full = IN_USE.load(Ordering::Relaxed);
     let rest: Vec<Vec<Unit>> = cells.into_iter().map(|cell| cell.units).collect();
@@ -137,15 +138,15 @@ fn measure(units: usize, gateways: usize) -> Cost {
 struct Cell {
     gateway: Gateway,
     units: Vec<Unit>,
-    /// Teammates' records that the units were sent.
+    /// Teammates' records sent to the units.
     told: u64,
 }
 
 impl Cell {
-    fn of(ids: &[UnitId]) -> Self {
+    fn with_units(ids: &[UnitId]) -> Self {
         let hears = |n: usize| {
-            let others = (1..ids.len()).take(MAX_TEAMMATES);
-            others.map(|step| ids[(n + step) % ids.len()]).collect::<Vec<_>>()
+            let rest = (1..ids.len()).take(MAX_TEAMMATES);
+            rest.map(|step| ids[(n + step) % ids.len()]).collect::<Vec<_>>()
         };
         let interests = ids.iter().enumerate().map(|(n, unit)| Interest { unit: *unit, hears: hears(n) }).collect();
         let config = GatewayConfig {
@@ -164,7 +165,7 @@ impl Cell {
     /// microseconds.
     fn second(&mut self, second: u64) -> u64 {
         let mut inputs: Vec<(Instant, Input)> = self.units.iter_mut().flat_map(|unit| unit.second(second)).collect();
-        inputs.sort_by_key(|(at, _)| *at);
+        inputs.sort_by_key(|(time, _)| *time);
         let mut outputs = Vec::new();
         let before = thread_cpu_us();
         for (at, input) in &inputs {
@@ -184,10 +185,10 @@ impl Cell {
 }
 
 /// Keeps records to units; feed and audit entries have gone when they are made.
-fn drain(gateway: &mut Gateway, at: Instant, outputs: &mut Vec<(Instant, SessionId, Vec<u8>)>) {
+fn drain(gateway: &mut Gateway, time: Instant, outputs: &mut Vec<(Instant, SessionId, Vec<u8>)>) {
     while let Some(output) = gateway.output() {
         if let Output::Record { session, bytes } = output {
-            outputs.push((at, session, bytes));
+            outputs.push((time, session, bytes));
         }
     }
 }
@@ -219,8 +220,8 @@ impl Unit {
         (0..REPORTS).map(|n| self.record(Instant(start + n * SECOND / REPORTS))).collect()
     }
 
-    fn record(&mut self, at: Instant) -> (Instant, Input) {
-        let stamp = self.clock(at);
+    fn record(&mut self, time: Instant) -> (Instant, Input) {
+        let stamp = self.clock(time);
         (self.records, self.reports) = (self.records + 1, self.reports + 1);
         let signed = self.key.sign(Purpose::Report, &codec::encode(&report(self.id.node(), self.reports, stamp)));
         let bytes = codec::encode(&SessionMessage {
@@ -229,21 +230,21 @@ impl Unit {
             boot: Boot(1),
             sequence: Sequence(self.records),
             stamp,
-            challenge: Nonce(1 + at.0 / SECOND),
+            challenge: Nonce(1 + time.0 / SECOND),
             echo: self.echo,
             body: match self.records {
                 1 => SessionBody::Hello(Nonce(7)),
                 _ => SessionBody::Report(signed.as_slice().into()),
             },
         });
-        (at, Input::Record { session: self.session, bytes })
+        (time, Input::Record { session: self.session, bytes })
     }
 
     /// Takes a record of the gateway; true if it is a teammate's.
-    fn take(&mut self, at: Instant, bytes: &[u8]) -> bool {
+    fn take(&mut self, time: Instant, bytes: &[u8]) -> bool {
         let outer: SessionMessage<'_> = codec::decode(bytes, MAX_SESSION_MESSAGE).expect("a session record");
         if self.echo.is_none_or(|echo| echo.nonce != outer.challenge) {
-            self.echo = Some(Echo { nonce: outer.challenge, seen: self.clock(at) });
+            self.echo = Some(Echo { nonce: outer.challenge, seen: self.clock(time) });
         }
         if let SessionBody::Hello(nonce) = outer.body {
             self.theirs = nonce;
@@ -251,8 +252,8 @@ impl Unit {
         matches!(outer.body, SessionBody::Teammate(_))
     }
 
-    fn clock(&self, at: Instant) -> PeerStamp {
-        PeerStamp(at.0 + 77_000_000 * (u64::from(self.session.0) + 1))
+    fn clock(&self, time: Instant) -> PeerStamp {
+        PeerStamp(time.0 + 77_000_000 * (u64::from(self.session.0) + 1))
     }
 }
 

@@ -55,7 +55,7 @@ pub struct Admitted<'b> {
     /// Facts established about the session record.
     pub outer: Evidence,
     /// Its content.
-    pub content: Content<'b>,
+    pub content: RecordContent<'b>,
 }
 
 /// Content of an admitted record.
@@ -64,7 +64,7 @@ pub struct Admitted<'b> {
     clippy::large_enum_variant,
     reason = "it lives on the stack for one call; a box would be one allocation a record"
 )]
-pub enum Content<'b> {
+pub enum RecordContent<'b> {
     /// A Hello: it keeps the session going and carries no word on any unit.
     Exchange(RecordId),
     /// A report.
@@ -77,16 +77,16 @@ impl Admitted<'_> {
     /// The record's identity: the report's own, or sequence 0 of the peer when it carries no report.
     pub fn record(&self) -> RecordId {
         match &self.content {
-            Content::Exchange(record) | Content::Crop(record, _) => *record,
-            Content::Report(report) => report.message().report.id(),
+            RecordContent::Exchange(record) | RecordContent::Crop(record, _) => *record,
+            RecordContent::Report(report) => report.message().report.id(),
         }
     }
 
     /// Facts established about the content, as far as that goes beyond the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
-            Content::Exchange(_) | Content::Crop(..) => self.outer,
-            Content::Report(report) => report.evidence(),
+            RecordContent::Exchange(_) | RecordContent::Crop(..) => self.outer,
+            RecordContent::Report(report) => report.evidence(),
         }
     }
 
@@ -108,12 +108,12 @@ impl Boundary {
         let (record, evidence) = self.session_record(session, now, bytes)?.into_parts();
         let content = match record.outer.body {
             // Reports count from 1, so 0 is never one of theirs.
-            SessionBody::Hello(_) => Content::Exchange(RecordId { sequence: Sequence(0), ..record.id() }),
+            SessionBody::Hello(_) => RecordContent::Exchange(RecordId { sequence: Sequence(0), ..record.id() }),
             SessionBody::Crop(bytes) => {
                 codec::decode::<Crop>(bytes, MAX_CROP)?;
-                Content::Crop(RecordId { sequence: Sequence(0), ..record.id() }, bytes)
+                RecordContent::Crop(RecordId { sequence: Sequence(0), ..record.id() }, bytes)
             }
-            SessionBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
+            SessionBody::Report(report) => RecordContent::Report(self.report(session, evidence, report)?),
             // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
             SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {
                 return Err(Refusal::Peer { got: session.peer() });

@@ -22,16 +22,16 @@ impl Gateway {
         if topic != Topic::Intents {
             return;
         }
-        let at = Interface::Bus(topic);
+        let interface = Interface::Bus(topic);
         // Whose channel it says it is decides which gate it has to pass; the tag decides whether it is.
-        let says = bus::claimed_producer(bytes);
-        let gate = self.requests.iter().position(|gate| Some(gate.producer.index()) == says).unwrap_or(0);
+        let producer = bus::claimed_producer(bytes);
+        let gate = self.requests.iter().position(|gate| Some(gate.producer.index()) == producer).unwrap_or(0);
         let gate = &mut self.requests[gate];
         let station = gate.producer;
         match gate.admit::<Request<'_>>(&self.policy, now, bytes) {
-            Err(refusal) => self.refuse(now, at, None, &refusal),
+            Err(refusal) => self.refuse(now, interface, None, &refusal),
             Ok(accepted) => {
-                self.accounts.accepted(at);
+                self.accounts.accepted(interface);
                 self.request(now, station, &accepted);
             }
         }
@@ -61,33 +61,33 @@ impl Gateway {
                 }
             }
             Err(Rejected { command, refusal }) => {
-                // The display's own are few, but for a flood; nobody else's may keep them from being told.
-                let own = station == DISPLAY && !matches!(refusal, Refusal::Rate { .. });
-                let told = self.reject(now, Interface::Requests, own, &refusal);
-                let Some(command) = command.filter(|_| told) else { return };
+                // The display's own are few, but for a flood; nobody else's may keep them from being reported.
+                let is_own = station == DISPLAY && !matches!(refusal, Refusal::Rate { .. });
+                let reported = self.reject(now, Interface::Requests, is_own, &refusal);
+                let Some(command) = command.filter(|_| reported) else { return };
                 self.note(now, Event::Staged { command: command.id, stage: CommandStage::Refused });
                 // What another station asks for in vain is no command of the display's, whatever it claims to be.
                 if station == DISPLAY {
-                    self.tell(now, &Feed::Command(command.intent, CommandStage::Refused, Some(refusal.reason())));
+                    self.send_feed(now, &Feed::Command(command.intent, CommandStage::Refused, Some(refusal.reason())));
                 }
             }
         }
     }
 
-    /// Counts a refusal, and tells of it where it is `owed` or there is room: a flood must not make us write as fast as it
+    /// Counts a refusal, and tells of it where it is `expected` or there is room: a flood must not make us write as fast as it
     /// comes.
-    fn reject(&mut self, now: Instant, at: Interface, owed: bool, refusal: &Refusal) -> bool {
-        let told = owed || self.staging.tell(now);
-        if told {
-            self.refuse(now, at, None, refusal);
+    fn reject(&mut self, now: Instant, interface: Interface, expected: bool, refusal: &Refusal) -> bool {
+        let reported = expected || self.staging.should_report(now);
+        if reported {
+            self.refuse(now, interface, None, refusal);
         } else {
-            self.accounts.refused(at, None, refusal);
+            self.accounts.refused(interface, None, refusal);
             self.feed.count(now, refusal.reason(), None);
         }
-        told
+        reported
     }
 
-    /// A revocation: it holds here at once, and units are told of it until they are gone.
+    /// A revocation: it holds here at once, and units are informed of it until they are gone.
     fn revoke(&mut self, now: Instant, bytes: &[u8]) {
         match self.revoked.revoke(&self.keys, now, bytes) {
             Err(refusal) => return self.refuse(now, Interface::Requests, None, &refusal),
@@ -136,13 +136,13 @@ impl Gateway {
                 if ack.refused.is_none() && ack.due.is_none() {
                     self.leases.executed(unit, ack.intent);
                 }
-                self.tell(now, &Feed::Acknowledged(bytes.into()));
+                self.send_feed(now, &Feed::Acknowledged(bytes.into()));
             }
         }
     }
 
     /// Our session at the broker was cut, or another party had it. Intents that wait here for their confirmation are void, and the
-    /// display is told, now and again with each of its challenges.
+    /// display is informed, now and again with each of its challenges.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.note(now, Event::SessionLost { peer: PeerId::GATEWAY });
         self.sessions_lost = self.sessions_lost.saturating_add(1);
@@ -154,7 +154,7 @@ impl Gateway {
 
     pub(crate) fn tell_of_losses(&mut self, now: Instant) {
         if self.sessions_lost > 0 {
-            self.tell(now, &Feed::SessionsLost(self.sessions_lost));
+            self.send_feed(now, &Feed::SessionsLost(self.sessions_lost));
         }
     }
 
@@ -162,12 +162,12 @@ impl Gateway {
         self.moved(now, command, stage, None);
     }
 
-    fn moved(&mut self, now: Instant, command: Command, stage: CommandStage, why: Option<Reason>) {
+    fn moved(&mut self, now: Instant, command: Command, stage: CommandStage, reason: Option<Reason>) {
         self.note(now, Event::Staged { command: command.id, stage });
-        self.tell(now, &Feed::Command(command.intent, stage, why));
+        self.send_feed(now, &Feed::Command(command.intent, stage, reason));
     }
 
-    /// A challenge of the display's is the display's to give, and no more often than twice a period: each is told to every
+    /// A challenge of the display's is the display's to give, and no more often than twice a period: each is reported to every
     /// unit.
     fn watched(&mut self, now: Instant, station: NodeId) -> Result<(), Refusal> {
         if station != DISPLAY {

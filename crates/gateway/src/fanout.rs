@@ -22,9 +22,9 @@ use crate::session::Session;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Interest {
-    /// Unit that is told.
+    /// Unit that is informed.
     pub unit: UnitId,
-    /// Teammates whose reports it is told, at most [`MAX_TEAMMATES`].
+    /// Teammates whose reports it gets, at most [`MAX_TEAMMATES`].
     pub hears: Vec<UnitId>,
 }
 
@@ -55,8 +55,8 @@ pub enum InterestError {
 pub(crate) struct Hearers(BTreeMap<UnitId, BTreeSet<UnitId>>);
 
 impl Hearers {
-    /// Of interest sets over `units`.
-    pub(crate) fn of(interests: &[Interest], units: &[UnitId]) -> Result<Self, InterestError> {
+    /// Hearers for interest sets over `units`.
+    pub(crate) fn from_interests(interests: &[Interest], units: &[UnitId]) -> Result<Self, InterestError> {
         let (mut hearers, mut seen) = (BTreeMap::<UnitId, BTreeSet<UnitId>>::new(), BTreeSet::new());
         for Interest { unit, hears } in interests {
             if !seen.insert(*unit) {
@@ -97,7 +97,7 @@ impl<'b> Envelope<'b> {
     pub(crate) fn new(session: &Session, origin: UnitId, report: &Accepted<SignedReport<'b>>, now: Instant) -> Self {
         let evidence = report.evidence();
         // Without a bound (freshness waived, no echo) it counts as older than any limit.
-        let age = evidence.age.map_or(Span(u64::MAX), |age| age.after(now.since(evidence.received)).upper());
+        let age = evidence.age.map_or(Span(u64::MAX), |age| age.plus(now.since(evidence.received)).upper());
         let teammate = Teammate { via: session.peer(), age, report: report.message().bytes.into() };
         Self { origin, teammate, brought_by: session.unit() }
     }
@@ -120,7 +120,7 @@ mod tests {
     const ALL: [UnitId; 3] = [UnitId::A, UnitId::B, UnitId::C];
 
     fn refused(unit: UnitId, hears: &[UnitId]) -> Option<InterestError> {
-        Hearers::of(&[Interest { unit, hears: hears.to_vec() }], &ALL).err()
+        Hearers::from_interests(&[Interest { unit, hears: hears.to_vec() }], &ALL).err()
     }
 
     #[test]
@@ -133,6 +133,6 @@ mod tests {
         let many = InterestError::TooMany { unit: UnitId::A, got: MAX_TEAMMATES + 1 };
         assert_eq!(refused(UnitId::A, &[UnitId::B; MAX_TEAMMATES + 1]), Some(many));
         let set = Interest { unit: UnitId::B, hears: vec![] };
-        assert_eq!(Hearers::of(&[set.clone(), set], &ALL).err(), Some(InterestError::Again(UnitId::B)));
+        assert_eq!(Hearers::from_interests(&[set.clone(), set], &ALL).err(), Some(InterestError::Again(UnitId::B)));
     }
 }

@@ -1,9 +1,9 @@
 //! The feed to the console: records accepted and refused, sessions opened, orders sent, one sealed message each.
 //!
-//! Refusals can be as many as an adversary likes, so their feed is bounded: so many a second, each with the count
+//! Refusals can be as many as an adversary likes, so their feed is bounded: a number a second, each with the count
 //! for its reason and from its peer by then. Refusals after the last one fed are reported with the next window's
 //! share, so the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the
-//! oracle goes by it.
+//! oracle uses it.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ use wire::time::{Instant, Span};
 
 /// Refusals that are fed within one [`REFUSAL_WINDOW`].
 const MAX_REFUSALS: u32 = 20;
-/// So many of them at once, as they happen; the others are for those only counted, so that a flood of one kind does not
-/// keep another from being told.
+/// A given number of them at once, as they happen; the others are for those only counted, so that a flood of one kind does not
+/// keep another from being reported.
 const MAX_AT_ONCE: u32 = 12;
 /// Window of that bound.
 const REFUSAL_WINDOW: Span = Span::s(1);
@@ -29,7 +29,7 @@ pub struct Feeder {
     sender: Sender,
     window: Instant,
     refusals: u32,
-    /// By reason and peer: there are as many as there are reasons and identities, at most.
+    /// Counts by reason and peer: there are as many as there are reasons and identities, at most.
     counted: BTreeMap<(Reason, Option<PeerId>), Counted>,
 }
 
@@ -56,10 +56,10 @@ impl Feeder {
     /// A refusal, unless this window's share is used up: then it is counted.
     pub fn refused(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) -> Option<Output> {
         self.count(now, reason, peer);
-        self.share(now, MAX_AT_ONCE).then(|| self.tell(now, reason, peer))
+        self.share(now, MAX_AT_ONCE).then(|| self.refuse(now, reason, peer))
     }
 
-    /// A refusal that is not to be told of at once.
+    /// A refusal that is not to be reported at once.
     pub fn count(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) {
         let counted = self.counted.entry((reason, peer)).or_insert(Counted { all: 0, fed: 0, at: now });
         counted.all = counted.all.saturating_add(1);
@@ -70,14 +70,14 @@ impl Feeder {
         let mut waiting: Vec<_> = self.counted.iter().filter(|(_, counted)| counted.fed < counted.all).collect();
         waiting.sort_by_key(|(_, counted)| counted.at);
         let waiting: Vec<(Reason, Option<PeerId>)> = waiting.into_iter().map(|(kind, _)| *kind).collect();
-        let mut told = Vec::new();
+        let mut outputs = Vec::new();
         for (reason, peer) in waiting {
             if !self.share(now, MAX_REFUSALS) {
                 break;
             }
-            told.push(self.tell(now, reason, peer));
+            outputs.push(self.refuse(now, reason, peer));
         }
-        told
+        outputs
     }
 
     /// Time at which the refusals not fed can be.
@@ -96,7 +96,7 @@ impl Feeder {
         left
     }
 
-    fn tell(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) -> Output {
+    fn refuse(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) -> Output {
         let all = self.counted.get_mut(&(reason, peer)).map_or(0, |counted| {
             (counted.fed, counted.at) = (counted.all, now);
             counted.all

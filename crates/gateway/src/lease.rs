@@ -51,7 +51,7 @@ impl Leases {
     /// that it *refused* stays: grants resume only when a HOLD has been executed. The intent is asked for and not the id: under
     /// one id a holder of the key can have another order executed.
     pub fn executed(&mut self, unit: UnitId, intent: IntentHash) {
-        if self.holds.iter().any(|(u, of, _)| (*u, *of) == (unit, intent)) {
+        if self.holds.iter().any(|(u, hash, _)| (*u, *hash) == (unit, intent)) {
             self.holds.retain(|(u, ..)| *u != unit);
         }
     }
@@ -69,7 +69,7 @@ impl Leases {
     }
 
     fn length(&self, unit: UnitId, now: Instant) -> Span {
-        let plan = self.contacts.iter().find(|(of, _)| *of == unit);
+        let plan = self.contacts.iter().find(|(unit_id, _)| *unit_id == unit);
         plan.map_or(self.length, |(_, contacts)| contacts.lease(now.since(self.started), self.length))
     }
 }

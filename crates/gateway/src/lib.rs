@@ -51,7 +51,7 @@ use crate::stage::{Rules, Staging};
 pub struct GatewayConfig {
     /// Units that may hold a session and be commanded.
     pub units: Vec<UnitId>,
-    /// Interest sets: the teammates whose reports each unit is told. A unit without one is told none.
+    /// Interest sets: the teammates whose reports each unit gets. A unit without one gets none.
     pub interests: Vec<Interest>,
     /// Operators with intents that are staged.
     pub operators: Vec<NodeId>,
@@ -120,7 +120,7 @@ impl Gateway {
         let keys = setup.keyring()?;
         keys.cast("units", config.units.iter().map(|unit| unit.node()))?;
         keys.cast("operators", config.operators.iter().copied())?;
-        let hearers = Hearers::of(&config.interests, &config.units)?;
+        let hearers = Hearers::from_interests(&config.interests, &config.units)?;
         let freshness = setup.bounds.freshness();
         let rules = Rules {
             policy: setup.policy.clone(),
@@ -159,7 +159,7 @@ impl Gateway {
         Ok(gateway)
     }
 
-    /// The same gateway in a forked world. No part of its state is bound to a world.
+    /// Copy of the gateway for a forked world. No part of its state is bound to a world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -212,8 +212,8 @@ impl Gateway {
         self.journal.sign(now, &mut self.out);
     }
 
-    fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
-        if let Some(event) = self.accounts.refused(at, peer, refusal) {
+    fn refuse(&mut self, now: Instant, interface: Interface, peer: Option<PeerId>, refusal: &Refusal) {
+        if let Some(event) = self.accounts.refused(interface, peer, refusal) {
             self.note(now, event);
         }
         if !self.quiet {
@@ -221,7 +221,7 @@ impl Gateway {
         }
     }
 
-    fn tell(&mut self, now: Instant, message: &Feed<'_>) {
+    fn send_feed(&mut self, now: Instant, message: &Feed<'_>) {
         if !self.quiet {
             self.out.push_back(self.feed.seal(now, message));
         }

@@ -37,9 +37,9 @@ pub struct Session {
     established: bool,
     sent: Option<Instant>,
     telemetry: Option<(Instant, Span)>,
-    /// The display's challenge that the peer was last told.
+    /// The display's challenge that the peer last received.
     watch: Option<Nonce>,
-    /// Of how many revocations the peer was last told, and when.
+    /// Number of revocations in the newest notice to the peer, and its time.
     told: Option<(usize, Instant)>,
 }
 
@@ -86,7 +86,7 @@ impl Session {
         self.established
     }
 
-    /// True if the peer has told us the nonce it wants to see; before that it refuses all but Hello.
+    /// True if the peer has sent us the nonce it wants to see; before that it refuses all but Hello.
     pub fn listens(&self) -> bool {
         self.theirs.is_some()
     }
@@ -112,21 +112,21 @@ impl Session {
         self.established = true;
     }
 
-    /// The display's challenge, if the peer listens and has not been told this one yet.
-    pub(crate) fn owed(&mut self, watch: Option<Nonce>) -> Option<Nonce> {
-        let owed = watch.filter(|_| self.listens() && self.watch != watch);
-        self.watch = owed.or(self.watch);
-        owed
+    /// The display's challenge, if the peer listens and has not received this one yet.
+    pub(crate) fn take_challenge(&mut self, watch: Option<Nonce>) -> Option<Nonce> {
+        let nonce = watch.filter(|_| self.listens() && self.watch != watch);
+        self.watch = nonce.or(self.watch);
+        nonce
     }
 
-    /// True if the peer is to be told of the revocations, `n` of them, now; then it counts as told.
+    /// True if the peer is to be sent the revocations, `n` of them, now; then it counts as informed.
     pub(crate) fn is_owed_revocations(&mut self, now: Instant, n: usize) -> bool {
-        let again = |(known, at): (usize, Instant)| known < n || now.since(at) >= self.challenge_period;
-        let owed = self.established && n > 0 && self.told.is_none_or(again);
-        if owed {
+        let repeat = |(known, time): (usize, Instant)| known < n || now.since(time) >= self.challenge_period;
+        let expected = self.established && n > 0 && self.told.is_none_or(repeat);
+        if expected {
             self.told = Some((n, now));
         }
-        owed
+        expected
     }
 
     /// The unit's own report was accepted at `received`, at most `age` old then. One that was overtaken by a younger one
@@ -145,7 +145,7 @@ impl Session {
     /// Issues `fresh()` as the new challenge when the last one has served its period. Issued at the moment of sending:
     /// an issue that waits would only make every age look larger.
     pub fn renew(&mut self, now: Instant, fresh: impl FnOnce() -> Nonce) {
-        if self.ages.issued_at().is_none_or(|at| now.since(at) >= self.challenge_period) {
+        if self.ages.issued_at().is_none_or(|time| now.since(time) >= self.challenge_period) {
             self.ages.issue(fresh(), now);
         }
     }
@@ -182,16 +182,16 @@ impl Sessions {
     /// Adds a session; one that the same peer had before is barred, and given back to be ended.
     pub fn open(&mut self, session: Session) -> Option<SessionId> {
         let old = self.open.iter().position(|old| old.peer == session.peer || old.id == session.id);
-        let old = old.map(|at| self.open.remove(at));
+        let old = old.map(|index| self.open.remove(index));
         if let Some(old) = &old {
             self.bar(old.id, old.peer);
         }
         if let Some(old) = &old {
             self.of_unit.remove(&old.unit);
         }
-        let at = self.open.partition_point(|old| old.id < session.id);
+        let index = self.open.partition_point(|old| old.id < session.id);
         self.of_unit.insert(session.unit, session.id);
-        self.open.insert(at, session);
+        self.open.insert(index, session);
         old.map(|old| old.id)
     }
 
@@ -206,25 +206,25 @@ impl Sessions {
     /// Removes a session; gives its peer when it still stood.
     pub fn close(&mut self, id: SessionId) -> Option<PeerId> {
         self.barred.retain(|(barred, _)| *barred != id);
-        let session = self.open.remove(self.at(id)?);
+        let session = self.open.remove(self.position(id)?);
         self.of_unit.remove(&session.unit);
         Some(session.peer)
     }
 
     /// The session with this handle, if it stands; else its peer, if known, and the reason that it is not heard.
     pub fn get_mut(&mut self, id: SessionId) -> Result<&mut Session, (Option<PeerId>, Refusal)> {
-        let Some(at) = self.at(id) else { return Err(self.why_not(id)) };
-        Ok(&mut self.open[at])
+        let Some(index) = self.position(id) else { return Err(self.why_not(id)) };
+        Ok(&mut self.open[index])
     }
 
     /// Handles of the sessions that these units have, in order.
     pub fn of_units(&self, units: &[UnitId]) -> Vec<SessionId> {
-        let mut of: Vec<SessionId> = units.iter().filter_map(|unit| self.of_unit.get(unit).copied()).collect();
-        of.sort_unstable();
-        of
+        let mut sessions: Vec<SessionId> = units.iter().filter_map(|unit| self.of_unit.get(unit).copied()).collect();
+        sessions.sort_unstable();
+        sessions
     }
 
-    fn at(&self, id: SessionId) -> Option<usize> {
+    fn position(&self, id: SessionId) -> Option<usize> {
         self.open.binary_search_by_key(&id, |session| session.id).ok()
     }
 
@@ -254,7 +254,7 @@ impl Sessions {
 mod tests {
     use super::*;
 
-    /// Peers are known of as many sessions as there is room for.
+    /// Peers are known for as many sessions as there is room for.
     #[test]
     fn barred_sessions_keep_peers_oldest_forgotten_first() {
         let mut sessions = Sessions::default();

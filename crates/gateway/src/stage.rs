@@ -47,7 +47,7 @@ pub struct Rules {
     pub freshness: Span,
 }
 
-/// A command: the id that it goes by in logs, and the intent that tells it from every other.
+/// A command: the id that it uses in logs, and the intent that tells it from every other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
     /// As its intent says.
@@ -150,13 +150,13 @@ impl Staging {
         let command = Command { id: claim.id, intent: hash_of(bytes) };
         let rejected = |refusal| Rejected { command: Some(command), refusal };
         let Rules { policy, keys, operators, freshness, .. } = &self.rules;
-        let within = decoded
+        let record = decoded
             .fresh(policy, age, *freshness, Span::ZERO)
             .and_then(|fresh| fresh.within_rate(policy, &self.rates, station, now))
             .map_err(rejected)?;
         // The channel has said whose it is, so that every request counts, also one that is refused.
-        self.rates.charge(station, RateClass::of(claim.kind), now);
-        let attributed = within
+        self.rates.charge(station, RateClass::from_kind(claim.kind), now);
+        let attributed = record
             .by_role(policy, operators)
             .and_then(|roled| roled.admitted(policy, revoked, now))
             .and_then(|admitted| self.admissible(station, &claim).map(|()| admitted))
@@ -170,8 +170,8 @@ impl Staging {
     }
 
     /// True if a refusal for rate at `now` is to be logged, beside being counted.
-    pub fn tell(&mut self, now: Instant) -> bool {
-        self.rates.tell(now)
+    pub fn should_report(&mut self, now: Instant) -> bool {
+        self.rates.should_report(now)
     }
 
     /// There is need for one more request of `station`, which is not an intent.
@@ -183,11 +183,11 @@ impl Staging {
         Ok(())
     }
 
-    /// `who` has been revoked: its intents no longer wait. Gives the commands that are gone.
-    pub fn drop_revoked(&mut self, who: NodeId) -> Vec<Command> {
-        let (gone, left): (Vec<Waiting>, _) = self.waiting.drain(..).partition(|w| w.intent.id.operator == who);
+    /// `node` has been revoked: its intents no longer wait. Gives the commands that are gone.
+    pub fn drop_revoked(&mut self, node: NodeId) -> Vec<Command> {
+        let (withdrawn, left): (Vec<Waiting>, _) = self.waiting.drain(..).partition(|w| w.intent.id.operator == node);
         self.waiting = left;
-        gone.iter().map(Waiting::command).collect()
+        withdrawn.iter().map(Waiting::command).collect()
     }
 
     /// No intent waits any longer. Gives the commands that are gone.
@@ -200,22 +200,22 @@ impl Staging {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
         let (expected, intent) = decoded.claimed();
         self.needed(now, station, RateClass::Away)?;
-        let ours = |w: &&Waiting| w.station == station && now < w.until;
+        let is_ours = |w: &&Waiting| w.station == station && now < w.until;
         // Which of them a confirmation is about is in the intent that it names; by the id alone it is refused below.
         let (exact, named) = (|w: &Waiting| w.command().intent == intent, |w: &Waiting| w.intent.id == expected);
-        let place = |fits: &dyn Fn(&Waiting) -> bool| self.waiting.iter().position(|w| ours(&w) && fits(w));
-        let at = place(&exact).or_else(|| place(&named)).ok_or(Refusal::Confirmation { expected })?;
-        let command = self.waiting[at].command();
+        let place = |fits: &dyn Fn(&Waiting) -> bool| self.waiting.iter().position(|w| is_ours(&w) && fits(w));
+        let index = place(&exact).or_else(|| place(&named)).ok_or(Refusal::Confirmation { expected })?;
+        let command = self.waiting[index].command();
         let rejected = |refusal| Rejected { command: Some(command), refusal };
         let Rules { policy, keys, .. } = &self.rules;
         match policy.check(Check::Confirmation) {
             Requirement::Waived => {}
             Requirement::Required => {
                 let attributed = decoded.by_signer(policy, command.id.operator, keys).map_err(rejected)?;
-                attributed.about(command.id, &command.intent).map_err(rejected)?;
+                attributed.about_intent(command.id, &command.intent).map_err(rejected)?;
             }
         }
-        let Waiting { station, intent, bytes: staged, .. } = self.waiting.remove(at);
+        let Waiting { station, intent, bytes: staged, .. } = self.waiting.remove(index);
         Ok(Progress::Send(self.dispatch(station, &intent, &staged, Some(bytes))))
     }
 
@@ -243,8 +243,8 @@ impl Staging {
         }
         let (expected, intent) = decoded.claimed();
         let command = Command { id: expected, intent };
-        let ours = self.sent.iter_mut().find(|sent| sent.unit == unit && sent.command == command);
-        let sent = ours.ok_or(Refusal::Confirmation { expected })?;
+        let our_sent = self.sent.iter_mut().find(|sent| sent.unit == unit && sent.command == command);
+        let sent = our_sent.ok_or(Refusal::Confirmation { expected })?;
         let answer = hash_of(bytes);
         if sent.answers.contains(&answer) {
             return Ok(None);
@@ -253,7 +253,7 @@ impl Staging {
             return Err(Refusal::Full { limit: MAX_ANSWERS });
         }
         let attributed = decoded.by_signer(&self.rules.policy, unit.node(), &self.rules.keys)?;
-        let accepted = attributed.about(expected, &intent)?;
+        let accepted = attributed.about_intent(expected, &intent)?;
         sent.answers.push(answer);
         Ok(Some(accepted))
     }

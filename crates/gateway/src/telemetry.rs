@@ -15,7 +15,7 @@ use wire::time::{Instant, Span};
 use wire::trust::{Accepted, Bearer, RevocationList, SignedReport, unit_of};
 
 use crate::Gateway;
-use crate::admit::{Admitted, Content};
+use crate::admit::{Admitted, RecordContent};
 use crate::fanout::Envelope;
 use crate::session::Session;
 
@@ -34,7 +34,7 @@ impl Gateway {
         let superseded = self.sessions.open(Session::new(id, peer, unit, nonce, &self.bounds));
         self.out.extend(superseded.map(|session| Output::Close { session }));
         self.note(now, Event::Session { peer, open: true });
-        self.tell(now, &Feed::Session(peer, true));
+        self.send_feed(now, &Feed::Session(peer, true));
         if self.tick.is_none() {
             self.tick = Some(now + Span::ms(self.bounds.grant_period_ms));
         }
@@ -44,7 +44,7 @@ impl Gateway {
     pub(crate) fn closed(&mut self, now: Instant, id: SessionId) {
         let Some(peer) = self.sessions.close(id) else { return };
         self.note(now, Event::Session { peer, open: false });
-        self.tell(now, &Feed::Session(peer, false));
+        self.send_feed(now, &Feed::Session(peer, false));
     }
 
     /// One record, one verdict.
@@ -64,10 +64,10 @@ impl Gateway {
     }
 
     /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again each
-    /// challenge period, because a record may be lost and a unit start anew.
+    /// challenge period, because a record may be lost and a unit start again.
     pub(crate) fn pass_on_revocations(&mut self, now: Instant) {
         let (revoked, policy) = (&self.revoked, &self.policy);
-        let heard = |session: &&mut Session| stands(revoked, policy, session, now);
+        let heard = |session: &&mut Session| may_receive(revoked, policy, session, now);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
             if !session.is_owed_revocations(now, self.revocations.len()) {
                 continue;
@@ -85,21 +85,21 @@ impl Gateway {
         let age = admitted.evidence().age.map(|age| age.upper());
         let (record, mut waived) = (admitted.record(), admitted.waived());
         if self.policy.check(Check::Revocation) == Requirement::Waived {
-            waived = waived.with(Check::Revocation);
+            waived = waived.with_check(Check::Revocation);
         }
         self.note(now, Event::Accepted { at: Interface::Uplink, record, peer, age, waived });
         match &admitted.content {
-            // A unit that has just started anew knows of no revocation.
-            Content::Exchange(_) => self.pass_on_revocations(now),
-            Content::Report(report) => self.report(now, id, report, waived),
-            Content::Crop(_, crop) => self.crop(now, peer, crop),
+            // A unit that has just started again knows of no revocation.
+            RecordContent::Exchange(_) => self.pass_on_revocations(now),
+            RecordContent::Report(report) => self.report(now, id, report, waived),
+            RecordContent::Crop(_, crop) => self.crop(now, peer, crop),
         }
     }
 
     /// A crop, to the display of the unit in whose session it came.
     fn crop(&mut self, now: Instant, peer: PeerId, crop: &[u8]) {
         if let Some(unit) = unit_of(peer) {
-            self.tell(now, &Feed::Crop(unit, crop.into()));
+            self.send_feed(now, &Feed::Crop(unit, crop.into()));
         }
     }
 
@@ -116,7 +116,7 @@ impl Gateway {
         }
         let envelope = Envelope::new(session, unit, report, now);
         let (via, received, report) = (session.peer(), evidence.received, signed.bytes.into());
-        self.tell(now, &Feed::Accepted(AcceptedReport { via, unit, received, age, waived, report }));
+        self.send_feed(now, &Feed::Accepted(AcceptedReport { via, unit, received, age, waived, report }));
         self.fan_out(now, &envelope);
     }
 
@@ -126,7 +126,7 @@ impl Gateway {
         }
         for id in self.sessions.of_units(&envelope.addressees(&self.hearers)) {
             let Ok(session) = self.sessions.get_mut(id) else { continue };
-            if !stands(&self.revoked, &self.policy, session, now) {
+            if !may_receive(&self.revoked, &self.policy, session, now) {
                 continue;
             }
             if let Some(body) = envelope.record_for(session) {
@@ -137,7 +137,7 @@ impl Gateway {
         }
     }
 
-    /// The display has a new challenge: the units are told at once, for waiting here makes every age look larger.
+    /// The display has a new challenge: the units are informed at once, for waiting here makes every age look larger.
     pub(crate) fn watch(&mut self, now: Instant, challenge: Nonce) {
         self.accounts.accepted(Interface::Requests);
         self.watch = Some((challenge, now));
@@ -145,13 +145,13 @@ impl Gateway {
         self.tell_of_losses(now);
     }
 
-    /// Tells each session the display's challenge that has not been told it yet.
+    /// Tells each session the display's challenge that has not received it yet.
     fn pass_watch(&mut self, now: Instant) {
         let (revoked, policy) = (&self.revoked, &self.policy);
-        let heard = |session: &&mut Session| stands(revoked, policy, session, now);
+        let heard = |session: &&mut Session| may_receive(revoked, policy, session, now);
         let watch = self.watch.map(|(challenge, _)| challenge);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
-            if let Some(challenge) = session.owed(watch) {
+            if let Some(challenge) = session.take_challenge(watch) {
                 session.renew(now, || fresh_nonce(&mut self.nonces));
                 self.out.push_back(session.seal(now, self.boot, SessionBody::Watch(challenge)));
                 self.accounts.count(Account::Sent);
@@ -164,10 +164,11 @@ impl Gateway {
         self.pass_watch(now);
         self.pass_on_revocations(now);
         let (revoked, policy) = (&self.revoked, &self.policy);
-        let due =
-            |session: &&mut Session| only.is_none_or(|id| id == session.id()) && stands(revoked, policy, session, now);
+        let due = |session: &&mut Session| {
+            only.is_none_or(|id| id == session.id()) && may_receive(revoked, policy, session, now)
+        };
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(due) {
-            let idle = session.sent().is_none_or(|at| now.since(at) >= IDLE_HELLO);
+            let idle = session.sent().is_none_or(|time| now.since(time) >= IDLE_HELLO);
             let hello = || (!session.established() || idle).then_some(SessionBody::Hello(session.nonce));
             let Some(body) = self.leases.grant(session, now).or_else(hello) else { continue };
             session.renew(now, || fresh_nonce(&mut self.nonces));
@@ -177,19 +178,19 @@ impl Gateway {
     }
 }
 
-/// True if the peer of a session is still talked to. A revoked one is told no more either: reports of others would help
+/// True if the peer of a session is still talked to. A revoked one gets nothing more either: reports of others would help
 /// the holder of its credential.
-fn stands(revoked: &RevocationList, policy: &Policy, session: &Session, now: Instant) -> bool {
+fn may_receive(revoked: &RevocationList, policy: &Policy, session: &Session, now: Instant) -> bool {
     revocation_of(revoked, policy, session.unit().node(), now).is_none()
 }
 
-/// Reason that `who` is heard no longer, if that is so. Asked before any of its content is read.
-pub(crate) fn revocation_of(revoked: &RevocationList, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
+/// Reason that `node` is heard no longer, if that is so. Asked before any of its content is read.
+pub(crate) fn revocation_of(revoked: &RevocationList, policy: &Policy, node: NodeId, now: Instant) -> Option<Refusal> {
     let required = policy.check(Check::Revocation) == Requirement::Required;
-    revoked.stands(who, now).err().filter(|_| required)
+    revoked.check_admitted(node, now).err().filter(|_| required)
 }
 
-/// An unguessable number other than zero, which stands for "none yet".
+/// An unguessable number other than zero, which represents "none yet".
 fn fresh_nonce(nonces: &mut ChaCha8Rng) -> Nonce {
     Nonce(nonces.next_u64().max(1))
 }

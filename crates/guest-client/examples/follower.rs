@@ -1,4 +1,4 @@
-//! The follower as a program of its own, to start a guest of your own from: its logic is [`guest_client::follower`].
+//! The follower as its own program, to start a guest of your own from: its logic is [`guest_client::follower`].
 
 use std::process::ExitCode;
 

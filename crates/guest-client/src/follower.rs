@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{Fix, Guest, Own, Place, Reply, Start, Step};
+use crate::{Fix, Guest, Own, Position, Reply, Start, Step};
 
 const LOOKAHEAD_S: f64 = 0.9;
 const LOOKAHEAD_M: (f64, f64) = (1.5, 4.0);
@@ -23,7 +23,7 @@ const REACHED_M: f64 = 0.8;
 pub struct Follower {
     max_speed: f64,
     looped: bool,
-    ahead: VecDeque<Place>,
+    ahead: VecDeque<Position>,
     fix: Option<Fix>,
     speed: f64,
 }
@@ -39,7 +39,7 @@ impl Guest for Follower {
     fn step(&mut self, step: Step) -> Result<Reply, Own> {
         self.fix = step.fix.or(self.fix);
         let Some(Fix { at: here, yaw_rad, .. }) = self.fix else { return Ok(reply(0.0, 0.0, "WAITING", [0.0, 0.0])) };
-        if self.ahead.front().is_some_and(|next| between(here, *next) < REACHED_M) {
+        if self.ahead.front().is_some_and(|next| distance(here, *next) < REACHED_M) {
             let reached = self.ahead.pop_front();
             self.ahead.extend(reached.filter(|_| self.looped));
         }
@@ -53,21 +53,21 @@ impl Guest for Follower {
 
 impl Follower {
     /// Curvature of the arc through the point one lookahead along the way; sets the speed.
-    fn pursue(&mut self, here: Place, yaw: f64, limit: f64) -> f64 {
+    fn pursue(&mut self, here: Position, yaw: f64, limit: f64) -> f64 {
         let reach = (self.speed * LOOKAHEAD_S).clamp(LOOKAHEAD_M.0, LOOKAHEAD_M.1);
-        let (mut left, mut carrot, mut at) = (0.0, None, here);
+        let (mut left, mut carrot, mut place) = (0.0, None, here);
         for &point in &self.ahead {
-            let leg = between(at, point);
+            let leg = distance(place, point);
             if carrot.is_none() && left + leg >= reach {
                 let share = (reach - left) / leg;
-                carrot = Some([at[0] + share * (point[0] - at[0]), at[1] + share * (point[1] - at[1])]);
+                carrot = Some([place[0] + share * (point[0] - place[0]), place[1] + share * (point[1] - place[1])]);
             }
             left += leg;
-            at = point;
+            place = point;
         }
-        let carrot = carrot.unwrap_or(at);
+        let carrot = carrot.unwrap_or(place);
         let bearing = (carrot[1] - here[1]).atan2(carrot[0] - here[0]) - yaw;
-        let arc = 2.0 * bearing.sin() / between(here, carrot);
+        let arc = 2.0 * bearing.sin() / distance(here, carrot);
         let arc = if bearing.cos() < 0.0 { MAX_CURVATURE.copysign(arc) } else { arc };
         let curvature = arc.clamp(-MAX_CURVATURE, MAX_CURVATURE);
         let slow = (SIDEWAYS / curvature.abs().max(1e-9)).sqrt();
@@ -77,10 +77,10 @@ impl Follower {
     }
 }
 
-fn between(a: Place, b: Place) -> f64 {
+fn distance(a: Position, b: Position) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
-fn reply(speed_m_s: f64, curvature_per_m: f64, state: &str, place: Place) -> Reply {
+fn reply(speed_m_s: f64, curvature_per_m: f64, state: &str, place: Position) -> Reply {
     Reply { speed_m_s, curvature_per_m, state: Some(state.to_owned()), place: Some(place), wake_s: None }
 }

@@ -12,7 +12,7 @@ use std::fmt;
 use std::io::{self, BufRead, Read, Write};
 use std::process::ExitCode;
 
-pub use messages::{Disc, Fix, Odometry, PROTOCOL, Place, Reply, Start, Step, Track};
+pub use messages::{Disc, Fix, Odometry, PROTOCOL, Position, Reply, Start, Step, Track};
 
 use messages::{Request, Response};
 
@@ -22,7 +22,7 @@ pub const MAX_LINE: usize = 64 * 1024;
 /// An error of a guest's own code.
 pub type Own = Box<dyn Error + Send + Sync>;
 
-/// An autonomy program: told the mission once, then asked for a set-point each step.
+/// An autonomy program: given the mission once, then asked for a set-point each step.
 pub trait Guest {
     /// Takes the mission. The limit of time is `start_ms` of the guest's file.
     ///
@@ -92,14 +92,14 @@ pub fn serve<G: Guest>(
             (Request::Step(step), Some(guest)) => {
                 let number = step.number;
                 let reply = guest.step(step).map_err(Failure::Own)?;
-                reply.check().map_err(|why| Failure::Own(why.into()))?;
+                reply.check().map_err(|reason| Failure::Own(reason.into()))?;
                 Response::Reply { number, reply }
             }
             (Request::Step(_), None) => {
                 return Err(Failure::Request { line: number, why: "`start` expected, got `step`".into() });
             }
         };
-        let mut answer = serde_json::to_vec(&response).map_err(|why| Failure::Own(why.into()))?;
+        let mut answer = serde_json::to_vec(&response).map_err(|error| Failure::Own(error.into()))?;
         answer.push(b'\n');
         answers.write_all(&answer).and_then(|()| answers.flush()).map_err(Failure::Stream)?;
     }
@@ -110,7 +110,7 @@ fn request(line: &[u8]) -> Result<Request, String> {
     if line.len() > MAX_LINE {
         return Err(format!("at most {MAX_LINE} bytes expected, got more"));
     }
-    let request = serde_json::from_slice(line).map_err(|why| why.to_string())?;
+    let request = serde_json::from_slice(line).map_err(|error| error.to_string())?;
     match &request {
         Request::Start(start) if start.protocol != PROTOCOL => {
             let got: String = start.protocol.chars().take(40).collect();

@@ -18,7 +18,7 @@ const MAX_COORDINATE: f64 = 10_000.0;
 const MAX_WAKE: f64 = 1.0;
 
 /// East and north, m.
-pub type Place = [f64; 2];
+pub type Position = [f64; 2];
 
 /// A request of the core.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -40,7 +40,7 @@ pub(crate) enum Response {
     },
 }
 
-/// The mission and its surroundings, told once.
+/// The mission and its surroundings, sent once.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Start {
     /// Version of the protocol.
@@ -54,11 +54,11 @@ pub struct Start {
     /// Deceleration that the vehicle is sure to reach, m/s².
     pub braking_m_s2: f64,
     /// Way points in order; none to stand.
-    pub route: Vec<Place>,
+    pub route: Vec<Position>,
     /// True if the last way point leads to the first again.
     pub looped: bool,
     /// Corners of the area that must not be left, in order.
-    pub fence: Vec<Place>,
+    pub fence: Vec<Position>,
     /// Obstacles on the map as discs that reach to their ends, the first 64.
     pub obstacles: Vec<Disc>,
     /// The same obstacles by length and width; empty from a core that does not tell them.
@@ -70,7 +70,7 @@ pub struct Start {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Disc {
     /// Centre.
-    pub at: Place,
+    pub at: Position,
     /// Radius, m.
     pub radius_m: f64,
 }
@@ -79,7 +79,7 @@ pub struct Disc {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Block {
     /// Its middle.
-    pub at: Place,
+    pub at: Position,
     /// Half of length and width, m.
     pub half_m: [f64; 2],
     /// Direction of its length, rad.
@@ -104,7 +104,7 @@ pub struct Step {
     /// Objects that perception tracks; empty where the guest's file does not take `tracks`.
     pub tracks: Vec<Track>,
     /// Places that other units claim; empty where the guest's file does not take `teammates`.
-    pub teammates: Vec<Place>,
+    pub teammates: Vec<Position>,
 }
 
 /// A position fix.
@@ -113,7 +113,7 @@ pub struct Fix {
     /// Time at which it was taken, s.
     pub stamp_s: f64,
     /// East and north, m.
-    pub at: Place,
+    pub at: Position,
     /// Heading, rad in (−π, π].
     pub yaw_rad: f64,
     /// One standard deviation of the position as its source states it, m.
@@ -141,9 +141,9 @@ pub struct Track {
     /// `vehicle`, `person`, `decoy` or `other`.
     pub class: String,
     /// East and north, m.
-    pub at: Place,
+    pub at: Position,
     /// Velocity east and north, m/s.
-    pub velocity: Place,
+    pub velocity: Position,
     /// Confidence, 0 to 1.
     pub confidence: f64,
     /// Time of the last update, s.
@@ -162,7 +162,7 @@ pub struct Reply {
     pub state: Option<String>,
     /// Place that the guest drives by, m, within ±10,000: needed where the guest's file gives `place`, refused where not.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<Position>,
     /// Time until the guest wants the next step, s, up to 1; none for the next period.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wake_s: Option<f64>,
@@ -174,16 +174,16 @@ impl Reply {
     /// # Errors
     /// The first value out of its range, with the range.
     pub fn check(&self) -> Result<(), String> {
-        within("speed_m_s", self.speed_m_s, -MAX_SPEED, MAX_SPEED)?;
-        within("curvature_per_m", self.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)?;
+        check_range("speed_m_s", self.speed_m_s, -MAX_SPEED, MAX_SPEED)?;
+        check_range("curvature_per_m", self.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)?;
         for coordinate in self.place.iter().flatten() {
-            within("place", *coordinate, -MAX_COORDINATE, MAX_COORDINATE)?;
+            check_range("place", *coordinate, -MAX_COORDINATE, MAX_COORDINATE)?;
         }
-        self.wake_s.map_or(Ok(()), |wake| within("wake_s", wake, 0.0, MAX_WAKE))
+        self.wake_s.map_or(Ok(()), |wake| check_range("wake_s", wake, 0.0, MAX_WAKE))
     }
 }
 
-fn within(name: &str, got: f64, least: f64, most: f64) -> Result<(), String> {
+fn check_range(name: &str, got: f64, least: f64, most: f64) -> Result<(), String> {
     if (least..=most).contains(&got) {
         return Ok(());
     }

@@ -160,13 +160,13 @@ fn the_follower_answers_as_recorded() {
         assert_eq!(answers.lines().count(), lines.len() / 2, "{name}");
         for (pair, (got, recorded)) in answers.lines().zip(lines.iter().skip(1).step_by(2)).enumerate() {
             let read = |line: &str| serde_json::from_str::<jsonl::Response>(line).unwrap();
-            assert!(alike(&read(got), &read(recorded)), "{name}, pair {pair}: {recorded} expected, got {got}");
+            assert!(nearly_equal(&read(got), &read(recorded)), "{name}, pair {pair}: {recorded} expected, got {got}");
         }
     }
 }
 
 /// Equal, numbers to a billionth: the recording may be of another mathematical library.
-fn alike(a: &jsonl::Response, b: &jsonl::Response) -> bool {
+fn nearly_equal(a: &jsonl::Response, b: &jsonl::Response) -> bool {
     let (jsonl::Response::Reply(a), jsonl::Response::Reply(b)) = (a, b) else { return a == b };
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-9;
     let places = a.place.iter().flatten().zip(b.place.iter().flatten());

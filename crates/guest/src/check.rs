@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 use wire::codec::List;
-use wire::guest::{Answer, Block, Disc, Place, Reply, Request, Start, Step};
+use wire::guest::{Answer, Block, ControlStep, Disc, MissionStart, Place, Reply, Request};
 use wire::mode::Mode;
 use wire::sensor::{Fix, Navigation, Odometry, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
@@ -145,10 +145,10 @@ fn wrapped(angle: f64) -> f64 {
     if turned <= -PI { PI } else { turned }
 }
 
-fn start() -> Start {
+fn start() -> MissionStart {
     let at = Place(10_000, 10_000);
     let corners = [(-10_000, -30_000), (60_000, -30_000), (60_000, 30_000), (-10_000, 30_000)];
-    Start {
+    MissionStart {
         now: ZERO,
         period: Span::ms(Bounds::GROUND.control_period_ms),
         max_speed_mm_s: Bounds::GROUND.max_speed_mm_s,
@@ -161,11 +161,11 @@ fn start() -> Start {
     }
 }
 
-fn step(number: u32, pose: Pose, speed_mm_s: f64) -> Step {
+fn step(number: u32, pose: Pose, speed_mm_s: f64) -> ControlStep {
     let now = ZERO + Span::ms(u64::from(number) * Bounds::GROUND.control_period_ms);
     let fix = (number < BLIND).then_some(Fix { pose, sigma_mm: 40, time: ReceiverTime(now.0) });
     let odometry = Odometry { speed_mm_s: speed_mm_s as i32, yaw_rate_mrad_s: 0 };
-    Step {
+    ControlStep {
         number,
         now,
         mode: if number < ENABLED { Mode::Idle } else { Mode::Ready },

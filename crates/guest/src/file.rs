@@ -48,9 +48,9 @@ pub enum Output {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
-    /// From the start of the process to its first answer, ms of real time (1 to 60,000).
+    /// Limit from the start of the process to its first answer, ms of real time (1 to 60,000).
     pub start_ms: u64,
-    /// From a step to its answer, ms of real time (1 to 10,000).
+    /// Limit from a step to its answer, ms of real time (1 to 10,000).
     pub step_ms: u64,
     /// Address space, MiB (16 to 65,536).
     pub memory_mib: u64,
@@ -76,7 +76,7 @@ pub struct Written {
     #[schemars(with = "String")]
     name: Spanned<String>,
     /// The program and its arguments. A path with a `/` that is not absolute is taken from the file's own folder; `{dir}`
-    /// in an argument stands for that folder.
+    /// in an argument means that folder.
     #[schemars(with = "Vec<String>")]
     command: Spanned<Vec<String>>,
     /// `jsonl/1`.
@@ -206,13 +206,13 @@ impl Written {
             let message = format!("environment variable {name:?} has a name or value that no process can take");
             return Err(mistake(0..0, message, "names of A-Z, a-z, 0-9 and _; values without NUL"));
         }
-        let limits = limits.map_or_else(|| Ok(Limits::default()), |limits| within(&limits))?;
+        let limits = limits.map_or_else(|| Ok(Limits::default()), |limits| check_limits(&limits))?;
         Ok(Program {
             name: name.into_inner(),
             command: resolved(&command, folder)?,
             folder: folder.to_owned(),
-            takes: once(takes),
-            gives: once(gives.into_inner()),
+            takes: without_repeats(takes),
+            gives: without_repeats(gives.into_inner()),
             states: states.into_iter().map(|(state, means)| (state.into_inner(), means)).collect(),
             environment,
             digests,
@@ -221,8 +221,8 @@ impl Written {
     }
 }
 
-fn mistake(at: Range<usize>, message: impl Into<String>, remedy: &'static str) -> FileError {
-    FileError { at: (!at.is_empty()).then_some(at), message: message.into(), remedy }
+fn mistake(bytes: Range<usize>, message: impl Into<String>, remedy: &'static str) -> FileError {
+    FileError { at: (!bytes.is_empty()).then_some(bytes), message: message.into(), remedy }
 }
 
 fn named(name: &Spanned<String>) -> Result<(), FileError> {
@@ -244,11 +244,11 @@ fn short(state: &Spanned<String>) -> Result<(), FileError> {
     Err(mistake(state.span(), format!("a state of 1 to {MAX_NAME} bytes expected"), "shorten the state's name"))
 }
 
-fn few(what: &str, got: usize) -> Result<(), FileError> {
+fn few(name: &str, got: usize) -> Result<(), FileError> {
     if got <= MAX_ITEMS {
         return Ok(());
     }
-    Err(mistake(0..0, format!("{what}: at most {MAX_ITEMS} entries expected, got {got}"), "take some out"))
+    Err(mistake(0..0, format!("{name}: at most {MAX_ITEMS} entries expected, got {got}"), "take some out"))
 }
 
 fn variable(name: &str, value: &str) -> bool {
@@ -256,7 +256,7 @@ fn variable(name: &str, value: &str) -> bool {
     (1..=MAX_NAME).contains(&name.len()) && name.chars().all(plain) && value.len() <= MAX_WORD && !value.contains('\0')
 }
 
-fn once<T: Ord>(mut items: Vec<T>) -> Vec<T> {
+fn without_repeats<T: Ord>(mut items: Vec<T>) -> Vec<T> {
     items.sort();
     items.dedup();
     items
@@ -278,7 +278,7 @@ fn resolved(command: &Spanned<Vec<String>>, folder: &Path) -> Result<Vec<String>
     Ok(resolved)
 }
 
-fn within(limits: &Spanned<Limits>) -> Result<Limits, FileError> {
+fn check_limits(limits: &Spanned<Limits>) -> Result<Limits, FileError> {
     let Limits { start_ms, step_ms, memory_mib, files, processes, cpu_s } = *limits.get_ref();
     let ranges = [
         ("start_ms", start_ms, 1, 60_000),
@@ -304,10 +304,10 @@ fn pinned(
 ) -> Result<BTreeMap<String, String>, FileError> {
     few("pins", pins.len())?;
     let held = pins.iter().map(|(path, pin)| {
-        let bytes = read(&folder.join(path)).map_err(|why| {
+        let bytes = read(&folder.join(path)).map_err(|reason| {
             mistake(
                 pin.span(),
-                format!("{path}: {why}"),
+                format!("{path}: {reason}"),
                 "pin files that are there, by their path from this file's folder",
             )
         })?;
@@ -377,7 +377,7 @@ DRIVING = "nominal"
             let text = GOOD.replace(from, to);
             let error = parse(&text).expect_err(message);
             assert!(error.message.contains(message), "{} / {message}", error.message);
-            assert!(error.at.is_some_and(|at| at.end <= text.len()), "{message} has a place");
+            assert!(error.at.is_some_and(|place| place.end <= text.len()), "{message} has a place");
         }
     }
 

@@ -33,7 +33,7 @@ pub enum Response {
 }
 
 /// East and north, m.
-pub type Place = [f64; 2];
+pub type Position = [f64; 2];
 
 /// The mission and its surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -49,11 +49,11 @@ pub struct Start {
     /// Deceleration that the vehicle is sure to reach, m/s².
     pub braking_m_s2: f64,
     /// Way points in order.
-    pub route: Vec<Place>,
+    pub route: Vec<Position>,
     /// True if the last way point leads to the first again.
     pub looped: bool,
     /// Corners of the area that must not be left, in order.
-    pub fence: Vec<Place>,
+    pub fence: Vec<Position>,
     /// Obstacles on the map as discs that reach to their ends, the first 64.
     pub obstacles: Vec<Disc>,
     /// The same obstacles by length and width, at most 256.
@@ -65,7 +65,7 @@ pub struct Start {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Disc {
     /// Centre.
-    pub at: Place,
+    pub at: Position,
     /// Radius, m.
     pub radius_m: f64,
 }
@@ -74,7 +74,7 @@ pub struct Disc {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Block {
     /// Its middle.
-    pub at: Place,
+    pub at: Position,
     /// Half of length and width, m.
     pub half_m: [f64; 2],
     /// Direction of its length, rad.
@@ -99,7 +99,7 @@ pub struct Step {
     /// Objects that perception tracks; empty where `tracks` is not taken.
     pub tracks: Vec<Track>,
     /// Places that other units claim; empty where `teammates` is not taken.
-    pub teammates: Vec<Place>,
+    pub teammates: Vec<Position>,
 }
 
 /// A position fix.
@@ -108,7 +108,7 @@ pub struct Fix {
     /// Time at which it was taken, s.
     pub stamp_s: f64,
     /// East and north, m.
-    pub at: Place,
+    pub at: Position,
     /// Heading, rad in (−π, π].
     pub yaw_rad: f64,
     /// One standard deviation of the position as its source states it, m.
@@ -136,9 +136,9 @@ pub struct Track {
     /// `vehicle`, `person`, `decoy` or `other`.
     pub class: String,
     /// East and north, m.
-    pub at: Place,
+    pub at: Position,
     /// Velocity east and north, m/s.
-    pub velocity: Place,
+    pub velocity: Position,
     /// Confidence, 0 to 1.
     pub confidence: f64,
     /// Time of its last update, s.
@@ -165,7 +165,7 @@ pub struct Reply {
     pub state: Option<String>,
     /// The place that the guest drives by, m, within ±10,000. Where the file gives `place`, needed of a guest that drives, and refused where not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<Position>,
     /// Time until the guest wants the next step, s, up to 1; the set-point stands meanwhile. Null for the next period.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wake_s: Option<f64>,
@@ -189,7 +189,7 @@ pub fn request(request: &wired::Request, program: &Program) -> Request {
     }
 }
 
-fn start_of(start: &wired::Start) -> Start {
+fn start_of(start: &wired::MissionStart) -> Start {
     Start {
         protocol: crate::file::PROTOCOL.to_owned(),
         time_s: seconds(start.now),
@@ -204,7 +204,7 @@ fn start_of(start: &wired::Start) -> Start {
     }
 }
 
-fn step_of(step: &wired::Step, program: &Program) -> Step {
+fn step_of(step: &wired::ControlStep, program: &Program) -> Step {
     let navigation = step.navigation.filter(|_| program.takes(Input::Navigation));
     let stamp_s = navigation.map_or(0.0, |reading| seconds(reading.stamp));
     let fix = navigation.and_then(|reading| reading.fix).map(|fix| Fix {
@@ -249,7 +249,7 @@ fn block(block: &wired::Block) -> Block {
     Block { at: place(&block.at), half_m: block.half_mm.map(metres), heading_rad: metres(block.heading_mrad) }
 }
 
-fn place(place: &wired::Place) -> Place {
+fn place(place: &wired::Place) -> Position {
     [metres(place.0), metres(place.1)]
 }
 
@@ -258,6 +258,6 @@ fn metres(thousandths: impl Into<f64>) -> f64 {
     thousandths.into() / 1000.0
 }
 
-fn seconds(at: Instant) -> f64 {
-    at.0 as f64 / 1e6
+fn seconds(time: Instant) -> f64 {
+    time.0 as f64 / 1e6
 }

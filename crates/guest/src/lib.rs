@@ -87,8 +87,8 @@ pub struct Failure {
 
 impl Failure {
     /// A failure of this kind.
-    pub fn new(fault: Fault, why: impl Into<String>) -> Self {
-        Self { fault, why: why.into() }
+    pub fn new(fault: Fault, reason: impl Into<String>) -> Self {
+        Self { fault, why: reason.into() }
     }
 
     /// The answer in place of one from the guest.
@@ -107,7 +107,7 @@ pub enum Patience {
 }
 
 /// A running guest's standard input and output.
-pub trait Channel: Send + Sync {
+pub trait GuestChannel: Send + Sync {
     /// Writes one line, without its end, and waits for the one line that answers it.
     ///
     /// # Errors
@@ -121,5 +121,5 @@ pub trait Launcher: Send + Sync {
     ///
     /// # Errors
     /// The program could not be started.
-    fn launch(&self, program: &Program) -> Result<Box<dyn Channel>, Failure>;
+    fn launch(&self, program: &Program) -> Result<Box<dyn GuestChannel>, Failure>;
 }

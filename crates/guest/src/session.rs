@@ -1,6 +1,6 @@
 //! One guest in one run: its answers held against the protocol and against its own file, up to the first failure.
 //!
-//! A failure is final: the process is ended, and every later request is answered with it, until a unit that starts anew starts it anew. What a failure means for the vehicle is left
+//! A failure is final: the process is ended, and every later request is answered with it, until a unit that starts again starts it again. What a failure means for the vehicle is left
 //! to the core, and what it means for a verdict to the oracle.
 
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use wire::time::Span;
 
 use crate::file::{Output, Program};
 use crate::jsonl::{self, Response};
-use crate::{Channel, Failure, Launcher, Patience};
+use crate::{Failure, GuestChannel, Launcher, Patience};
 
 /// Largest speed that is a set-point, m/s.
 const MAX_SPEED: f64 = 100.0;
@@ -29,7 +29,7 @@ pub struct Session {
     program: Arc<Program>,
     launcher: Arc<dyn Launcher>,
     /// The running program, or the failure that ended it; neither before the first start.
-    state: Result<Option<Box<dyn Channel>>, Failure>,
+    state: Result<Option<Box<dyn GuestChannel>>, Failure>,
 }
 
 impl Session {
@@ -40,16 +40,17 @@ impl Session {
 
     /// The answer to an encoded request, encoded.
     pub fn answer(&mut self, request: &[u8]) -> Vec<u8> {
-        let asked = codec::decode::<Request>(request, MAX_REQUEST);
-        let asked = asked.map_err(|why| Failure::new(Fault::Malformed, format!("the core's request: {why}")));
-        let answer = match asked.and_then(|request| self.ask(&request)) {
+        let requested = codec::decode::<Request>(request, MAX_REQUEST);
+        let requested =
+            requested.map_err(|error| Failure::new(Fault::Malformed, format!("the core's request: {error}")));
+        let answer = match requested.and_then(|request| self.ask(&request)) {
             Ok(answer) => answer,
             Err(failure) => failure.answer(),
         };
         codec::encode(&answer)
     }
 
-    /// The answer to a request. Each start is that of a process of its own, as a unit that is started again has one.
+    /// The answer to a request. Each start belongs to its own process, as a unit that is started again has one.
     ///
     /// # Errors
     /// The guest's failure: the first one, until the next start.
@@ -73,7 +74,7 @@ impl Session {
             Err(failure) => return Err(failure.clone()),
         };
         let line = serde_json::to_string(&jsonl::request(request, &self.program))
-            .map_err(|why| Failure::new(Fault::Malformed, why.to_string()))?;
+            .map_err(|error| Failure::new(Fault::Malformed, error.to_string()))?;
         let patience = if matches!(request, Request::Start(_)) { Patience::Start } else { Patience::Step };
         let got = channel.exchange(&line, patience)?;
         let response = parse(&got)?;
@@ -82,20 +83,20 @@ impl Session {
             (Request::Step(step), Response::Reply(reply)) => {
                 reply_of(&reply, step.number, &self.program).map(Answer::Reply)
             }
-            (Request::Start(_), Response::Reply(_)) => Err(other("ready", "reply")),
-            (Request::Step(_), Response::Ready(_)) => Err(other("reply", "ready")),
+            (Request::Start(_), Response::Reply(_)) => Err(unexpected("ready", "reply")),
+            (Request::Step(_), Response::Ready(_)) => Err(unexpected("reply", "ready")),
         }
     }
 }
 
 fn parse(line: &str) -> Result<Response, Failure> {
-    serde_json::from_str(line).map_err(|why| {
+    serde_json::from_str(line).map_err(|error| {
         let quoted: String = line.chars().take(QUOTED).collect();
-        Failure::new(Fault::Malformed, format!("{why}: {quoted}"))
+        Failure::new(Fault::Malformed, format!("{error}: {quoted}"))
     })
 }
 
-fn other(expected: &str, got: &str) -> Failure {
+fn unexpected(expected: &str, got: &str) -> Failure {
     Failure::new(Fault::OutOfStep, format!("`{expected}` expected, got `{got}`"))
 }
 
@@ -104,18 +105,19 @@ fn reply_of(reply: &jsonl::Reply, number: u32, program: &Program) -> Result<Repl
     if reply.number != number {
         return Err(Failure::new(Fault::OutOfStep, format!("step {number} expected, got {}", reply.number)));
     }
-    let wake = reply.wake_s.map(|s| within("wake_s", s, 0.0, MAX_WAKE)).transpose()?;
+    let wake = reply.wake_s.map(|s| check_range("wake_s", s, 0.0, MAX_WAKE)).transpose()?;
     Ok(Reply {
         number,
-        speed_mm_s: (within("speed_m_s", reply.speed_m_s, -MAX_SPEED, MAX_SPEED)? * 1e3) as i32,
-        curvature_um: (within("curvature_per_m", reply.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)? * 1e6) as i32,
+        speed_mm_s: (check_range("speed_m_s", reply.speed_m_s, -MAX_SPEED, MAX_SPEED)? * 1e3) as i32,
+        curvature_um: (check_range("curvature_per_m", reply.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)? * 1e6)
+            as i32,
         state: state_of(reply.state.as_deref(), program)?,
         place: place_of(reply.place, reply.speed_m_s == 0.0, program)?,
         wake: wake.map(|s| Span((s * 1e6) as u64)),
     })
 }
 
-fn within(field: &str, got: f64, least: f64, most: f64) -> Result<f64, Failure> {
+fn check_range(field: &str, got: f64, least: f64, most: f64) -> Result<f64, Failure> {
     if (least..=most).contains(&got) {
         return Ok(got);
     }
@@ -141,13 +143,13 @@ fn state_of(state: Option<&str>, program: &Program) -> Result<Option<State>, Fai
     Ok(Some((declared, Text::new(state))))
 }
 
-/// A guest that stands may know no place yet; one that drives goes by one.
+/// A guest that stands may know no place yet; one that drives uses one.
 fn place_of(place: Option<[f64; 2]>, standing: bool, program: &Program) -> Result<Option<Place>, Failure> {
     if place.is_none() && standing {
         return Ok(None);
     }
     let Some([x, y]) = promised(place, Output::Place, "place", program)? else { return Ok(None) };
-    let millimetres = |field, m| within(field, m, -MAX_COORDINATE, MAX_COORDINATE).map(|m| (m * 1e3) as i32);
+    let millimetres = |field, m| check_range(field, m, -MAX_COORDINATE, MAX_COORDINATE).map(|m| (m * 1e3) as i32);
     Ok(Some(Place(millimetres("place east", x)?, millimetres("place north", y)?)))
 }
 
@@ -156,7 +158,7 @@ mod tests {
     use std::path::Path;
 
     use wire::codec::List;
-    use wire::guest::{Declared, Start, Step};
+    use wire::guest::{ControlStep, Declared, MissionStart};
     use wire::mode::Mode;
     use wire::time::Instant;
 
@@ -164,7 +166,7 @@ mod tests {
 
     struct Says(Vec<&'static str>);
 
-    impl Channel for Says {
+    impl GuestChannel for Says {
         fn exchange(&mut self, _: &str, _: Patience) -> Result<String, Failure> {
             let next = self.0.pop().map(str::to_owned);
             next.ok_or_else(|| Failure::new(Fault::Ended, "end of its output"))
@@ -172,7 +174,7 @@ mod tests {
     }
 
     impl Launcher for Says {
-        fn launch(&self, _: &Program) -> Result<Box<dyn Channel>, Failure> {
+        fn launch(&self, _: &Program) -> Result<Box<dyn GuestChannel>, Failure> {
             Ok(Box::new(Says(self.0.clone())))
         }
     }
@@ -191,7 +193,7 @@ mod tests {
     }
 
     fn start() -> Request {
-        Request::Start(Box::new(Start {
+        Request::Start(Box::new(MissionStart {
             now: Instant(0),
             period: Span::ms(50),
             max_speed_mm_s: 3000,
@@ -205,7 +207,7 @@ mod tests {
     }
 
     fn step(number: u32) -> Request {
-        Request::Step(Box::new(Step {
+        Request::Step(Box::new(ControlStep {
             number,
             now: Instant(0),
             mode: Mode::Ready,

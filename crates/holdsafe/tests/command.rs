@@ -66,7 +66,7 @@ fn root() -> PathBuf {
 static MACHINE: RwLock<()> = RwLock::new(());
 
 /// The machine without the programs of other tests. [`holdsafe`] waits for its end.
-fn alone() -> RwLockWriteGuard<'static, ()> {
+fn lock_machine() -> RwLockWriteGuard<'static, ()> {
     MACHINE.write().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -91,7 +91,7 @@ fn written_out() -> String {
     text.replacen("extends = \"armed\"\n", keys, 1) + "\n" + steps
 }
 
-/// A shipped scenario with `from` replaced by `to`, in a directory of its own, and its path.
+/// A shipped scenario with `from` replaced by `to`, in its own directory, and its path.
 fn mistaken(dir: &Path, from: &str, to: &str) -> String {
     let text = written_out();
     let changed = text.replacen(from, to, 1);
@@ -120,9 +120,9 @@ fn bad_input_is_answered_with_place_and_remedy() {
         let screen = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{to}: {screen}");
         assert!(screen.contains(message) && screen.contains("help: "), "{to}: {screen}");
-        let in_file = screen
-            .lines()
-            .any(|line| line.split("loss.toml:").nth(1).is_some_and(|at| at.starts_with(|c: char| c.is_ascii_digit())));
+        let in_file = screen.lines().any(|line| {
+            line.split("loss.toml:").nth(1).is_some_and(|place| place.starts_with(|c: char| c.is_ascii_digit()))
+        });
         assert!(in_file, "{to} names no line: {screen}");
         assert!(screen.lines().count() <= 24 && !screen.contains("panicked"), "{screen}");
     }
@@ -139,8 +139,8 @@ fn unsuitable_scenario_file_is_refused_unread() {
         let output = holdsafe(&["scenario", "check", file.to_str().unwrap(), "--json"]);
         assert_eq!(output.status.code(), Some(2));
         let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let told = object["files"][0]["problems"][0]["message"].as_str().unwrap().to_owned();
-        assert!(told.contains(message), "{told}");
+        let text = object["files"][0]["problems"][0]["message"].as_str().unwrap().to_owned();
+        assert!(text.contains(message), "{text}");
     }
     let output = holdsafe(&["replay", none.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
@@ -161,33 +161,32 @@ fn unknown_scenario_is_answered_with_known_names() {
 #[test]
 fn new_scenario_is_checked_like_a_shipped_one() {
     let dir = tempfile::tempdir().unwrap();
-    let here = |arguments: &[&str]| {
+    let run_here = |arguments: &[&str]| {
         let root = root().canonicalize().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
         command.args(["--root", root.to_str().unwrap()]).args(arguments).current_dir(dir.path()).output().unwrap()
     };
-    let output = here(&["scenario", "new", "mine-of-this-test"]);
+    let output = run_here(&["scenario", "new", "mine-of-this-test"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let elsewhere = root().join("scenarios/mine-of-this-test.toml");
     let is_elsewhere = elsewhere.exists();
     let _ = fs::remove_file(elsewhere);
     assert!(dir.path().join("mine-of-this-test.toml").is_file() && !is_elsewhere);
-    assert_eq!(here(&["scenario", "check", "mine-of-this-test.toml"]).status.code(), Some(0));
-    assert_eq!(here(&["scenario", "new", "mine-of-this-test"]).status.code(), Some(2), "it is there already");
+    assert_eq!(run_here(&["scenario", "check", "mine-of-this-test.toml"]).status.code(), Some(0));
+    assert_eq!(run_here(&["scenario", "new", "mine-of-this-test"]).status.code(), Some(2), "it is there already");
     // A file of the user's may extend a shipped one, as the template says.
     let template = fs::read_to_string(dir.path().join("mine-of-this-test.toml")).unwrap();
     let extending = template.replace("\"mine-of-this-test\"", "\"extending\"").replacen("# extends =", "extends =", 1);
     fs::write(dir.path().join("extending.toml"), extending).unwrap();
-    let extending = here(&["scenario", "check", "extending.toml"]);
+    let extending = run_here(&["scenario", "check", "extending.toml"]);
     assert_eq!(extending.status.code(), Some(0), "{}", String::from_utf8_lossy(&extending.stderr));
-    let by_name = here(&["scenario", "check", "nominal"]);
+    let by_name = run_here(&["scenario", "check", "nominal"]);
     assert_eq!(by_name.status.code(), Some(0), "{}", String::from_utf8_lossy(&by_name.stderr));
-    let none = here(&["scenario", "check", "nominall"]);
+    let none = run_here(&["scenario", "check", "nominall"]);
     assert!(String::from_utf8_lossy(&none.stderr).contains("no scenario `nominall`"), "{none:?}");
 }
 
-/// In words and in JSON.
-/// The scene has no object that could be armed on.
+/// Reported in words and in JSON. The scene has no object that could be armed on.
 #[test]
 fn step_never_carried_out_is_reported() {
     let dir = tempfile::tempdir().unwrap();
@@ -262,15 +261,15 @@ fn interrupted_matrix_resumes_to_the_same_result() {
         matrix["rows"][0]["kinds"].clone()
     };
     let first = matrix();
-    let kept: Vec<PathBuf> = fs::read_dir(out.join("kept")).unwrap().map(|e| e.unwrap().path()).collect();
-    assert!(!kept.is_empty());
-    let before: Vec<String> = kept.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
-    for (file, text) in kept.iter().zip(&before) {
+    let paths: Vec<PathBuf> = fs::read_dir(out.join("kept")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert!(!paths.is_empty());
+    let before: Vec<String> = paths.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    for (file, text) in paths.iter().zip(&before) {
         assert_eq!(text.lines().count(), 3);
         fs::write(file, &text[..text.len() - 20]).unwrap();
     }
     assert_eq!(matrix(), first);
-    for (file, text) in kept.iter().zip(&before) {
+    for (file, text) in paths.iter().zip(&before) {
         let after = fs::read_to_string(file).unwrap();
         // Whole lines stay to the byte, processor time included: their trials were not run again.
         let whole = text.lines().take(2).map(|line| format!("{line}\n")).collect::<String>();
@@ -303,8 +302,8 @@ fn search_finds_an_attack_that_a_waiver_admits() {
     assert_eq!(run(&[]), Some(0), "with the check it is refused");
 
     let policy = root().join("policies/freshness-waived.toml");
-    let under = ["search", "nominal", "--policy", policy.to_str().unwrap(), "--budget", "16", "--first", "--out", out];
-    assert_eq!(holdsafe(&under).status.code(), Some(3), "under a policy of which the scenario declares nothing");
+    let texts = ["search", "nominal", "--policy", policy.to_str().unwrap(), "--budget", "16", "--first", "--out", out];
+    assert_eq!(holdsafe(&texts).status.code(), Some(3), "under a policy of which the scenario declares nothing");
 }
 
 #[test]

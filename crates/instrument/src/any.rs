@@ -9,13 +9,13 @@ use wire::event::Event;
 
 use crate::note::{Note, is_note};
 
-/// A service's event or a note of the instrument. Its bytes, its JSON and its text are those of what it holds.
+/// A service's event or a note of the instrument. Its bytes, its JSON and its text are as of its content.
 #[derive(Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Any {
-    /// Of a service.
+    /// An event of a service.
     Service(Event),
-    /// Of the instrument.
+    /// A note of the instrument.
     Instrument(Note),
 }
 

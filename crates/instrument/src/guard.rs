@@ -16,7 +16,7 @@ pub enum GuardVerdict {
     /// Not a record, or a malformed handshake.
     #[n(2)]
     Malformed,
-    /// From a peer without an association, and not the beginning of one.
+    /// A datagram from a peer without an association, and not the beginning of one.
     #[n(3)]
     Stranger,
     /// A handshake that this ClientHello began did not complete within its limit.

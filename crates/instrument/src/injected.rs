@@ -32,7 +32,7 @@ pub enum Action {
     /// Sent its bytes from another source.
     #[n(6)]
     Reoriginate,
-    /// Sent bytes of its own making.
+    /// Sent bytes that it made itself.
     #[n(7)]
     Inject,
     /// Sent a record under a teammate's own credentials.
@@ -41,7 +41,7 @@ pub enum Action {
     /// Ended a process.
     #[n(11)]
     Kill,
-    /// Published, on a shared-memory channel that is another's, a message of its own making.
+    /// Published, on a shared-memory channel that is another's, its own message making.
     #[n(45)]
     Forge,
     /// Published there again a message of that channel's producer.
@@ -90,7 +90,7 @@ pub enum Sensor {
 
 impl Sensor {
     /// The sensor behind a modality.
-    pub fn of(modality: Modality) -> Sensor {
+    pub fn from_modality(modality: Modality) -> Sensor {
         match modality {
             Modality::Rgb => Sensor::Rgb,
             Modality::Depth => Sensor::Depth,
@@ -143,7 +143,7 @@ pub enum FaultKind {
     /// Readings times a factor.
     #[n(65)]
     Scale,
-    /// An offset that wanders about nought.
+    /// An offset that wanders about zero.
     #[n(66)]
     Wander,
 }

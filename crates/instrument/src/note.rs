@@ -1,6 +1,6 @@
 //! Notes: what the instrument writes into the log beside the services' events.
 //!
-//! Their numbers are of one series with those of [`wire::event::Event`], so that a number alone tells the two apart.
+//! Their numbers are of one series with the numbers of [`wire::event::Event`], so that a number alone tells the two apart.
 
 use minicbor::{Decode, Encode};
 use wire::command::CommandKind;
@@ -71,19 +71,19 @@ pub enum Note {
         /// confinement does not allow.
         #[n(2)] signal: Option<u8>,
     },
-    /// The host itself overslept by so much (live only).
+    /// The host itself overslept by this much (live only).
     #[n(26)] Stalled { #[n(0)] by: Span },
     /// An adversary did something to a byte stream.
     #[n(28)] Tampered {
         #[n(0)] deed: StreamEffect,
         /// Side that the direction leads to.
         #[n(1)] side: Side,
-        /// Name of the direction ([`crate::Place`]), as it leaves the adversary.
+        /// Name of the direction ([`crate::StreamPlace`]), as it leaves the adversary.
         #[n(2)] stream: u64,
         /// Bytes of the direction before these.
         #[n(3)] offset: u64,
         #[n(4)] length: u32,
-        /// Of these bytes, as they leave.
+        /// Reception of these bytes, as they leave.
         #[n(5)] hash: u64,
         /// Delay imposed, if any.
         #[n(6)] delay: Span,
@@ -105,14 +105,14 @@ pub enum Note {
         /// Peer under which it was published; absent when it was asked of the gateway.
         #[n(3)] certificate: Option<PeerId>,
     },
-    /// A step of an attack began (true) or ended, by the word of who carries it out.
+    /// A step of an attack began (true) or ended, by the log of the process that carries it out.
     #[n(40)] Step { #[n(0)] step: StepName, #[n(1)] begun: bool },
-    /// The launcher or twin keeps a process from running (true), or lets it run again. Live, it says so once the kernel's
+    /// The launcher or twin keeps a process from running (true), or lets it run again. Live, it reports it once the kernel's
     /// process table does.
     #[n(41)] Suspended { #[n(0)] node: NodeId, #[n(1)] how: Suspension, #[n(2)] on: bool },
     /// The launcher or twin started a process again that had ended.
     #[n(42)] Restarted { #[n(0)] node: NodeId, #[n(1)] boot: Boot },
-    /// An adversary kept a report from the display, for a time or for good.
+    /// An adversary kept a report from the display, for a time or permanently.
     #[n(46)] Withheld { #[n(0)] record: RecordId },
     /// An adversary kept a request of the operator from the gateway.
     #[n(47)] Swallowed { #[n(0)] command: CommandId },
@@ -126,16 +126,16 @@ pub enum Note {
     #[n(66)] Associated { #[n(0)] association: u32, #[n(1)] peer: PeerId },
     /// The launcher or twin stops a slow process for its share of a period (true), or lets it go on.
     #[n(67)] Halted { #[n(0)] node: NodeId, #[n(1)] on: bool },
-    /// The core of a process that is to be kept from running was fed something (told once in a few milliseconds).
+    /// The core of a process that is to be kept from running was fed something (reported once in a few milliseconds).
     #[n(68)] Ran { #[n(0)] node: NodeId },
     /// The launcher or twin stops a process from writing to its disk (true), or lets it again.
     #[n(69)] DiskFull { #[n(0)] node: NodeId, #[n(1)] on: bool },
-    /// The recording has grown to so many bytes, as seen from outside the recorder (told where its disk is to be full).
+    /// The recording has grown to a given number of bytes, as seen from outside the recorder (reported where its disk is to be full).
     #[n(70)] Kept { #[n(0)] bytes: u64 },
     /// The sim: this object bears a print.
     #[n(87)] Printed { #[n(0)] object: ObjectId },
-    /// The sim: the message with this [`wire::event::wire_hash`] would read otherwise without the faults of this kind at this sensor. Told of the first
-    /// message that a fault changes and then once in [`ALTERED_EVERY`].
+    /// The sim: the message with this [`wire::event::wire_hash`] would read otherwise without the faults of this kind at this sensor. Reported of the
+    /// first message that a fault changes and then once in [`ALTERED_EVERY`].
     #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
     /// The unit's chassis has begun to touch an object since the last truth.
     #[n(98)] Collided {
@@ -143,9 +143,9 @@ pub enum Note {
         /// Speed towards it just before.
         #[n(2)] speed_mm_s: i32,
     },
-    /// True motion of a unit that leaves the ground, told with [`Note::Truth`].
+    /// True motion of a unit that leaves the ground, reported with [`Note::Truth`].
     #[n(99)] Moves { #[n(0)] unit: UnitId, #[n(1)] motion: Motion },
-    /// By how much a unit that does not stand still to be safe keeps to its platform's limits in truth, told with [`Note::Truth`]. In
+    /// Margin that a unit that does not stand still to be safe keeps to its platform's limits in truth, reported with [`Note::Truth`]. In
     /// thousandths of each limit, negative beyond it.
     #[n(100)] Margins {
         #[n(0)] unit: UnitId,
@@ -171,5 +171,5 @@ pub(crate) const fn is_note(number: u32) -> bool {
     matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98..=100)
 }
 
-/// So often a message is told of that a fault has changed, while it does.
+/// So often a message is reported that a fault has changed, while it does.
 pub const ALTERED_EVERY: Span = Span::ms(1_000);

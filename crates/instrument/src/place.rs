@@ -9,25 +9,25 @@ use wire::event::wire_hash;
 /// Number of a direction's first bytes that make its name: past the randoms of a TLS 1.3 hello.
 const HEAD: usize = 128;
 
-/// Name of a direction and place in it, kept while its bytes go by.
+/// Name of a direction and place in it, kept while its bytes pass.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct StreamPlace {
     head: [u8; HEAD],
     offset: u64,
 }
 
-impl Default for Place {
+impl Default for StreamPlace {
     fn default() -> Self {
         Self { head: [0; HEAD], offset: 0 }
     }
 }
 
-impl Place {
+impl StreamPlace {
     /// These bytes went by.
     pub fn pass(&mut self, bytes: &[u8]) {
-        let at = usize::try_from(self.offset).unwrap_or(HEAD).min(HEAD);
-        let n = bytes.len().min(HEAD - at);
-        self.head[at..at + n].copy_from_slice(&bytes[..n]);
+        let index = usize::try_from(self.offset).unwrap_or(HEAD).min(HEAD);
+        let n = bytes.len().min(HEAD - index);
+        self.head[index..index + n].copy_from_slice(&bytes[..n]);
         self.offset += bytes.len() as u64;
     }
 
@@ -49,14 +49,14 @@ mod tests {
     #[test]
     fn direction_keeps_its_name_under_any_cutting() {
         let bytes: Vec<u8> = (0..=255).collect();
-        let mut whole = Place::default();
+        let mut whole = StreamPlace::default();
         whole.pass(&bytes);
-        let mut cut = Place::default();
+        let mut cut = StreamPlace::default();
         bytes.chunks(7).for_each(|piece| cut.pass(piece));
         assert_eq!((cut.name(), cut.offset()), (whole.name(), 256));
         whole.pass(&[1, 2, 3]);
         assert_eq!((cut.name(), whole.offset()), (whole.name(), 259), "what follows changes no name");
-        let mut other = Place::default();
+        let mut other = StreamPlace::default();
         other.pass(&bytes[1..]);
         assert_ne!(other.name(), cut.name());
     }

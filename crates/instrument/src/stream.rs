@@ -1,5 +1,5 @@
 //! Terms of those who see only the bytes of a byte stream: the relay that alters it, and the ingress observer
-//! of the end that it reaches. The meaning of the bytes is [`crate::Place`]'s.
+//! of the end that it reaches. The meaning of the bytes is [`crate::StreamPlace`]'s.
 
 use minicbor::{Decode, Encode};
 
@@ -39,7 +39,7 @@ pub enum Sight {
     /// The secure layer of this end refused the bytes received.
     #[n(3)]
     Refused,
-    /// A whole message came out of the stream; length and hash are those of its payload.
+    /// A whole message came out of the stream; length and hash are of its payload.
     #[n(4)]
     Delivered,
 }

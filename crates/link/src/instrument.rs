@@ -41,7 +41,7 @@ pub fn head(last: &[u8]) -> serde_json::Value {
         let hash: String = head.hash.iter().map(|byte| format!("{byte:02x}")).collect();
         serde_json::json!({ "boot": head.boot, "counter": head.counter, "hash": hash })
     };
-    Head::of::<Any>(last).map_or(serde_json::Value::Null, told)
+    Head::from_last::<Any>(last).map_or(serde_json::Value::Null, told)
 }
 
 /// One audit entry on its way.

@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, ready};
 
-use ::instrument::{Place, Sight};
+use ::instrument::{Sight, StreamPlace};
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::{TcpStream, UnixStream};
 use wire::event::wire_hash;
@@ -76,7 +76,7 @@ impl StreamLog {
 #[derive(Clone, Debug)]
 pub struct Witness {
     log: StreamLog,
-    place: Arc<Mutex<Place>>,
+    place: Arc<Mutex<StreamPlace>>,
 }
 
 impl Witness {
@@ -105,7 +105,7 @@ impl Witness {
         self.write(&place, sight, place.offset(), bytes);
     }
 
-    fn write(&self, place: &Place, sight: Sight, offset: u64, bytes: &[u8]) {
+    fn write(&self, place: &StreamPlace, sight: Sight, offset: u64, bytes: &[u8]) {
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
         let (stream, hash) = (place.name(), wire_hash(bytes));
         self.log.write(&StreamSight { trace_us: trace_us(), sight, stream, offset, length, hash });

@@ -13,7 +13,7 @@ const NAPS: usize = 50;
 /// Probes the host until no sleep of a probe is late by half of [`super::OVERSLEPT_US`], and ends at the latest with the probe that uses
 /// up `patience`; the time taken is subtracted from that.
 pub fn await_quiet(patience: &mut Duration, stop: &Stop) {
-    while !patience.is_zero() && !stop.asked() {
+    while !patience.is_zero() && !stop.is_requested() {
         let before = trace_us();
         let latest = oversleeps(NAP, NAPS).into_iter().max().unwrap_or_default();
         *patience = patience.saturating_sub(Duration::from_micros(trace_us().saturating_sub(before)));

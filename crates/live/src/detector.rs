@@ -18,7 +18,7 @@ use nix::sys::signal::Signal;
 use perception::brought::Brought;
 use perception::detector::DetectorError;
 use perception::model::ModelRef;
-use perception::process::detector::{Asked, DETECTOR, MAX_ANSWER, answered, request};
+use perception::process::detector::{DETECTOR, LoadRequest, MAX_ANSWER, answered, request};
 use perception::sight::Sight;
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use wire::codec::List;
@@ -53,7 +53,7 @@ struct Process {
 
 impl Process {
     /// Starts it and waits until the model is loaded and tried.
-    fn start(services: &Services, asked: &Asked, limits: Limits) -> Result<Self, String> {
+    fn start(services: &Services, asked: &LoadRequest, limits: Limits) -> Result<Self, String> {
         let (near, far) = UnixStream::pair().map_err(|why| why.to_string())?;
         near.set_read_timeout(Some(PATIENCE)).map_err(|why| why.to_string())?;
         let mut command = services.command(DETECTOR);
@@ -132,8 +132,8 @@ pub fn try_detector(services: &Services, brought: &Brought, limits: Limits) -> R
     Process::start(services, &asked(brought, None), limits).map(drop)
 }
 
-fn asked(brought: &Brought, runtime: Option<&ModelRef>) -> Asked {
-    Asked { brought: brought.clone(), runtime: runtime.cloned() }
+fn asked(brought: &Brought, runtime: Option<&ModelRef>) -> LoadRequest {
+    LoadRequest { brought: brought.clone(), runtime: runtime.cloned() }
 }
 
 /// Starts a detector for the calling process, which may be confined after it.
@@ -205,7 +205,7 @@ impl Sight for Remote {
 }
 
 /// Starts the process, says how that went, and answers images; a process that has ended is started anew for the next.
-fn attend(services: &Services, asked: &Asked, ready: &SyncSender<Result<(), String>>, images: &Receiver<Image>) {
+fn attend(services: &Services, asked: &LoadRequest, ready: &SyncSender<Result<(), String>>, images: &Receiver<Image>) {
     let mut process = match Process::start(services, asked, Limits::USUAL) {
         Ok(process) => Some(process),
         Err(why) => return drop(ready.send(Err(why))),

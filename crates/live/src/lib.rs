@@ -241,7 +241,7 @@ pub fn run(
     drop(turn);
     let mut again = |node: NodeId, boot: Boot| {
         let member = topology.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
-        let member = member.again(trace_us().saturating_sub(start_us));
+        let member = member.restarted(trace_us().saturating_sub(start_us));
         let mut spec = specs.member(&member)?;
         (spec.boot, spec.start_us) = (boot, 0);
         Child::start(&options.services, service(&member.role), node, &lines_in, &spec)
@@ -249,7 +249,7 @@ pub fn run(
     let stayed = company.stay(topology, start_us, &mut again)?;
     let levels = specs.levels;
     company.finish();
-    let broker = secret.of(NodeId::BROKER);
+    let broker = secret.signing_secret(NodeId::BROKER);
     let held = topology.held(Some((&broker, OVERSLEPT_US)));
     let (heads, stops) = (witness::heads(topology, &company.stats), stops(&stayed.events, start_us));
     let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
@@ -296,7 +296,7 @@ fn gathered(
     let key = topology.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
     let notes = witness::notes(key, &told, end);
     witness::keep_notes(run_dir, &notes)?;
-    held.heads.extend(notes.last().and_then(|last| Head::of::<Any>(&last.bytes)).map(HeldHead::from));
+    held.heads.extend(notes.last().and_then(|last| Head::from_last::<Any>(&last.bytes)).map(HeldHead::from));
     kept.extend(guards);
     kept.extend(notes.iter().cloned());
     log.extend(notes);
@@ -417,7 +417,7 @@ impl Company<'_> {
         let later = |node: NodeId| member(node).is_some_and(|m| m.role.joins_later());
         for node in first.into_iter().filter(|node| !later(*node)) {
             let child = if node == NodeId::BROKER {
-                let spec = specs.broker(&secret.of(NodeId::BROKER))?;
+                let spec = specs.broker(&secret.signing_secret(NodeId::BROKER))?;
                 Child::start(services, "broker", node, lines, &spec)?
             } else {
                 let Some(member) = member(node) else { continue };
@@ -447,7 +447,7 @@ impl Company<'_> {
         let mut waiting: Vec<NodeId> = nodes.to_vec();
         let until = trace_us() + READY.as_micros() as u64;
         while !waiting.is_empty() {
-            if self.stop.asked() {
+            if self.stop.is_requested() {
                 return Err(LiveError::Stopped);
             }
             if trace_us() > until {
@@ -491,7 +491,7 @@ impl Company<'_> {
         let end = start_us + topology.duration;
         loop {
             let now = trace_us();
-            let stopped = self.stop.asked();
+            let stopped = self.stop.is_requested();
             if stopped && now < start_us {
                 return Err(LiveError::Stopped);
             }

@@ -20,7 +20,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sim::scene::Scene;
 use sim::terrain::Terrain;
-use topology::{Host, Link, Member, Role, RunSecret, Topology, sim_keys};
+use topology::{Host, Link, Member, MemberRole, RunSecret, Topology, sim_keys};
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::{BusProtection, Requirement};
@@ -230,7 +230,7 @@ impl Specs<'_> {
         spec.bus = self.bus(member);
         spec.enclaves = self.enclaves.clone().filter(|_| !is_hostile(member));
         spec.config = config(self.topology, member, &self.places.run_dir, self.window.then(|| site(self.topology)));
-        if matches!(member.role, Role::Recorder) {
+        if matches!(member.role, MemberRole::Recorder) {
             spec.instrument = None;
             let directory = self.places.recording();
             let tell = !self.topology.cues.is_empty();
@@ -257,7 +257,7 @@ impl Specs<'_> {
         }
         if let Some(confinement) = &mut spec.confinement {
             confinement.models = models(&member.role);
-            confinement.window = self.window && matches!(member.role, Role::Console(_));
+            confinement.window = self.window && matches!(member.role, MemberRole::Console(_));
         }
         spec.relay = self.relay(member)?;
         spec.mqtt = self.mqtt(member)?;
@@ -277,29 +277,29 @@ impl Specs<'_> {
         };
         // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
         let second = |m: &Member| {
-            matches!(m.role, Role::Adversary(AdversaryConfig::InsiderOperator(_)))
+            matches!(m.role, MemberRole::Adversary(AdversaryConfig::InsiderOperator(_)))
                 && m.publishes.contains(&Topic::Intents)
         };
         let own = if second(member) { SECOND_STATION } else { host };
         let publish = member.publishes.iter().map(|t| spec_of(own, endpoint.writes_inside(*t), *t)).collect();
         let mut subscribe: Vec<_> =
             member.subscribes.iter().map(|t| spec_of(host, endpoint.reads_inside(*t), *t)).collect();
-        if matches!(member.role, Role::Gateway(_)) && self.topology.members.iter().any(second) {
+        if matches!(member.role, MemberRole::Gateway(_)) && self.topology.members.iter().any(second) {
             subscribe.push(spec_of(SECOND_STATION, false, Topic::Intents));
         }
         let (prefix, root) = self.places.domain(member.host);
         // A rogue comes first and makes the channels of its own, with room for their producers beside it.
-        let publishers = if matches!(member.role, Role::Adversary(AdversaryConfig::Rogue(_))) { 2 } else { 1 };
+        let publishers = if matches!(member.role, MemberRole::Adversary(AdversaryConfig::Rogue(_))) { 2 } else { 1 };
         vec![BusSpec { root, prefix, subscribe, publish, publishers }]
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
         let leg = |upstream| RelayLeg { at: self.at(member.host), upstream };
-        if matches!(member.role, Role::Adversary(AdversaryConfig::DatagramRelay(_))) {
+        if matches!(member.role, MemberRole::Adversary(AdversaryConfig::DatagramRelay(_))) {
             let upstream = self.address(NodeId::GATEWAY, "dtls")?;
             return Ok(Some(RelaySpec { datagram: Some(leg(upstream)), stream: None }));
         }
-        if matches!(member.role, Role::Adversary(AdversaryConfig::StreamRelay(_))) {
+        if matches!(member.role, MemberRole::Adversary(AdversaryConfig::StreamRelay(_))) {
             let upstream = self.address(self.topology.broker(), "mqtt")?;
             return Ok(Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) }));
         }
@@ -328,12 +328,12 @@ impl Specs<'_> {
 
 /// True for a participant that is an attacker's.
 fn is_hostile(member: &Member) -> bool {
-    matches!(member.role, Role::Adversary(_))
+    matches!(member.role, MemberRole::Adversary(_))
 }
 
 /// Files of others that a participant reads.
-fn models(role: &Role) -> Vec<PathBuf> {
-    let Role::Perception(config) = role else { return Vec::new() };
+fn models(role: &MemberRole) -> Vec<PathBuf> {
+    let MemberRole::Perception(config) = role else { return Vec::new() };
     // A detector of others has a process of its own.
     let files = config.runtime.iter().filter(|_| config.rendered);
     files.map(|file| std::path::absolute(&file.path).unwrap_or_else(|_| file.path.clone())).collect()
@@ -343,26 +343,26 @@ fn models(role: &Role) -> Vec<PathBuf> {
 fn config(topology: &Topology, member: &Member, run: &Path, window: Option<Site>) -> Value {
     let setup = &member.setup;
     match &member.role {
-        Role::Sim(config) => {
+        MemberRole::Sim(config) => {
             json!({ "sim": config, "keys": sim_keys(setup), "journal": setup.secret.0 })
         }
-        Role::Perception(config) => json!({ "setup": setup, "config": config }),
-        Role::Autonomy(config) => {
+        MemberRole::Perception(config) => json!({ "setup": setup, "config": config }),
+        MemberRole::Autonomy(config) => {
             let guest = topology.guest.as_ref().filter(|_| config.guest.is_some());
             let guest = guest.map(|guest| super::guest::carried(guest, run));
             json!({ "setup": setup, "config": config, "guest": guest })
         }
-        Role::Gateway(config) => json!({ "setup": setup, "config": config }),
-        Role::Console(config) => json!({ "setup": setup, "config": config, "window": window }),
-        Role::Recorder => json!(setup),
-        Role::Adversary(config) => json!({ "setup": setup, "config": config }),
+        MemberRole::Gateway(config) => json!({ "setup": setup, "config": config }),
+        MemberRole::Console(config) => json!({ "setup": setup, "config": config, "window": window }),
+        MemberRole::Recorder => json!(setup),
+        MemberRole::Adversary(config) => json!({ "setup": setup, "config": config }),
     }
 }
 
 /// Configuration of the run's console, its window included.
 pub(crate) fn console(topology: &Topology) -> Option<ProcessConfig> {
     topology.members.iter().find_map(|member| {
-        let Role::Console(config) = &member.role else { return None };
+        let MemberRole::Console(config) = &member.role else { return None };
         Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(topology)) })
     })
 }
@@ -370,7 +370,7 @@ pub(crate) fn console(topology: &Topology) -> Option<ProcessConfig> {
 /// The site as the mission of the unit under test was planned on it.
 pub(crate) fn site(topology: &Topology) -> Site {
     let mission = topology.members.iter().find_map(|member| {
-        let Role::Autonomy(mission) = &member.role else { return None };
+        let MemberRole::Autonomy(mission) = &member.role else { return None };
         (mission.unit == UnitId::A).then_some(mission)
     });
     let Some(mission) = mission else { return Site::default() };
@@ -417,15 +417,15 @@ pub(super) fn roots(topology: &Topology, places: &Places) -> Vec<(Host, Vec<Path
 }
 
 /// The name of the program for a role.
-pub(super) fn service(role: &Role) -> &'static str {
+pub(super) fn service(role: &MemberRole) -> &'static str {
     match role {
-        Role::Sim(_) => "sim",
-        Role::Perception(_) => "perception",
-        Role::Autonomy(_) => "autonomy",
-        Role::Gateway(_) => "gateway",
-        Role::Console(_) => "console",
-        Role::Recorder => "recorder",
-        Role::Adversary(_) => "adversary",
+        MemberRole::Sim(_) => "sim",
+        MemberRole::Perception(_) => "perception",
+        MemberRole::Autonomy(_) => "autonomy",
+        MemberRole::Gateway(_) => "gateway",
+        MemberRole::Console(_) => "console",
+        MemberRole::Recorder => "recorder",
+        MemberRole::Adversary(_) => "adversary",
     }
 }
 

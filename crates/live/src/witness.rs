@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::io::BufReader;
 use std::path::Path;
 
-use adversary::insider::{InsiderRecorder, Kept};
+use adversary::insider::{InsiderRecorder, RecordedEntry};
 use evidence::delivery::{Claims, Running};
 use evidence::log::Logged;
 use evidence::verification::HeldHead;
@@ -42,13 +42,13 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
     let folder = run_dir.join("recording");
     let unreadable = |e: recorded::RecordedError| LiveError::Environment(e.to_string());
     let frames = recorded::frames(&folder).map_err(unreadable)?;
-    let kept = |Frame { trace_us: at, node, bytes }: Frame| Kept { at, node, bytes };
-    let mut kept: Vec<Kept> = frames.into_iter().map(kept).collect();
+    let kept = |Frame { trace_us: at, node, bytes }: Frame| RecordedEntry { at, node, bytes };
+    let mut kept: Vec<RecordedEntry> = frames.into_iter().map(kept).collect();
     hands.lay_on(&mut kept);
     let unwritable = |e: std::io::Error| LiveError::Environment(format!("{}: {e}", folder.display()));
     std::fs::remove_dir_all(&folder).map_err(unwritable)?;
     let mut recording = Recording::new(folder.clone());
-    for Kept { at: trace_us, node, bytes } in kept {
+    for RecordedEntry { at: trace_us, node, bytes } in kept {
         recording.write(Frame { trace_us, node, bytes });
     }
     let again = || LiveError::Environment(format!("{} cannot be written again", folder.display()));

@@ -1,4 +1,4 @@
-//! The same work on many items, on several threads; results in the order of the items, independent of threads.
+//! Parallel work on many items, on several threads; results in the order of the items, independent of threads.
 
 pub mod progress;
 
@@ -14,7 +14,7 @@ pub fn each<E: Send>(threads: usize, count: usize, one: impl Fn(usize) -> Result
     let (next, failed) = (AtomicUsize::new(0), Mutex::new(None::<(usize, E)>));
     let first = || failed.lock().unwrap_or_else(PoisonError::into_inner);
     let work = || {
-        // What has been taken is done even so: else a later failure could be told in place of an earlier one.
+        // What has been taken is done even so: else a later failure could be reported in place of an earlier one.
         while first().is_none() {
             let i = next.fetch_add(1, Ordering::Relaxed);
             if i >= count {
@@ -22,7 +22,7 @@ pub fn each<E: Send>(threads: usize, count: usize, one: impl Fn(usize) -> Result
             }
             if let Err(failure) = one(i) {
                 let mut first = first();
-                if first.as_ref().is_none_or(|(at, _)| i < *at) {
+                if first.as_ref().is_none_or(|(index, _)| i < *index) {
                     *first = Some((i, failure));
                 }
             }

@@ -26,12 +26,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of `total` steps.
+    /// A bar of `total` steps.
     pub fn new(label: &str, total: usize, talk: Talk) -> Self {
         Self { bar: is_shown(talk).then(|| bar(label, total as u64)), weight: 1 }
     }
 
-    /// A line of text in place of a bar, for a command with an estimate of its own.
+    /// A line of text in place of a bar, for a command with its own estimate.
     pub fn line(talk: Talk) -> Self {
         let line = || {
             let style = ProgressStyle::with_template("{wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -47,7 +47,7 @@ impl Progress {
         }
     }
 
-    /// The same line for a part of the work under its own label, where a step counts for `weight` of the total.
+    /// A line for a part of the work under its own label, where a step counts for `weight` of the total.
     pub fn part(&self, label: &str, weight: u64) -> Self {
         if let Some(bar) = &self.bar {
             bar.set_message(label.to_owned());
@@ -63,7 +63,7 @@ impl Progress {
     }
 
     /// Result of `work`, which writes to the terminal, with the bar out of its way.
-    pub fn beside<T>(&self, work: impl FnOnce() -> T) -> T {
+    pub fn hide_while<T>(&self, work: impl FnOnce() -> T) -> T {
         match &self.bar {
             Some(bar) => bar.suspend(work),
             None => work(),
@@ -103,7 +103,7 @@ impl Stop {
     }
 
     /// True if it was made.
-    pub fn asked(&self) -> bool {
+    pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }
 }

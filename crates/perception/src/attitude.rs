@@ -62,7 +62,7 @@ pub struct Watch {
 
 impl Watch {
     /// # Errors
-    /// The elements are those of no orbit.
+    /// The elements describe no orbit.
     pub fn new(config: &SkyConfig) -> Result<Self, OrbitError> {
         Ok(Watch { region: Region::new(&config.pass)?, config: config.clone(), clock: None })
     }
@@ -83,9 +83,9 @@ impl Watch {
             return Vec::new();
         };
         let elapsed = bearings.stamp.since(stamp).0 as f64 - stamp.since(bearings.stamp).0 as f64;
-        let moment = self.region.at(run_s + elapsed / 1e6);
+        let moment = self.region.moment_at(run_s + elapsed / 1e6);
         let (sky, attitude) = (self.region.sky(&moment), stars.parts());
-        supported = supported.with(Modality::Rgb);
+        supported = supported.with_modality(Modality::Rgb);
         let expected = [
             (Modality::Depth, sky.sun, bearings.sun),
             (Modality::Thermal, Some(sky.nadir), bearings.horizon),
@@ -93,11 +93,11 @@ impl Watch {
         ];
         for ((modality, reference, reading), limit) in expected.into_iter().zip(SUPPORTS) {
             let Some(seen) = reading.and_then(|direction| direction.unit()) else { continue };
-            let off = reference.map_or(f64::MAX, |reference| apart(rotate_back(attitude, reference), seen));
-            if off <= limit || off > CONTRADICTS * limit && unheard.has(modality) {
-                supported = supported.with(modality);
+            let off = reference.map_or(f64::MAX, |reference| angle_between(rotate_back(attitude, reference), seen));
+            if off <= limit || off > CONTRADICTS * limit && unheard.contains(modality) {
+                supported = supported.with_modality(modality);
             } else if off > CONTRADICTS * limit {
-                vetoed = vetoed.with(modality);
+                vetoed = vetoed.with_modality(modality);
             }
         }
         let Some((aim, _)) = self.region.aim(&moment, attitude) else { return Vec::new() };
@@ -123,13 +123,13 @@ impl Watch {
 }
 
 /// Angle between two unit vectors, rad.
-fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn angle_between(a: [f64; 3], b: [f64; 3]) -> f64 {
     acos(dot(a, b).clamp(-1.0, 1.0))
 }
 
 #[cfg(test)]
 mod tests {
-    use spacecraft::attitude::quaternion::{about, product};
+    use spacecraft::attitude::quaternion::{from_axis_angle, product};
     use spacecraft::orbit::Elements;
     use wire::bearing::Direction;
     use wire::id::FrameId;
@@ -160,9 +160,9 @@ mod tests {
         Navigation { stamp: NOW, fix: Some(Fix { pose, sigma_mm: 40, time }), odometry: None, spatial: None }
     }
 
-    /// Readings of a body that looks at the map's centre, with the star tracker turned off it by so much, rad.
+    /// Readings of a body that looks at the map's centre, with the star tracker turned off it by this much, rad.
     fn seen(watch: &Watch, off: f64) -> Bearings {
-        let moment = watch.region.at(2.0);
+        let moment = watch.region.moment_at(2.0);
         let attitude = watch.region.looking_at(&moment, [0.0, 0.0], 0.0);
         let sky = watch.region.sky(&moment);
         let down = |reference: [f64; 3]| Some(Direction::new(rotate_back(attitude, reference)));
@@ -170,7 +170,7 @@ mod tests {
             frame: FrameId(1),
             stamp: NOW,
             mode: ProductMode::Live,
-            stars: Some(Attitude::new(product(attitude, about([1.0, 0.0, 0.0], off)))),
+            stars: Some(Attitude::new(product(attitude, from_axis_angle([1.0, 0.0, 0.0], off)))),
             sun: down(sky.sun.unwrap()),
             horizon: down(sky.nadir),
             field: down(unit(sky.field_t).unwrap()),
@@ -181,7 +181,7 @@ mod tests {
         let mut ego = Ego::default();
         ego.note(&fix());
         watch.note(&fix());
-        watch.judge(bearings, ego.at(NOW, Span::ms(300)).as_ref(), Modalities::default())
+        watch.judge(bearings, ego.pose_at(NOW, Span::ms(300)).as_ref(), Modalities::default())
     }
 
     #[test]
@@ -200,7 +200,7 @@ mod tests {
         // The place is in view still; sun and horizon no longer support it.
         assert_eq!(judged(&mut watch, &bearings), []);
         let bearings = seen(&watch, 0.014);
-        assert!(judged(&mut watch, &bearings)[0].stands(), "within the limits of sun and horizon sensors");
+        assert!(judged(&mut watch, &bearings)[0].is_uncontradicted(), "within the limits of sun and horizon sensors");
     }
 
     #[test]
@@ -215,7 +215,7 @@ mod tests {
             (field, Bearings { field: other, ..honest }),
         ] {
             let [sighting] = judged(&mut watch, &bearings)[..] else { panic!("{against:?}: one place in view") };
-            assert!(!sighting.stands() && sighting.vetoed.has(against), "{against:?}: {sighting:?}");
+            assert!(!sighting.is_uncontradicted() && sighting.vetoed.contains(against), "{against:?}: {sighting:?}");
         }
     }
 

@@ -44,11 +44,11 @@ mod tests {
         (kelvin[15 * 40 + 5], kelvin[15 * 40 + 6]) = (30_000, 34_800);
         let plane: Vec<u8> = kelvin.iter().flat_map(|k| k.to_le_bytes()).collect();
         let bands = bands(&plane, 40, 30).unwrap();
-        let at = |row: usize, column: usize| &bands[3 * (row * 40 + column)..][..3];
-        assert_eq!(at(0, 0), [0, 0, 20], "sky");
-        assert_eq!(at(20, 20), [63, 63, 96], "ground");
-        assert_eq!(at(15, 5), [102, 255, 127], "12 K warmer");
-        assert_eq!(at(15, 6), [255, 255, 249], "60 K warmer");
+        let band = |row: usize, column: usize| &bands[3 * (row * 40 + column)..][..3];
+        assert_eq!(band(0, 0), [0, 0, 20], "sky");
+        assert_eq!(band(20, 20), [63, 63, 96], "ground");
+        assert_eq!(band(15, 5), [102, 255, 127], "12 K warmer");
+        assert_eq!(band(15, 6), [255, 255, 249], "60 K warmer");
         assert_eq!(super::bands(&plane[2..], 40, 30), None);
     }
 }

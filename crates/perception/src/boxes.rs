@@ -1,4 +1,4 @@
-//! From boxes that a head gave to detections: the best of those that show one object, cut to pixels.
+//! Selection among boxes that a head gave to detections: the best of those that show one object, cut to pixels.
 
 use wire::codec::List;
 use wire::sensor::{Class, Detection, PixelBox};
@@ -23,13 +23,13 @@ pub(crate) struct Candidate {
 pub(crate) fn best(mut found: Vec<Candidate>) -> List<Detection, 32> {
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     found.truncate(MOST);
-    let mut kept: Vec<Candidate> = Vec::new();
+    let mut candidates: Vec<Candidate> = Vec::new();
     for one in found {
-        if kept.iter().all(|k| shared(&k.edges, &one.edges) <= SAME) {
-            kept.push(one);
+        if candidates.iter().all(|k| shared(&k.edges, &one.edges) <= SAME) {
+            candidates.push(one);
         }
     }
-    kept.iter().filter_map(detection).collect()
+    candidates.iter().filter_map(detection).collect()
 }
 
 /// Shared area over united area.

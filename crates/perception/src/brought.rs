@@ -16,7 +16,7 @@ pub struct Brought {
     pub model: ModelRef,
     /// Decoding of its output.
     pub head: Head,
-    /// The same, loaded. It cannot be sent: every process that asks it has one of its own.
+    /// The loaded signer. It cannot be sent: every process that asks it has its own.
     #[serde(skip)]
     pub loaded: Option<Arc<dyn Sight>>,
     /// Its faults in this run.
@@ -30,7 +30,7 @@ impl Brought {
         Self { model, head, loaded: None, faults: Faults::default() }
     }
 
-    /// The same for a run of its own, without faults.
+    /// The configuration for its own run, without faults.
     #[must_use]
     pub fn for_run(&self) -> Self {
         Self { faults: Faults::default(), ..self.clone() }

@@ -45,14 +45,14 @@ pub struct Cold {
 
 impl Cold {
     /// Notes the thermal stage's word on each claimed vehicle, placed by `ego`, and has it contradict those that are warm at a
-    /// cold place. Their support by this frame's warmth stays told beside the contradiction.
+    /// cold place. Their support by this frame's warmth stays reported beside the contradiction.
     pub fn judge(&mut self, stamp: Instant, ego: Option<&Placement>, judged: &mut [Judgement]) {
         self.places.retain(|place| stamp.since(place.last) < MEMORY);
         let Some(ego) = ego else { return };
         for judgement in judged.iter_mut() {
             let Some(sighting) = judgement.sighting.as_mut().filter(|s| s.class == Class::Vehicle) else { continue };
             if self.is_cold(stamp, ego.to_world(sighting.place), sighting) {
-                sighting.vetoed = sighting.vetoed.with(Modality::Thermal);
+                sighting.vetoed = sighting.vetoed.with_modality(Modality::Thermal);
                 sighting.absent = Modalities::default();
                 judgement.vetoed = sighting.vetoed;
             }
@@ -60,16 +60,16 @@ impl Cold {
     }
 
     /// Takes the word on one; true if it is warm where it was cold.
-    fn is_cold(&mut self, stamp: Instant, at: [f64; 2], sighting: &Sighting) -> bool {
-        if sighting.vetoed.has(Modality::Thermal) {
-            self.contradict(stamp, at);
+    fn is_cold(&mut self, stamp: Instant, position: [f64; 2], sighting: &Sighting) -> bool {
+        if sighting.vetoed.contains(Modality::Thermal) {
+            self.contradict(stamp, position);
             return false;
         }
-        if !sighting.supported.has(Modality::Thermal) {
+        if !sighting.supported.contains(Modality::Thermal) {
             return false;
         }
         let mut cold = false;
-        for place in self.places.iter_mut().filter(|place| place.distance(at) < SAME_M) {
+        for place in self.places.iter_mut().filter(|place| place.distance(position) < SAME_M) {
             place.row = 0;
             cold |= place.is_cold(stamp);
         }
@@ -98,8 +98,8 @@ impl Cold {
 }
 
 impl Place {
-    fn distance(&self, at: [f64; 2]) -> f64 {
-        (self.at[0] - at[0]).hypot(self.at[1] - at[1])
+    fn distance(&self, place: [f64; 2]) -> f64 {
+        (self.at[0] - place[0]).hypot(self.at[1] - place[1])
     }
 
     fn is_cold(&self, stamp: Instant) -> bool {
@@ -117,16 +117,16 @@ impl Place {
 
 /// True if this frame's warmth supports what the memory of an earlier one contradicts.
 pub(crate) fn remembered(supported: Modalities, vetoed: Modalities) -> bool {
-    supported.has(Modality::Thermal) && vetoed.has(Modality::Thermal)
+    supported.contains(Modality::Thermal) && vetoed.contains(Modality::Thermal)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Word of the thermal stage on a vehicle so many metres ahead in frame `k`; true if the memory contradicts it.
+    /// Statement of the thermal stage on a vehicle a given number of metres ahead in frame `k`; true if the memory contradicts it.
     fn seen(cold: &mut Cold, k: u64, ahead: f64, warm: bool) -> bool {
-        let (thermal, none) = (Modalities::default().with(Modality::Thermal), Modalities::default());
+        let (thermal, none) = (Modalities::default().with_modality(Modality::Thermal), Modalities::default());
         let (supported, vetoed) = if warm { (thermal, none) } else { (none, thermal) };
         let (class, score, place, sigma) = (Class::Vehicle, 900, [ahead, 0.0], 0.3);
         let sighting = Sighting {

@@ -1,7 +1,7 @@
 //! Test for new sensor content: a stamp says when a reading was handed on, its content when it was taken.
 //!
-//! A live sensor's noise never repeats. So each modality's content is compared, by a short hash, with those of the frames
-//! before it: rendered planes byte for byte, and where there are no planes the stage's candidates with the number that stands for their planes' noise. [`REPEATS`] frames in a
+//! A live sensor's noise never repeats. So each modality's content is compared, by a short hash, with the content of the frames before it: rendered planes byte for byte, and
+//! where there are no planes the stage's candidates with the number that represents their planes' noise. [`REPEATS`] frames in a
 //! row that are all as many frames old are no chance, and no fresh product:
 //!
 //! - one frame old, again and again: the sensor is *stuck*. It counts again with the first new content.
@@ -19,15 +19,15 @@ use wire::event::wire_hash;
 use wire::sensor::{Candidates, Frames, Modality};
 use wire::track::StageProduct;
 
-/// So many frames in a row. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so
+/// Number of equal frames in a row that counts as repetition. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so
 /// accepted content would have been accepted with its true stamp.
 ///
 /// A false alarm takes as many chance repetitions in a row, all at one distance. Noise by the pixel, and unrendered the number of 32 bits that
-/// stands for it, leave no chance to speak of.
+/// represents it, leave no chance to speak of.
 pub const REPEATS: u8 = 4;
-/// Of those, how many have to show something: a sensor of attitude that sees its object hidden shows none now and then, and a late one shows
-/// that late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be
-/// empty at the same distance.
+/// Number of these that have to show something: a sensor of attitude that sees its object hidden shows none now and then, and a late one
+/// shows that late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be empty at the same
+/// distance.
 const TELLING: u8 = REPEATS - 1;
 /// Number of past frames against which content is compared: 3.2 s.
 pub const REACH: usize = 32;
@@ -35,13 +35,13 @@ pub const REACH: usize = 32;
 /// Fingerprint of one frame's contents, by [`Modality`]; `None` without usable content.
 pub type Prints = [Option<u64>; 4];
 
-/// Of a rendered frame: each plane as it came.
+/// Prints of a rendered frame: each plane as it came.
 pub fn of_frames(frames: &Frames<'_>) -> Prints {
     [frames.rgb, frames.depth, frames.thermal, frames.lidar].map(|plane| plane.map(|bytes| wire_hash(bytes)))
 }
 
-/// Of an unrendered frame: each list as it came, with the noise of the plane that it stands for. Without that, all empty lists are equal and carry no
-/// information.
+/// Prints of an unrendered frame: each list as it came, with the noise of the plane that it represents. Without that, all empty lists are equal and
+/// carry no information.
 pub fn of_candidates(candidates: &Candidates) -> Prints {
     let Candidates { rgb, depth, thermal, lidar, grain, .. } = candidates;
     let shows = |is_empty: bool| grain.is_some() || !is_empty;
@@ -58,7 +58,7 @@ pub fn of_candidates(candidates: &Candidates) -> Prints {
     prints
 }
 
-/// Of attitude sensors: each reading as it came. One that sees its object hidden carries no information.
+/// Prints of attitude sensors: each reading as it came. One that sees its object hidden carries no information.
 pub fn of_bearings(bearings: &Bearings) -> Prints {
     let shown =
         |direction: Option<Direction>| direction.filter(|d| *d != Direction::default()).map(|d| codec::encode(&d));
@@ -100,7 +100,7 @@ enum State {
     PlayedBack,
 }
 
-/// A content, if there was one to go by, and the product that showed it first.
+/// A content, if there was one to use, and the product that showed it first.
 #[derive(Clone, Copy, Debug)]
 struct Shown {
     print: Option<u64>,
@@ -113,7 +113,7 @@ struct Memory {
     /// Newest first, at most [`REACH`].
     shown: VecDeque<Shown>,
     /// For each distance in frames, less one: how many frames in a row have repeated the one so far back, and how many of them
-    /// with anything to go by.
+    /// with anything to use.
     runs: [(u8, u8); REACH],
     state: State,
 }
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     /// For a modality with these contents in turn: the frames in which it repeats itself, and its reported state.
-    fn told(contents: impl IntoIterator<Item = u64>) -> (Vec<u64>, Vec<(u64, u64)>) {
+    fn repeats_reported(contents: impl IntoIterator<Item = u64>) -> (Vec<u64>, Vec<(u64, u64)>) {
         let (mut memory, mut repeats, mut begins) = (Contents::default(), Vec::new(), Vec::new());
         for (frame, print) in (1..).zip(contents) {
             let product = StageProduct { frame: FrameId(frame), stamp: Instant(frame * 100_000) };
@@ -168,25 +168,32 @@ mod tests {
     /// It is as old as its content, and counts again with new content.
     #[test]
     fn stuck_sensor_is_reported_once_and_recovers() {
-        assert_eq!(told([1, 2, 3, 3, 3, 3, 3, 3, 4, 5]), (vec![7, 8], vec![(7, 3)]));
-        assert_eq!(told([1, 2, 3, 3, 3, 3, 4, 5, 5, 5, 5, 5]), (vec![12], vec![(12, 8)]), "three repetitions are none");
+        assert_eq!(repeats_reported([1, 2, 3, 3, 3, 3, 3, 3, 4, 5]), (vec![7, 8], vec![(7, 3)]));
+        assert_eq!(
+            repeats_reported([1, 2, 3, 3, 3, 3, 4, 5, 5, 5, 5, 5]),
+            (vec![12], vec![(12, 8)]),
+            "three repetitions are none"
+        );
     }
 
     #[test]
     fn played_back_content_does_not_count_again() {
         let late = (1..=10).chain(5..=20);
-        assert_eq!(told(late), ((14..=26).collect(), vec![(14, 8)]));
+        assert_eq!(repeats_reported(late), ((14..=26).collect(), vec![(14, 8)]));
         let looped = (1..=20).chain((0..30).map(|n| 16 + n % 5));
-        assert_eq!(told(looped).1, [(24, 19)]);
+        assert_eq!(repeats_reported(looped).1, [(24, 19)]);
     }
 
     /// Nor do repetitions out of reach.
     #[test]
     fn scattered_or_empty_repetitions_do_not_count() {
-        assert!(told([0; 50]).0.is_empty());
-        assert!(told((0..200).map(|n| if n % 3 == 0 { 7 } else { 100 + n })).0.is_empty(), "one in three is the same");
-        assert!(told((1..=33).chain(1..=33)).0.is_empty(), "33 frames back");
-        assert_eq!(told((1..=32).chain(1..=32)).1, [(36, 4)]);
+        assert!(repeats_reported([0; 50]).0.is_empty());
+        assert!(
+            repeats_reported((0..200).map(|n| if n % 3 == 0 { 7 } else { 100 + n })).0.is_empty(),
+            "one in three is the same"
+        );
+        assert!(repeats_reported((1..=33).chain(1..=33)).0.is_empty(), "33 frames back");
+        assert_eq!(repeats_reported((1..=32).chain(1..=32)).1, [(36, 4)]);
     }
 
     /// A camera with nothing in view that freezes shows the same noise.
@@ -212,8 +219,8 @@ mod tests {
 
     #[test]
     fn an_empty_picture_among_late_ones_hides_nothing() {
-        assert_eq!(told([1, 2, 3, 4, 5, 0, 7, 8, 5, 0, 7, 8]).1, [(12, 8)]);
-        assert_eq!(told([1, 2, 3, 4, 5, 6, 7, 0, 5, 6, 7, 0]).1, [(12, 8)], "the empty one last");
-        assert_eq!(told([1, 2, 3, 4, 5, 0, 0, 8, 5, 0, 0, 8]).1, [], "two of four tell too little");
+        assert_eq!(repeats_reported([1, 2, 3, 4, 5, 0, 7, 8, 5, 0, 7, 8]).1, [(12, 8)]);
+        assert_eq!(repeats_reported([1, 2, 3, 4, 5, 6, 7, 0, 5, 6, 7, 0]).1, [(12, 8)], "the empty one last");
+        assert_eq!(repeats_reported([1, 2, 3, 4, 5, 0, 0, 8, 5, 0, 0, 8]).1, [], "two of four tell too little");
     }
 }

@@ -10,7 +10,7 @@ use wire::sensor::{Frames, PixelBox};
 
 /// Crops of `track`, which is at `bounds` in the images; none of a camera without a reading, or of images that are smaller than a crop.
 pub fn crops(frames: &Frames<'_>, track: TrackId, bounds: &PixelBox) -> List<Crop, CAMERAS> {
-    let Some(window) = Window::around(bounds, (frames.width, frames.height)) else { return List::default() };
+    let Some(window) = Window::around_box(bounds, (frames.width, frames.height)) else { return List::default() };
     let pixels = window.width * window.height;
     let colour = frames.rgb.filter(|plane| plane.len() == 3 * pixels).map(|plane| window.colour(plane));
     let warmth = frames.thermal.filter(|plane| plane.len() == 2 * pixels).map(|plane| window.warmth(plane));
@@ -24,14 +24,14 @@ struct Window {
     left: usize,
     top: usize,
     scale: usize,
-    /// Of the image.
+    /// Width of the image.
     width: usize,
     height: usize,
 }
 
 impl Window {
     /// The smallest around a box, as far as it is inside an image of this size.
-    fn around(bounds: &PixelBox, size: (u16, u16)) -> Option<Window> {
+    fn around_box(bounds: &PixelBox, size: (u16, u16)) -> Option<Window> {
         let (width, height) = (usize::from(size.0), usize::from(size.1));
         let most = (width / WIDTH).min(height / HEIGHT);
         let [x0, y0, x1, y1] = [bounds.x0, bounds.y0, bounds.x1, bounds.y1].map(usize::from);
@@ -83,7 +83,7 @@ impl Window {
     /// Means of the values that count, zero where none does.
     fn means(&self, plane: &[u8], counts: impl Fn(u32) -> bool) -> [u16; PIXELS] {
         let value = |pixel: usize| u32::from(u16::from_le_bytes([plane[2 * pixel], plane[2 * pixel + 1]]));
-        std::array::from_fn(|at| mean(self.block(at).map(value).filter(|value| counts(*value))) as u16)
+        std::array::from_fn(|i| mean(self.block(i).map(value).filter(|value| counts(*value))) as u16)
     }
 }
 

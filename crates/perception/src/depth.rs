@@ -21,8 +21,8 @@ fn median(plane: &[u8], width: u16, height: u16, bounds: &PixelBox) -> Option<u1
     let mut returns: Vec<u16> = Vec::new();
     for row in rows {
         for column in columns.clone() {
-            let at = 2 * (usize::from(row) * usize::from(width) + usize::from(column));
-            returns.push(u16::from_le_bytes([plane[at], plane[at + 1]]));
+            let index = 2 * (usize::from(row) * usize::from(width) + usize::from(column));
+            returns.push(u16::from_le_bytes([plane[index], plane[index + 1]]));
         }
     }
     returns.retain(|mm| *mm > 0);
@@ -49,10 +49,10 @@ mod tests {
         let mut set = |x: usize, y: usize, mm: u16| plane[2 * (y * 16 + x)..][..2].copy_from_slice(&mm.to_le_bytes());
         (4..8).for_each(|x| set(x, 5, 7_000));
         set(2, 5, 1_000);
-        let at = |bounds| Detection { class: Class::Person, score: 900, bounds };
-        let there = at(PixelBox { x0: 2, y0: 2, x1: 10, y1: 10 });
-        let nothing = at(PixelBox { x0: 11, y0: 0, x1: 16, y1: 3 });
-        let found = samples(&plane, 16, 12, &[nothing, there]).unwrap();
+        let detection = |bounds| Detection { class: Class::Person, score: 900, bounds };
+        let nearby = detection(PixelBox { x0: 2, y0: 2, x1: 10, y1: 10 });
+        let empty_detection = detection(PixelBox { x0: 11, y0: 0, x1: 16, y1: 3 });
+        let found = samples(&plane, 16, 12, &[empty_detection, nearby]).unwrap();
         assert_eq!(found.len(), 1);
         assert_eq!(found[0], DepthSample { detection: 1, median_mm: 7_000 });
     }

@@ -83,7 +83,7 @@ impl Detector {
     /// # Errors
     /// It was edited, or the runtime refused it.
     pub fn built_in(camera: &Camera) -> Result<Self, DetectorError> {
-        Detector::new(Networks::of(camera).detector()?)
+        Detector::new(Networks::for_camera(camera).detector()?)
     }
 
     /// The network of the thermal stage that this crate ships for them.
@@ -91,7 +91,7 @@ impl Detector {
     /// # Errors
     /// It was edited, or the runtime refused it.
     pub fn thermal(camera: &Camera) -> Result<Self, DetectorError> {
-        Detector::new(Networks::of(camera).thermal()?)
+        Detector::new(Networks::for_camera(camera).thermal()?)
     }
 
     /// The network over all the cameras at once that this crate ships for them, if there is one.
@@ -99,7 +99,10 @@ impl Detector {
     /// # Errors
     /// It was edited, or the runtime refused it.
     pub fn fused(camera: &Camera) -> Result<Option<Self>, DetectorError> {
-        Networks::of(camera).fused()?.map(|model| Detector::over(fused::PLANES, model, Head::Grid)).transpose()
+        Networks::for_camera(camera)
+            .fused()?
+            .map(|model| Detector::with_planes(fused::PLANES, model, Head::Grid))
+            .transpose()
     }
 
     /// [`Detector::with_head`] for a model of the shipped one's shapes.
@@ -115,18 +118,18 @@ impl Detector {
     /// # Errors
     /// The file is unwanted, the runtime refused it, or it does not fit the head.
     pub fn with_head(model: Model<'_>, head: Head) -> Result<Self, DetectorError> {
-        Detector::over(3, model, head)
+        Detector::with_planes(3, model, head)
     }
 
-    /// The same for an image of so many planes.
+    /// A detector for an image of a given number of planes.
     ///
     /// # Errors
     /// The same.
-    pub fn over(planes: usize, model: Model<'_>, head: Head) -> Result<Self, DetectorError> {
-        let session = session(&Inspected::of(model)?).map_err(|e| DetectorError::Session(one_line(&e.to_string())))?;
+    pub fn with_planes(planes: usize, model: Model<'_>, head: Head) -> Result<Self, DetectorError> {
+        let session = session(&Inspected::new(model)?).map_err(|e| DetectorError::Session(one_line(&e.to_string())))?;
         let (input, letterbox) = input(session.inputs(), planes, &head)?;
         let [_] = session.outputs() else {
-            return Err(DetectorError::Output { wanted: head.wanted(), got: told(session.outputs()) });
+            return Err(DetectorError::Output { wanted: head.wanted(), got: describe_outlets(session.outputs()) });
         };
         let detector = Detector { session: Mutex::new(session), input, planes, letterbox, head };
         detector.detect(&vec![0; planes * WIDTH * HEIGHT], 1000)?;
@@ -168,8 +171,8 @@ fn input(inputs: &[Outlet], planes: usize, head: &Head) -> Result<(String, Lette
     let fits = || {
         let [only] = inputs else { return None };
         let floats = only.dtype().tensor_type() == Some(TensorElementType::Float32);
-        let [1, given, height, width] = only.dtype().tensor_shape().filter(|_| floats)?[..] else { return None };
-        if usize::try_from(given) != Ok(planes) {
+        let [1, channels, height, width] = only.dtype().tensor_shape().filter(|_| floats)?[..] else { return None };
+        if usize::try_from(channels) != Ok(planes) {
             return None;
         }
         let letterbox = Letterbox::new(usize::try_from(height).ok()?, usize::try_from(width).ok()?)?;
@@ -182,11 +185,11 @@ fn input(inputs: &[Outlet], planes: usize, head: &Head) -> Result<(String, Lette
                 format!("[1, {planes}, H, W] with H and W fixed from {} to {}", SIDES.start(), SIDES.end())
             }
         };
-        DetectorError::Input { wanted, got: told(inputs) }
+        DetectorError::Input { wanted, got: describe_outlets(inputs) }
     })
 }
 
-fn told(outlets: &[Outlet]) -> String {
+fn describe_outlets(outlets: &[Outlet]) -> String {
     let each: Vec<String> = outlets.iter().take(4).map(|outlet| outlet.dtype().to_string()).collect();
     format!("{} tensors ({})", outlets.len(), each.join(", "))
 }

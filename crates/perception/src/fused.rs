@@ -2,7 +2,7 @@
 //!
 //! The three cameras share one view, so the network sees colour, bands of warmth and nearness pixel by pixel, and proposes by whichever
 //! shows an object. Colour is deceived more cheaply than the others together, and is blind at night and in fog: so its detector's
-//! silence is no objection, another class at the same place is one, and a claim of its own that the network does not share is told and
+//! silence is no objection, another class at the same place is one, and its own claim that the network does not share is reported and
 //! not believed. Thermal, depth and LiDAR judge each claim afterwards, in [`crate::corroborate`].
 
 use wire::codec::List;
@@ -28,11 +28,11 @@ pub struct Disputed(u32);
 
 impl Disputed {
     /// True if the detection with this index is disputed.
-    pub fn has(self, index: usize) -> bool {
+    pub fn contains(self, index: usize) -> bool {
         u32::try_from(index).ok().and_then(|index| self.0.checked_shr(index)).is_some_and(|bits| bits & 1 == 1)
     }
 
-    fn with(self, index: usize) -> Self {
+    fn with_index(self, index: usize) -> Self {
         Disputed(self.0 | 1_u32.checked_shl(index as u32).unwrap_or(0))
     }
 }
@@ -42,16 +42,16 @@ impl Disputed {
 /// is no dispute. `seen` are its detections of at least [`SAY`], of which those below `least` are no claims.
 pub fn claims(proposed: &[Detection], seen: &[Detection], least: u16) -> (List<Detection, 32>, Disputed) {
     let same = |a: &Detection, b: &Detection| a.bounds.shared(&b.bounds) >= SAME;
-    let said = |proposal: &Detection| {
-        let there = seen.iter().filter(|other| same(other, proposal));
-        there.max_by(|a, b| a.bounds.shared(&proposal.bounds).total_cmp(&b.bounds.shared(&proposal.bounds)))
+    let answer = |proposal: &Detection| {
+        let detections = seen.iter().filter(|other| same(other, proposal));
+        detections.max_by(|a, b| a.bounds.shared(&proposal.bounds).total_cmp(&b.bounds.shared(&proposal.bounds)))
     };
     let shared = |claim: &Detection| proposed.iter().any(|other| other.class == claim.class && same(other, claim));
-    let alone = seen.iter().filter(|claim| claim.score >= least && !shared(claim));
-    let all = proposed.iter().map(|proposal| (*proposal, said(proposal).is_some_and(|s| s.class != proposal.class)));
-    let all: Vec<(Detection, bool)> = all.chain(alone.map(|claim| (*claim, true))).take(32).collect();
+    let single_detections = seen.iter().filter(|claim| claim.score >= least && !shared(claim));
+    let all = proposed.iter().map(|proposal| (*proposal, answer(proposal).is_some_and(|s| s.class != proposal.class)));
+    let all: Vec<(Detection, bool)> = all.chain(single_detections.map(|claim| (*claim, true))).take(32).collect();
     let disputed = all.iter().enumerate().filter(|(_, (_, disputed))| *disputed);
-    let disputed = disputed.fold(Disputed::default(), |set, (index, _)| set.with(index));
+    let disputed = disputed.fold(Disputed::default(), |set, (index, _)| set.with_index(index));
     (all.into_iter().map(|(detection, _)| detection).collect(), disputed)
 }
 
@@ -123,18 +123,19 @@ mod tests {
 
     #[test]
     fn colour_may_be_silent_and_may_not_contradict() {
-        let at = |class, score, x0| Detection { class, score, bounds: PixelBox { x0, y0: 50, x1: x0 + 20, y1: 60 } };
-        let proposed = vec![at(Class::Vehicle, 900, 40)];
+        let detection =
+            |class, score, x0| Detection { class, score, bounds: PixelBox { x0, y0: 50, x1: x0 + 20, y1: 60 } };
+        let proposed = vec![detection(Class::Vehicle, 900, 40)];
         let claims = |seen: &[Detection]| {
             let (found, disputed) = claims(&proposed, seen, 400);
-            (found.to_vec(), (0..40).filter(|index| disputed.has(*index)).collect::<Vec<_>>())
+            (found.to_vec(), (0..40).filter(|index| disputed.contains(*index)).collect::<Vec<_>>())
         };
         assert_eq!(claims(&[]), (proposed.clone(), vec![]));
-        assert_eq!(claims(&[at(Class::Vehicle, 400, 42)]), (proposed.clone(), vec![]));
-        let (decoy, vehicle) = (at(Class::Decoy, 310, 42), at(Class::Vehicle, 800, 100));
+        assert_eq!(claims(&[detection(Class::Vehicle, 400, 42)]), (proposed.clone(), vec![]));
+        let (decoy, vehicle) = (detection(Class::Decoy, 310, 42), detection(Class::Vehicle, 800, 100));
         assert_eq!(claims(&[decoy]), (proposed.clone(), vec![0]), "too faint a claim to stand by itself");
         assert_eq!(claims(&[vehicle]), (vec![proposed[0], vehicle], vec![1]), "the network does not see it");
-        let decoy = at(Class::Decoy, 800, 42);
+        let decoy = detection(Class::Decoy, 800, 42);
         assert_eq!(claims(&[decoy]), (vec![proposed[0], decoy], vec![0, 1]));
     }
 }

@@ -56,10 +56,10 @@ mod tests {
 
     use super::*;
 
-    fn raw(at: &[(usize, [f32; CHANNELS])]) -> Vec<f32> {
+    fn raw(cells: &[(usize, [f32; CHANNELS])]) -> Vec<f32> {
         let mut raw = vec![0.0; CHANNELS * CELLS];
         raw[..CELLS].fill(-9.0);
-        for (cell, values) in at {
+        for (cell, values) in cells {
             values.iter().enumerate().for_each(|(c, v)| raw[c * CELLS + cell] = *v);
         }
         raw
@@ -68,9 +68,9 @@ mod tests {
     #[test]
     fn neighbouring_cells_of_one_object_merge() {
         let cell = 15 * COLUMNS + 20;
-        let here = [4.0, 0.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let beside = [3.0, 0.0, 6.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
-        let found = decode(&raw(&[(cell, here), (cell + 1, beside)]), 350);
+        let row = [4.0, 0.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let next_row = [3.0, 0.0, 6.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+        let found = decode(&raw(&[(cell, row), (cell + 1, next_row)]), 350);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].class, Class::Person);
         assert_eq!(found[0].bounds, PixelBox { x0: 74, y0: 54, x1: 90, y1: 70 });

@@ -118,7 +118,7 @@ mod tests {
             let red = |row, column| tensor[(0, 0, row, column)] > 0.5 && tensor[(0, 2, row, column)] > 0.9;
             let rows: Vec<usize> = (0..height).filter(|row| (0..width).any(|column| red(*row, column))).collect();
             let columns: Vec<usize> = (0..width).filter(|column| (0..height).any(|row| red(row, *column))).collect();
-            let ends = |of: &[usize]| (of[0] as f32, of[of.len() - 1] as f32 + 1.0);
+            let ends = |indices: &[usize]| (indices[0] as f32, indices[indices.len() - 1] as f32 + 1.0);
             let ((top, bottom), (left, right)) = (ends(&rows), ends(&columns));
             let found = letterbox.undo([(left + right) / 2.0, (top + bottom) / 2.0, right - left, bottom - top]);
             // A pixel of a small model covers several of the camera.

@@ -66,7 +66,7 @@ use crate::attitude::{SkyConfig, Watch};
 use crate::brought::Brought;
 use crate::cold::Cold;
 use crate::content::{Contents, Prints};
-use crate::corroborate::{Limits, Sighting};
+use crate::corroborate::{CorroborationLimits, Sighting};
 use crate::detector::{Detector, DetectorError};
 use crate::fused::Disputed;
 use crate::model::ModelRef;
@@ -74,11 +74,11 @@ use crate::nearby::Followed;
 use crate::pose::Ego;
 use crate::provenance::Provenance;
 use crate::reasons::Reasons;
-use crate::stages::{Claims, Stages};
+use crate::stages::{StageClaims, Stages};
 use crate::tracker::{MAX_TRACKS, Tracker};
 
-/// From so many colour detections in a frame on it is told how many there are, so at most 21 times in a boot. No scene has
-/// so many objects in view.
+/// Number of colour detections in a frame from which on their number is reported, so at most 21 times in a boot. No scene
+/// has that many objects in view.
 pub const CROWD: usize = 12;
 /// Frames from one set of crops to the next: half a second's.
 const CROPPED_EVERY: u64 = 5;
@@ -96,8 +96,9 @@ pub struct PerceptionConfig {
     /// The platform's sensors.
     pub sensors: Sensors,
     /// Limits of corroboration.
-    pub limits: Limits,
-    /// Of a platform with attitude sensors in place of images ([`wire::bearing::Bearings`] on [`Topic::Candidates`]).
+    pub limits: CorroborationLimits,
+    /// Sky of a platform with attitude sensors in place of images ([`wire::bearing::Bearings`] on
+    /// [`Topic::Candidates`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyConfig>,
 }
@@ -111,7 +112,7 @@ pub enum PerceptionError {
     /// A built-in detector was refused.
     #[error(transparent)]
     Detector(#[from] DetectorError),
-    /// The orbital elements are those of no orbit.
+    /// The orbital elements describe no orbit.
     #[error(transparent)]
     Orbit(#[from] OrbitError),
     /// The configuration names a detector that the caller has not loaded.
@@ -209,7 +210,7 @@ impl Perception {
         Ok(core)
     }
 
-    /// The same core in a forked world. A loaded model is shared.
+    /// Copy of the core for a forked world. A loaded model is shared.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Self {
         Perception {
@@ -245,11 +246,11 @@ impl Perception {
         } else {
             return;
         };
-        let at = Interface::Bus(topic);
+        let interface = Interface::Bus(topic);
         match judged {
-            Ok(()) => self.accounts.accepted(at),
+            Ok(()) => self.accounts.accepted(interface),
             Err(refusal) => {
-                if let Some(event) = self.accounts.refused(at, None, &refusal) {
+                if let Some(event) = self.accounts.refused(interface, None, &refusal) {
                     self.journal.write(now, event, &mut self.out);
                 }
             }
@@ -270,7 +271,7 @@ impl Perception {
             return self.look_up(now, bytes);
         }
         let policy = &self.setup.policy;
-        let (Claims { candidates, disputed }, prints, frames) = match &self.stages {
+        let (StageClaims { candidates, disputed }, prints, frames) = match &self.stages {
             Some(stages) => {
                 let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
                 let frames = accepted.message();
@@ -285,7 +286,7 @@ impl Perception {
             None => {
                 let candidates = self.observations.admit::<Candidates>(policy, now, bytes)?.into_parts().0;
                 let prints = content::of_candidates(&candidates);
-                (Claims { candidates, disputed: Disputed::default() }, prints, None)
+                (StageClaims { candidates, disputed: Disputed::default() }, prints, None)
             }
         };
         self.crowd(now, &candidates);
@@ -298,14 +299,14 @@ impl Perception {
     fn look_up(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
         let bearings = self.observations.admit::<Bearings>(&self.setup.policy, now, bytes)?.into_parts().0;
         let repeats = self.repeats(now, (bearings.frame, bearings.stamp), &content::of_bearings(&bearings));
-        let bearings = repeats.into_iter().fold(bearings, Bearings::without);
+        let bearings = repeats.into_iter().fold(bearings, Bearings::without_modality);
         let (frame, stamp) = (bearings.frame, bearings.stamp);
         self.present(now, (frame, stamp), bearings.present());
-        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
+        let ego = self.ego.pose_at(stamp, self.setup.bounds.product_limit());
         let judged = self.watch.as_ref().map(|watch| watch.judge(&bearings, ego.as_ref(), self.unheard));
         let sightings = judged.unwrap_or_default();
         self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
-        self.tell(now, (frame, stamp), bearings.mode, List::default());
+        self.send_tracks(now, (frame, stamp), bearings.mode, List::default());
         Ok(())
     }
 
@@ -322,7 +323,7 @@ impl Perception {
     /// Without the modalities that repeat themselves: they have given no product since their content was new.
     fn renewed(&mut self, now: Instant, candidates: Candidates, prints: &Prints) -> Candidates {
         let repeats = self.repeats(now, (candidates.frame, candidates.stamp), prints);
-        repeats.into_iter().fold(candidates, provenance::without)
+        repeats.into_iter().fold(candidates, provenance::without_modality)
     }
 
     /// The modalities that repeat themselves in this frame, where that check is required.
@@ -345,17 +346,17 @@ impl Perception {
         self.present(now, (frame, stamp), provenance::present(candidates));
         let mut judged =
             corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates, disputed);
-        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
+        let ego = self.ego.pose_at(stamp, self.setup.bounds.product_limit());
         if let Some(cold) = &mut self.cold {
             cold.judge(stamp, ego.as_ref(), &mut judged);
         }
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
         self.nearby.update((frame, stamp), ego.as_ref(), candidates.lidar.as_deref());
-        let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());
-        told.for_each(|event| self.journal.write(now, event, &mut self.out));
+        let events = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());
+        events.for_each(|event| self.journal.write(now, event, &mut self.out));
         let crops = frames.map_or(List::default(), |frames| self.crops(frames));
-        self.tell(now, (frame, stamp), candidates.mode, crops);
+        self.send_tracks(now, (frame, stamp), candidates.mode, crops);
     }
 
     /// Crops of a vehicle in every few frames, of each in its turn.
@@ -377,7 +378,7 @@ impl Perception {
     }
 
     /// Sends the tracks of a frame.
-    fn tell(
+    fn send_tracks(
         &mut self,
         now: Instant,
         (frame, stamp): (FrameId, Instant),
@@ -402,7 +403,7 @@ fn unheard(policy: &Policy) -> Modalities {
     let objections =
         [(Check::Extent, Modality::Depth), (Check::Cluster, Modality::Lidar), (Check::Warmth, Modality::Thermal)];
     let waived = objections.into_iter().filter(|(check, _)| policy.check(*check) == Requirement::Waived);
-    waived.fold(Modalities::default(), |set, (_, modality)| set.with(modality))
+    waived.fold(Modalities::default(), |set, (_, modality)| set.with_modality(modality))
 }
 
 impl Core for Perception {

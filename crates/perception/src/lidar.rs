@@ -110,8 +110,8 @@ impl Scanner {
     fn segments(&self, plane: &[u8], azimuth: usize) -> Vec<Segment> {
         let (mut before, mut ground, mut found) = ((0.0, 0.0), (0.0, 0.0), Vec::<Segment>::new());
         for (ring, (sin, cos)) in self.rings.iter().enumerate() {
-            let at = 2 * (ring * self.azimuths + azimuth);
-            let range = f32::from(u16::from_le_bytes([plane[at], plane[at + 1]])) / 1000.0;
+            let index = 2 * (ring * self.azimuths + azimuth);
+            let range = f32::from(u16::from_le_bytes([plane[index], plane[index + 1]])) / 1000.0;
             if range <= 0.0 {
                 continue;
             }

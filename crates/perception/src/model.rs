@@ -98,8 +98,8 @@ impl<'a> Model<'a> {
 }
 
 impl Networks {
-    /// Those that were trained for views from about this camera's height.
-    pub fn of(camera: &Camera) -> &'static Networks {
+    /// Networks that were trained for views from about this camera's height.
+    pub fn for_camera(camera: &Camera) -> &'static Networks {
         if Sensors::trained_like(camera) == &Sensors::ALOFT { &ALOFT } else { &GROUND }
     }
 

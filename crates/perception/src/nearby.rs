@@ -16,7 +16,7 @@ use crate::tracker::Tracker;
 
 /// Clusters further away are left out, metres: ten times the way in which a unit of 3 m/s stops.
 const NEAR_M: f64 = 12.0;
-/// Clusters of a frame that are followed, the nearest: fewer than the things that are told of, for those that are no longer shown keep their places for
+/// Clusters of a frame that are followed, the nearest: fewer than the things that are reported, for those that are no longer shown keep their places for
 /// a second.
 const NEAREST: usize = 20;
 /// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit passes.
@@ -28,7 +28,7 @@ const SAME_MM: f64 = 1000.0;
 /// Way by which the middle has to move until the thing moves, millimetres, beyond that by which the side that is seen moves: the way of the unit,
 /// at most half of the width.
 const MOVES_MM: f64 = 300.0;
-/// Time after which the place of a thing that stands is taken anew.
+/// Time after which the place of a thing that stands is taken again.
 const STOOD_FOR: Span = Span::s(1);
 /// Below this speed it stands, mm/s.
 const STANDS_MM_S: f64 = 300.0;
@@ -78,7 +78,7 @@ impl Followed {
         }
     }
 
-    /// Those that are followed, oldest first; `None` where the newest frame had no product of LiDAR.
+    /// Things that are followed, oldest first; `None` where the newest frame had no product of LiDAR.
     pub fn things(&self) -> Option<List<Nearby, NEARBY>> {
         let tracks = self.tracker.tracks();
         let shape = |track: &Track| self.shapes.iter().find(|shape| shape.track == track.id);
@@ -87,29 +87,29 @@ impl Followed {
     }
 
     fn note(&mut self, now: Instant, track: &Track, placed: &[((f64, f64), u16)]) {
-        let (at, own) = (place(track), self.own);
-        let nearest = placed.iter().min_by(|a, b| distance(a.0, at).total_cmp(&distance(b.0, at)));
-        let width = nearest.filter(|(place, _)| distance(*place, at) < SAME_MM).map(|(_, width_mm)| *width_mm);
+        let (position, own_place) = (place(track), self.own);
+        let nearest = placed.iter().min_by(|a, b| distance(a.0, position).total_cmp(&distance(b.0, position)));
+        let width = nearest.filter(|(place, _)| distance(*place, position) < SAME_MM).map(|(_, width_mm)| *width_mm);
         let index = self.shapes.iter().position(|shape| shape.track == track.id).unwrap_or_else(|| {
-            self.shapes.push(Shape { track: track.id, width_mm: 0, stood: at, since: now, from: own });
+            self.shapes.push(Shape { track: track.id, width_mm: 0, stood: position, since: now, from: own_place });
             self.shapes.len() - 1
         });
         let shape = &mut self.shapes[index];
         shape.width_mm = width.unwrap_or(shape.width_mm);
-        let displaced = shape.is_displaced(at, own);
+        let displaced = shape.is_displaced(position, own_place);
         if displaced && speed(track) < STANDS_MM_S || !displaced && now.since(shape.since) >= STOOD_FOR {
-            (shape.stood, shape.since, shape.from) = (at, now, own);
+            (shape.stood, shape.since, shape.from) = (position, now, own_place);
         }
     }
 }
 
 impl Shape {
-    fn is_displaced(&self, at: (f64, f64), own: (f64, f64)) -> bool {
-        distance(self.stood, at) > distance(self.from, own).min(f64::from(self.width_mm) / 2.0) + MOVES_MM
+    fn is_displaced(&self, place: (f64, f64), own_place: (f64, f64)) -> bool {
+        distance(self.stood, place) > distance(self.from, own_place).min(f64::from(self.width_mm) / 2.0) + MOVES_MM
     }
 
-    fn thing(&self, track: &Track, own: (f64, f64)) -> Nearby {
-        let moves = self.is_displaced(place(track), own);
+    fn thing(&self, track: &Track, own_place: (f64, f64)) -> Nearby {
+        let moves = self.is_displaced(place(track), own_place);
         let [vx_mm_s, vy_mm_s] = if moves { [track.vx_mm_s, track.vy_mm_s] } else { [0, 0] };
         Nearby { number: track.id.0, x_mm: track.x_mm, y_mm: track.y_mm, vx_mm_s, vy_mm_s, width_mm: self.width_mm }
     }
@@ -130,7 +130,7 @@ fn sighting(cluster: &Cluster) -> Sighting {
         score: SCORE,
         place: [f64::from(cluster.x_mm) / 1000.0, f64::from(cluster.y_mm) / 1000.0],
         sigma: SIGMA_M,
-        supported: Modalities::default().with(Modality::Lidar),
+        supported: Modalities::default().with_modality(Modality::Lidar),
         vetoed: Modalities::default(),
         absent: Modalities::default(),
         complete: true,
@@ -167,13 +167,18 @@ mod tests {
     use super::*;
 
     /// The things that are followed after `frames` of a cluster at `at(seconds)`, metres in the world frame, from a unit at `own(seconds)` on the x axis.
-    fn followed(frames: u64, at: impl Fn(f64) -> [f64; 2], own: impl Fn(f64) -> f64, width_mm: u16) -> Vec<Nearby> {
+    fn followed(
+        frames: u64,
+        place_of: impl Fn(f64) -> [f64; 2],
+        own_x: impl Fn(f64) -> f64,
+        width_mm: u16,
+    ) -> Vec<Nearby> {
         let mut followed = Followed::default();
         for n in 1..=frames {
             let seconds = n as f64 * 0.1;
-            let ego = Placement::ORIGIN.moved(own(seconds));
-            let [x, y] = at(seconds);
-            let [x_mm, y_mm] = [x - own(seconds), y].map(|metres| (metres * 1000.0) as i32);
+            let ego = Placement::ORIGIN.moved(own_x(seconds));
+            let [x, y] = place_of(seconds);
+            let [x_mm, y_mm] = [x - own_x(seconds), y].map(|metres| (metres * 1000.0) as i32);
             let cluster = Cluster { x_mm, y_mm, width_mm, height_mm: 1500 };
             followed.update((FrameId(n), Instant(0) + Span::ms(100 * n)), Some(&ego), Some(&[cluster]));
         }
@@ -199,12 +204,13 @@ mod tests {
         assert!(sets_out[0].vx_mm_s > 700, "of a unit that stands: {sets_out:?}");
     }
 
-    /// Those that were followed before it keep no place from it.
+    /// Things that were followed before it keep no place from it.
     #[test]
     fn nearest_thing_is_followed_among_many() {
         let cluster = |x_mm, y_mm| Cluster { x_mm, y_mm, width_mm: 400, height_mm: 1500 };
-        let mut others: Vec<Cluster> = (0..40).map(|n| cluster(8000 - 3000 * (n % 2), 2000 * n - 40_000)).collect();
-        others.extend((0..24).map(|n| cluster(-4000 - 300 * n, 2000 * (n % 3) - 2000)));
+        let mut other_clusters: Vec<Cluster> =
+            (0..40).map(|n| cluster(8000 - 3000 * (n % 2), 2000 * n - 40_000)).collect();
+        other_clusters.extend((0..24).map(|n| cluster(-4000 - 300 * n, 2000 * (n % 3) - 2000)));
         let mut followed = Followed::default();
         let mut show = |from: u64, clusters: &[Cluster]| {
             for n in from..from + 10 {
@@ -212,18 +218,18 @@ mod tests {
             }
             followed.things().unwrap()
         };
-        assert!(show(1, &others).len() >= 16);
-        others.push(cluster(-1500, 0));
+        assert!(show(1, &other_clusters).len() >= 16);
+        other_clusters.push(cluster(-1500, 0));
         let near = |thing: &Nearby| (thing.x_mm, thing.y_mm) == (-1500, 0);
-        assert!(show(11, &others).iter().any(near));
+        assert!(show(11, &other_clusters).iter().any(near));
     }
 
     #[test]
     fn frame_without_lidar_tells_no_things_nearby() {
-        let mut nothing = Followed::default();
-        nothing.update((FrameId(1), Instant(1)), Some(&Placement::ORIGIN), None);
-        assert_eq!(nothing.things(), None);
-        nothing.update((FrameId(2), Instant(2)), Some(&Placement::ORIGIN), Some(&[]));
-        assert_eq!(nothing.things().unwrap().len(), 0);
+        let mut empty_followed = Followed::default();
+        empty_followed.update((FrameId(1), Instant(1)), Some(&Placement::ORIGIN), None);
+        assert_eq!(empty_followed.things(), None);
+        empty_followed.update((FrameId(2), Instant(2)), Some(&Placement::ORIGIN), Some(&[]));
+        assert_eq!(empty_followed.things().unwrap().len(), 0);
     }
 }

@@ -6,7 +6,7 @@
 //! growth in memory far beyond the file. The function of a graph, and its acceptance by a runtime, are left to
 //! [`crate::detector`].
 //!
-//! Field numbers are those of `onnx.proto3` in the ONNX repository, IR version 10.
+//! Field numbers come from `onnx.proto3` in the ONNX repository, IR version 10.
 
 use crate::model::Model;
 
@@ -121,7 +121,7 @@ impl<'a> Inspected<'a> {
     ///
     /// # Errors
     /// The first part that is malformed or unwanted.
-    pub fn of(model: Model<'a>) -> Result<Self, OnnxError> {
+    pub fn new(model: Model<'a>) -> Result<Self, OnnxError> {
         if model.bytes().starts_with(ZIP) {
             let why = "a zip archive, as PyTorch saves (export it to ONNX),";
             return Err(OnnxError::Malformed { at: 0, why });
@@ -216,9 +216,9 @@ impl Walk {
             if self.fields > MAX_FIELDS {
                 return Err(OnnxError::TooMany);
             }
-            let at = span.at;
+            let index = span.at;
             let (number, content) = span.field()?;
-            self.field(rule(part, number), at, content)?;
+            self.field(rule(part, number), index, content)?;
         }
         Ok(())
     }
@@ -322,8 +322,8 @@ impl<'a> Span<'a> {
 
     fn take(&mut self, length: usize) -> Result<Span<'a>, OnnxError> {
         let cut = OnnxError::Malformed { at: self.at, why: "the file ends too early" };
-        let (taken, rest) = self.bytes.split_at_checked(length).ok_or(cut)?;
-        let span = Span { bytes: taken, at: self.at };
+        let (head, rest) = self.bytes.split_at_checked(length).ok_or(cut)?;
+        let span = Span { bytes: head, at: self.at };
         *self = Span { bytes: rest, at: self.at + length };
         Ok(span)
     }
@@ -341,7 +341,7 @@ mod tests {
     use crate::model::{Networks, hex_digest};
 
     fn inspect(bytes: &[u8]) -> Result<(), OnnxError> {
-        Inspected::of(Model::pinned(bytes, &hex_digest(bytes)).unwrap()).map(|_| ())
+        Inspected::new(Model::pinned(bytes, &hex_digest(bytes)).unwrap()).map(|_| ())
     }
 
     #[test]
@@ -367,7 +367,7 @@ mod tests {
 
     #[test]
     fn shipped_model_passes_and_truncated_ones_fail() {
-        let shipped = Networks::of(&Camera::GROUND).detector().unwrap().bytes();
+        let shipped = Networks::for_camera(&Camera::GROUND).detector().unwrap().bytes();
         assert_eq!(inspect(shipped), Ok(()));
         // Every cut near a part's edge, and some within the weights.
         let cuts = (0..2_000).chain((2_000..shipped.len()).step_by(997)).chain(shipped.len() - 500..shipped.len());
@@ -378,21 +378,24 @@ mod tests {
 
     #[test]
     fn training_files_are_refused_with_the_remedy() {
-        let told = inspect(b"PK\x03\x04archive/data.pkl").unwrap_err().to_string();
-        assert_eq!(told, "no ONNX model: a zip archive, as PyTorch saves (export it to ONNX), at byte 0");
+        let error_text = inspect(b"PK\x03\x04archive/data.pkl").unwrap_err().to_string();
+        assert_eq!(error_text, "no ONNX model: a zip archive, as PyTorch saves (export it to ONNX), at byte 0");
         let dimension = field(1, &field(2, &[b'd'; 65]));
         let value = field(2, &field(1, &field(2, &dimension)));
-        let told = inspect(&[operator("Conv"), field(7, &field(11, &value))].concat()).unwrap_err().to_string();
-        assert!(told.contains("a formula of 65 bytes, as a dynamic export has (export it with fixed sizes)"), "{told}");
+        let error_text = inspect(&[operator("Conv"), field(7, &field(11, &value))].concat()).unwrap_err().to_string();
+        assert!(
+            error_text.contains("a formula of 65 bytes, as a dynamic export has (export it with fixed sizes)"),
+            "{error_text}"
+        );
     }
 
-    /// Those that branch, loop or draw, and those of other domains.
+    /// Operators that branch, loop or draw, and operators of other domains.
     #[test]
     fn forbidden_operators_are_refused_by_name() {
         assert_eq!(inspect(&operator("Conv")), Ok(()));
         for name in ["If", "Loop", "Scan", "RandomNormal", "Multinomial", "NonMaxSuppression", "conv", ""] {
-            let what = format!("the operator `{name}`");
-            assert_eq!(inspect(&operator(name)), Err(OnnxError::Unwanted { at: 4, what }), "{name}");
+            let label = format!("the operator `{name}`");
+            assert_eq!(inspect(&operator(name)), Err(OnnxError::Unwanted { at: 4, what: label }), "{name}");
         }
         let foreign = [field(4, b"Conv"), field(7, b"com.microsoft")].concat();
         let refused = inspect(&field(7, &field(1, &foreign))).unwrap_err();
@@ -438,7 +441,7 @@ mod tests {
         assert_eq!(inspect(&bytes), Err(OnnxError::TooMany));
     }
 
-    /// Those that would end a C string or nest an expression.
+    /// Names that would end a C string or nest an expression.
     #[test]
     fn names_with_terminators_or_nesting_are_refused() {
         let named = |name: &[u8]| field(7, &[field(2, name), field(1, &field(4, b"Conv"))].concat());

@@ -20,7 +20,7 @@ impl Placement {
     #[cfg(test)]
     pub(crate) const ORIGIN: Placement = Placement { east: 0.0, north: 0.0, cos: 1.0, sin: 0.0, sigma: 0.0 };
 
-    /// The same, so many metres to the east.
+    /// The placement moved a given number of metres to the east.
     #[cfg(test)]
     pub(crate) fn moved(self, east: f64) -> Self {
         Placement { east: self.east + east, ..self }
@@ -52,14 +52,14 @@ impl Ego {
     }
 
     /// The pose at `stamp`, dead-reckoned from the last fix; `None` without a fix within `limit` of it.
-    pub fn at(&self, stamp: Instant, limit: Span) -> Option<Placement> {
+    pub fn pose_at(&self, stamp: Instant, limit: Span) -> Option<Placement> {
         let newest = self.newest?;
         let fix = newest.fix?;
-        let apart = stamp.since(newest.stamp).max(newest.stamp.since(stamp));
-        if apart > limit {
+        let duration = stamp.since(newest.stamp).max(newest.stamp.since(stamp));
+        if duration > limit {
             return None;
         }
-        let seconds = if stamp >= newest.stamp { apart.0 as f64 } else { -(apart.0 as f64) } / 1e6;
+        let seconds = if stamp >= newest.stamp { duration.0 as f64 } else { -(duration.0 as f64) } / 1e6;
         let (speed, rate) = newest
             .odometry
             .map_or((0.0, 0.0), |o| (f64::from(o.speed_mm_s) / 1000.0, f64::from(o.yaw_rate_mrad_s) / 1000.0));

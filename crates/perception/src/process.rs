@@ -77,8 +77,8 @@ pub fn main() -> ExitCode {
     main_with(|_, _| Err("this program starts no detectors".into()))
 }
 
-/// Runs the service until its launcher ends it; `start` starts the process of a detector that the configuration names, with a runtime of
-/// its own where one is named.
+/// Runs the service until its launcher ends it; `start` starts the process of a detector that the configuration names, with its own
+/// runtime where one is named.
 pub fn main_with(start: impl FnOnce(&Brought, Option<&ModelRef>) -> Result<Arc<dyn Sight>, String>) -> ExitCode {
     match make(start) {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
@@ -92,7 +92,7 @@ fn make(
     let spec = ServiceSpec::from_stdin()?;
     let ProcessConfig { setup, mut config } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
-    // A detector of others has a process and a confinement of its own.
+    // A detector of others has a process and its own confinement.
     if let Some(brought) = config.detector.as_mut().filter(|_| config.rendered) {
         brought.loaded = Some(start(brought, config.runtime.as_ref())?);
     }

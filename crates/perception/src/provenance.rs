@@ -18,7 +18,7 @@ pub struct Provenance {
 impl Provenance {
     /// Takes a frame's products into account. Gives the set of modalities present, if it differs from the last one's.
     pub fn note(&mut self, frame: FrameId, stamp: Instant, present: Modalities) -> Option<Modalities> {
-        for modality in Modality::ALL.into_iter().filter(|m| present.has(*m)) {
+        for modality in Modality::ALL.into_iter().filter(|m| present.contains(*m)) {
             self.products[modality as usize] = Some(StageProduct { frame, stamp });
         }
         let changed = self.present != Some(present);
@@ -39,18 +39,18 @@ impl Provenance {
 
 /// The modalities with a product of their stage.
 pub fn present(candidates: &Candidates) -> Modalities {
-    let given = [
+    let products = [
         (Modality::Rgb, candidates.rgb.is_some()),
         (Modality::Depth, candidates.depth.is_some()),
         (Modality::Thermal, candidates.thermal.is_some()),
         (Modality::Lidar, candidates.lidar.is_some()),
     ];
-    given.into_iter().filter(|(_, is)| *is).fold(Modalities::default(), |set, (m, _)| set.with(m))
+    products.into_iter().filter(|(_, is)| *is).fold(Modalities::default(), |set, (m, _)| set.with_modality(m))
 }
 
 /// The candidates as if the stage of `modality` had given no product. Depth samples refer to detections: without those
 /// there are none.
-pub fn without(candidates: Candidates, modality: Modality) -> Candidates {
+pub fn without_modality(candidates: Candidates, modality: Modality) -> Candidates {
     match modality {
         Modality::Rgb => Candidates { rgb: None, depth: candidates.depth.map(|_| List::default()), ..candidates },
         Modality::Depth => Candidates { depth: None, ..candidates },

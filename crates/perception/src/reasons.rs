@@ -13,7 +13,7 @@ use crate::cold::remembered;
 use crate::corroborate::Judgement;
 use crate::tracker::MAX_TRACKS;
 
-/// Most doubts that are held at a time; more are not told.
+/// Most doubts that are held at a time; more are not reported.
 const MOST: usize = 16;
 /// Frames that are looked back on (the track limit of 500 ms at 10 Hz), and of those, how many have to hold a doubt.
 const FRAMES: u8 = 0b1_1111;
@@ -76,10 +76,10 @@ impl Reasons {
         let vetoed = judgement.vetoed;
         let remembered = remembered(judgement.supported, vetoed);
         let same = |d: &Doubt| {
-            let apart = (i32::from(d.bearing_mrad) - i32::from(bearing_mrad)).abs();
-            (d.class, d.vetoed, d.remembered) == (class, vetoed, remembered) && apart <= i32::from(SAME_MRAD)
+            let difference = (i32::from(d.bearing_mrad) - i32::from(bearing_mrad)).abs();
+            (d.class, d.vetoed, d.remembered) == (class, vetoed, remembered) && difference <= i32::from(SAME_MRAD)
         };
-        let at = match self.doubts.iter().position(same) {
+        let index = match self.doubts.iter().position(same) {
             Some(at) => at,
             None if self.doubts.len() < MOST => {
                 self.doubts.push(Doubt { class, vetoed, remembered, bearing_mrad, history: 0, told: false });
@@ -87,13 +87,13 @@ impl Reasons {
             }
             None => return None,
         };
-        let doubt = self.doubts.get_mut(at)?;
+        let doubt = self.doubts.get_mut(index)?;
         (doubt.bearing_mrad, doubt.history) = (bearing_mrad, doubt.history | 1);
         Some(doubt)
     }
 }
 
-/// Of a box's middle, to the left of the optical axis.
+/// Bearing of a box's middle, to the left of the optical axis.
 fn bearing(camera: &Camera, detection: &Detection) -> i16 {
     let column = 0.5 * (f32::from(detection.bounds.x0) + f32::from(detection.bounds.x1));
     let left = (f32::from(camera.width) / 2.0 - column) / camera.focal_px;
@@ -138,22 +138,25 @@ mod tests {
     }
 
     fn cold() -> Judgement {
-        let (supported, vetoed) = (Modalities::default(), Modalities::default().with(Modality::Thermal));
+        let (supported, vetoed) = (Modalities::default(), Modalities::default().with_modality(Modality::Thermal));
         Judgement { detection: 0, supported, vetoed, sighting: None }
     }
 
     #[test]
     fn lasting_doubt_is_reported_once_per_period() {
         let mut reasons = Reasons::default();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for n in 0..30 {
             let judged = if (10..20).contains(&n) { vec![] } else { vec![cold()] };
             let events = reasons.note(&Camera::GROUND, &frame(n, 60 + n as u16), &judged, &[]);
-            told.extend(events.map(|e| (n, e)));
+            reported.extend(events.map(|e| (n, e)));
         }
-        let at: Vec<u64> = told.iter().map(|(n, _)| *n).collect();
-        assert_eq!(at, [2, 22], "{told:?}");
-        assert!(matches!(told[0].1, Event::Doubted { bearing_mrad: 90..=110, class: Class::Vehicle, .. }), "{told:?}");
+        let frames: Vec<u64> = reported.iter().map(|(n, _)| *n).collect();
+        assert_eq!(frames, [2, 22], "{reported:?}");
+        assert!(
+            matches!(reported[0].1, Event::Doubted { bearing_mrad: 90..=110, class: Class::Vehicle, .. }),
+            "{reported:?}"
+        );
     }
 
     #[test]
@@ -169,7 +172,7 @@ mod tests {
     fn track_is_reported_at_belief_and_class_change() {
         let mut reasons = Reasons::default();
         let mut follow = |class| reasons.note(&Camera::GROUND, &frame(1, 60), &[], &[track(class)]).count();
-        let told: Vec<usize> = [Class::Decoy, Class::Decoy, Class::Vehicle].map(&mut follow).to_vec();
-        assert_eq!(told, [1, 0, 1]);
+        let counts: Vec<usize> = [Class::Decoy, Class::Decoy, Class::Vehicle].map(&mut follow).to_vec();
+        assert_eq!(counts, [1, 0, 1]);
     }
 }

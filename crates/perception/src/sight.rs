@@ -1,6 +1,6 @@
 //! Detection of objects in an image, in this process or in another one, and the faults of a detector of others.
 //!
-//! A core asks a [`Sight`] and knows no process. A network of others runs in one of its own (the crate `live`), since a model can end the
+//! A core asks a [`Sight`] and knows no process. A network of others runs in a separate process (the crate `live`), since a model can end the
 //! process that it runs in; its faults are noted here, so that a verdict can name them.
 
 use std::fmt;
@@ -42,10 +42,10 @@ struct Noted {
 
 impl Faults {
     /// The faults in words, if there are any.
-    pub fn told(&self) -> Option<String> {
+    pub fn describe(&self) -> Option<String> {
         let Noted { images, failed, first, .. } = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let (number, why) = first?;
-        Some(format!("the detector failed on {failed} of {images} images, first on image {number}: {why}"))
+        let (number, reason) = first?;
+        Some(format!("the detector failed on {failed} of {images} images, first on image {number}: {reason}"))
     }
 
     fn ended(&self) -> bool {
@@ -104,11 +104,11 @@ mod tests {
         let faults = Faults::default();
         let watched = Watched { sight: Arc::new(FailsOn(7)), faults: faults.clone() };
         assert_eq!(watched.detect(&[1], 500).map(|found| found.len()).ok(), Some(0));
-        assert_eq!(faults.told(), None);
+        assert_eq!(faults.describe(), None);
         for byte in [7, 1, 7] {
             let _found = watched.detect(&[byte], 500);
         }
-        let told = "the detector failed on 2 of 4 images, first on image 2: detector: index out of range";
-        assert_eq!(faults.told().as_deref(), Some(told));
+        let text = "the detector failed on 2 of 4 images, first on image 2: detector: index out of range";
+        assert_eq!(faults.describe().as_deref(), Some(text));
     }
 }

@@ -93,7 +93,7 @@ impl Stages {
 
     /// The candidates of one frame; detections of at least `least` permille. Depth samples refer to detections, so
     /// without colour there are none.
-    pub fn candidates(&self, frames: &Frames<'_>, least: u16) -> Claims {
+    pub fn candidates(&self, frames: &Frames<'_>, least: u16) -> StageClaims {
         let (width, height) = (frames.width, frames.height);
         let sized = width == self.sensors.camera.width && height == self.sensors.camera.height;
         let claims = Some(frames).filter(|_| sized).and_then(|frames| self.claims(frames, least));
@@ -106,13 +106,13 @@ impl Stages {
             frames.thermal.filter(|_| sized).and_then(|plane| thermal::blobs(&self.thermal, plane, width, height));
         let lidar = frames.lidar.and_then(|plane| self.scanner.clusters(plane));
         let (frame, stamp, mode) = (frames.frame, frames.stamp, ProductMode::Live);
-        Claims { candidates: Candidates { frame, stamp, mode, rgb, depth, thermal, lidar, grain: None }, disputed }
+        StageClaims { candidates: Candidates { frame, stamp, mode, rgb, depth, thermal, lidar, grain: None }, disputed }
     }
 }
 
 /// Candidates of one frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Claims {
+pub struct StageClaims {
     /// The candidates, as they go over a bus.
     pub candidates: Candidates,
     /// Detections on which the colour detector and the fused network disagree.

@@ -198,12 +198,12 @@ fn depth_that_disagrees_with_lidar_vetoes() {
     assert!(Rig::new().frames(50, &[torn], |_| {}).is_empty());
     let judged = corroborate::corroborate(
         &Camera::GROUND,
-        &Limits::default(),
+        &CorroborationLimits::default(),
         Modalities::default(),
         &candidates(FrameId(1), Instant(0), &[torn]),
         Disputed::default(),
     );
-    assert!(judged[0].vetoed.has(Modality::Depth) && judged[0].vetoed.has(Modality::Lidar));
+    assert!(judged[0].vetoed.contains(Modality::Depth) && judged[0].vetoed.contains(Modality::Lidar));
     assert_eq!(judged[0].sighting, None);
 }
 
@@ -216,7 +216,7 @@ fn cold_vehicle_decoy_is_vetoed() {
     let before = rig.frames(20, &[VEHICLE], |_| {})[0];
     let after = rig.frames(20, &[decoy], |_| {})[0];
     assert_eq!(after.id, before.id);
-    assert!(after.vetoed.has(Modality::Thermal) && after.confidence < 200, "{}", after.confidence);
+    assert!(after.vetoed.contains(Modality::Thermal) && after.confidence < 200, "{}", after.confidence);
     let wrong = Thing { peak_ck: Some(45_000), ..VEHICLE };
     assert!(Rig::new().frames(50, &[wrong], |_| {}).is_empty());
 }
@@ -242,13 +242,13 @@ fn missing_modality_ages_its_product() {
 
 /// Journal entries of modalities that repeat themselves: the modality, the frame, and the earlier frame it equals.
 fn repeated(rig: &Rig) -> Vec<(Modality, u64, u64)> {
-    let told = rig.outputs.iter().filter_map(|output| {
+    let reported = rig.outputs.iter().filter_map(|output| {
         let Output::Audit { bytes } = output else { return None };
         let event = wire::audit::Entry::decode(bytes).unwrap().event;
         let Event::Repeated { modality, frame, first } = event else { return None };
         Some((modality, frame.0, first.0))
     });
-    told.collect()
+    reported.collect()
 }
 
 /// Since its content was new; its journal reports that once.
@@ -302,7 +302,7 @@ fn replayed_product_is_refused_and_feeds_no_track() {
     let outputs: Vec<Output> = std::iter::from_fn(|| rig.core.output()).collect();
     assert!(!outputs.iter().any(|o| matches!(o, Output::Bus { .. })));
     let refused = wire::event::Account::Refused(Interface::Bus(Topic::Candidates), wire::refusal::Reason::Product);
-    assert_eq!(rig.core.accounts.of(refused), 1);
+    assert_eq!(rig.core.accounts.total(refused), 1);
 }
 
 #[test]

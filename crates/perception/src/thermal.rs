@@ -1,6 +1,6 @@
 //! The thermal stage: warm regions of the thermal image, with place and likeness.
 //!
-//! A small network of its own, of the colour detector's form, looks at three bands of the plane ([`crate::bands`]): warmth above the
+//! Its own small network, of the colour detector's form, looks at three bands of the plane ([`crate::bands`]): warmth above the
 //! ground in two spans, and absolute temperature. It knows vehicles and persons by where they are warm, and calls other warm
 //! objects obstacles; it does not see objects as cold as the ground. Temperatures are read from the plane itself, and their
 //! meaning for a class is left to `corroborate::thermal`.

@@ -23,9 +23,9 @@ pub const MAX_TRACKS: usize = 16;
 const LIFE: Span = Span::ms(1000);
 /// Frames with opinions that a track shows: the track limit of 500 ms at 10 Hz.
 const OPINIONS: usize = 5;
-/// Of those, how many make a supporting modality: one noisy frame withdraws no support.
+/// Number of these that makes a supporting modality: one noisy frame withdraws no support.
 const SUPPORTS: usize = 1;
-/// Of those, how many make a veto: most of them.
+/// Number of these that makes a veto: most of them.
 const VETOES: usize = 3;
 /// And how many make one where a modality only shows no object: all but one, for a stage misses a frame more often than it errs, and the
 /// track limit is as long.
@@ -53,7 +53,7 @@ struct Hypothesis {
     confirmed: bool,
     confidence: u16,
     votes: [u32; 4],
-    /// In the newest frames, newest first.
+    /// Opinions in the newest frames, newest first.
     opinions: [Opinion; OPINIONS],
     updated: Instant,
     frame: FrameId,
@@ -61,34 +61,34 @@ struct Hypothesis {
     bounds: Option<PixelBox>,
 }
 
-/// The word of one frame on a track.
+/// The statement of one frame on a track.
 #[derive(Clone, Copy, Debug, Default)]
 struct Opinion {
     supported: Modalities,
-    /// Those that speak against it, by another object or by none.
+    /// Modalities that speak against it, by another object or by none.
     vetoed: Modalities,
-    /// Those that speak against it by showing no object.
+    /// Modalities that speak against it by showing no object.
     absent: Modalities,
 }
 
 impl Opinion {
-    /// Of a sighting that claims the class `own`, or another one. Another class is colour's word against the track; the words of other
-    /// modalities on that claim are not on the track.
-    fn of(sighting: &Sighting, own: Option<Class>) -> Self {
+    /// Opinion of a sighting that claims the class `own_class`, or another one. Another class is colour's word against the track; the words
+    /// of other modalities on that claim are not on the track.
+    fn from_sighting(sighting: &Sighting, own_class: Option<Class>) -> Self {
         let Sighting { supported, vetoed, absent, .. } = *sighting;
-        if own.is_none_or(|own| own == sighting.class) {
+        if own_class.is_none_or(|own_class| own_class == sighting.class) {
             return Opinion { supported, vetoed, absent };
         }
-        let places = [Modality::Depth, Modality::Lidar].into_iter().filter(|place| supported.has(*place));
+        let places = [Modality::Depth, Modality::Lidar].into_iter().filter(|place| supported.contains(*place));
         Opinion {
-            supported: places.fold(Modalities::default(), Modalities::with),
-            vetoed: Modalities::default().with(Modality::Rgb),
+            supported: places.fold(Modalities::default(), Modalities::with_modality),
+            vetoed: Modalities::default().with_modality(Modality::Rgb),
             absent: Modalities::default(),
         }
     }
 }
 
-/// The tracker, of at most so many tracks.
+/// The tracker, of at most a given number of tracks.
 #[derive(Clone, Debug, Default)]
 pub struct Tracker<const MOST: usize> {
     tracks: Vec<Hypothesis>,
@@ -109,7 +109,7 @@ impl<const MOST: usize> Tracker<MOST> {
             }
         }
         self.tracks.retain(|t| stamp.since(t.updated) < LIFE);
-        for (index, placed) in placed.iter().enumerate().filter(|(_, p)| p.sighting.stands()) {
+        for (index, placed) in placed.iter().enumerate().filter(|(_, p)| p.sighting.is_uncontradicted()) {
             let known = assigned.contains(&Some(index)) || self.tracks.iter().any(|t| t.distance(placed) <= GATE);
             if !known && self.tracks.len() < MOST {
                 self.last += 1;
@@ -131,7 +131,7 @@ impl<const MOST: usize> Tracker<MOST> {
     }
 
     fn predict(&mut self, stamp: Instant) {
-        let seconds = self.at.map_or(0.0, |at| stamp.since(at).0 as f64 / 1e6).min(LIFE.0 as f64 / 1e6);
+        let seconds = self.at.map_or(0.0, |time| stamp.since(time).0 as f64 / 1e6).min(LIFE.0 as f64 / 1e6);
         self.at = Some(stamp);
         if seconds > 0.0 && !self.tracks.is_empty() {
             let motion = Motion::new(seconds);
@@ -153,10 +153,10 @@ impl<const MOST: usize> Tracker<MOST> {
         };
         let matrix = Matrix::from_fn(rows, real + rows, cost);
         let (_, columns) = kuhn_munkres_min(&matrix);
-        let within = |(row, column): (usize, usize)| {
+        let inside = |(row, column): (usize, usize)| {
             placed.get(column).filter(|p| self.tracks[row].distance(p) <= GATE).map(|_| column)
         };
-        columns.into_iter().enumerate().map(within).collect()
+        columns.into_iter().enumerate().map(inside).collect()
     }
 }
 
@@ -205,10 +205,10 @@ impl Hypothesis {
     }
 
     fn learn(&mut self, sighting: &Sighting) {
-        self.hear(Opinion::of(sighting, self.confirmed.then(|| self.class())));
+        self.hear(Opinion::from_sighting(sighting, self.confirmed.then(|| self.class())));
         self.bounds = sighting.bounds;
         self.history <<= 1;
-        if !sighting.stands() {
+        if !sighting.is_uncontradicted() {
             self.confidence -= self.confidence / 8;
             return;
         }
@@ -231,14 +231,17 @@ impl Hypothesis {
     /// The modalities for which at least `least` of the newest opinions are so.
     fn held(&self, least: usize, is: impl Fn(&Opinion, Modality) -> bool) -> Modalities {
         let holds = |m: &Modality| self.opinions.iter().filter(|opinion| is(opinion, *m)).count() >= least;
-        Modality::ALL.into_iter().filter(holds).fold(Modalities::default(), Modalities::with)
+        Modality::ALL.into_iter().filter(holds).fold(Modalities::default(), Modalities::with_modality)
     }
 
     /// The modalities that speak against it: by another object, or for longer by none.
-    fn against(&self) -> Modalities {
-        let shown = self.held(VETOES, |opinion, m| opinion.vetoed.has(m) && !opinion.absent.has(m));
-        let any = self.held(ABSENCES, |opinion, m| opinion.vetoed.has(m));
-        Modality::ALL.into_iter().filter(|m| shown.has(*m) || any.has(*m)).fold(Modalities::default(), Modalities::with)
+    fn contradicting(&self) -> Modalities {
+        let shown = self.held(VETOES, |opinion, m| opinion.vetoed.contains(m) && !opinion.absent.contains(m));
+        let any = self.held(ABSENCES, |opinion, m| opinion.vetoed.contains(m));
+        Modality::ALL
+            .into_iter()
+            .filter(|m| shown.contains(*m) || any.contains(*m))
+            .fold(Modalities::default(), Modalities::with_modality)
     }
 
     fn miss(&mut self) {
@@ -285,8 +288,8 @@ impl Hypothesis {
             vy_mm_s: millimetres(state[3]),
             sigma_mm: (variance.max(0.0).sqrt() * 1000.0).min(65_535.0) as u16,
             confidence: self.confidence,
-            supported: self.held(SUPPORTS, |opinion, m| opinion.supported.has(m)),
-            vetoed: self.against(),
+            supported: self.held(SUPPORTS, |opinion, m| opinion.supported.contains(m)),
+            vetoed: self.contradicting(),
             updated: self.updated,
             frame: self.frame,
             across_px: self.bounds.map_or(0, across_px),

@@ -14,7 +14,7 @@ use wire::sensor::{Class, Detection};
 use crate::boxes::{Candidate, best};
 use crate::letterbox::Letterbox;
 
-/// Most boxes of a head: those of a v5 head for 640 × 640 pixels.
+/// Most boxes of a head: as of a v5 head for 640 × 640 pixels.
 pub const MAX_BOXES: usize = 25_200;
 /// Most classes that a model may know.
 pub const MAX_CLASSES: usize = 256;
@@ -144,7 +144,7 @@ mod tests {
                 layout,
                 &[
                     ([160.0, 160.0, 40.0, 20.0], 0.75, [0.1, 0.2, 1.0]),
-                    // The same object, less certain.
+                    // An equal object, less certain.
                     ([162.0, 161.0, 40.0, 20.0], 0.75, [0.1, 0.2, 0.8]),
                     // An ignored class, and one that is not certain enough.
                     ([80.0, 160.0, 40.0, 20.0], 1.0, [0.4, 0.9, 0.5]),

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::mode::Mode;
-use claim::{Claim, LOOK, Tally, Verdict};
+use claim::{Claim, ClaimVerdict, LOOK, Tally};
 use draw::Distribution;
 
 /// Version of the plan's form.
@@ -87,13 +87,13 @@ pub struct PlanVariation {
     /// The classes that are expected; any where none is named.
     pub expected: Vec<Outcome>,
     /// Its content.
-    pub content: Content,
+    pub content: InputDigest,
 }
 
 /// SHA-256 over the inputs of a trial's outcome beside program, mode and seed, hexadecimal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Content {
+pub struct InputDigest {
     /// The scenario with its scene, its cell and the grid in force.
     pub scenario: String,
     /// The policy.
@@ -166,8 +166,8 @@ impl Plan {
     pub fn drawn(&self, v: usize, i: u64) -> Settings {
         let name = self.variations.get(v).map(PlanVariation::name).unwrap_or_default();
         let (seed, trial) = (self.terms.seed.to_le_bytes(), self.seed(i).to_le_bytes());
-        let draw = |(path, how): (&String, &Distribution)| {
-            (path.clone(), how.draw(&[&seed, name.as_bytes(), &trial, path.as_bytes()]))
+        let draw = |(path, distribution): (&String, &Distribution)| {
+            (path.clone(), distribution.draw(&[&seed, name.as_bytes(), &trial, path.as_bytes()]))
         };
         self.terms.draws.iter().map(draw).collect()
     }
@@ -206,7 +206,7 @@ impl Plan {
         for i in 0..all {
             let Some(outcome) = outcome(self.number(v, i)) else { return (i / LOOK + 1).saturating_mul(LOOK).min(all) };
             claim.count(&mut tally, outcome);
-            if (i + 1).is_multiple_of(LOOK) && claim.at_look(tally, 1) != Verdict::Open {
+            if (i + 1).is_multiple_of(LOOK) && claim.at_look(tally, 1) != ClaimVerdict::Open {
                 return i + 1;
             }
         }
@@ -242,7 +242,8 @@ impl Plan {
 
     fn facts(&self) -> Vec<(String, String)> {
         let (terms, none) = (&self.terms, || "none".to_owned());
-        let draws: Vec<String> = terms.draws.iter().map(|(path, how)| format!("{path}={how}")).collect();
+        let draws: Vec<String> =
+            terms.draws.iter().map(|(path, distribution)| format!("{path}={distribution}")).collect();
         let mut facts = vec![
             ("version of the plan".to_owned(), terms.plan_version.to_string()),
             ("program (SHA-256 of its sources)".to_owned(), terms.program.clone()),

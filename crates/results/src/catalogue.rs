@@ -25,13 +25,13 @@ pub struct Catalogue {
     /// Text behind them.
     tail: String,
     /// The rows, in order.
-    pub row: Vec<Row>,
+    pub row: Vec<ThreatRow>,
 }
 
 /// One threat.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct ThreatRow {
     /// Its id.
     pub id: ThreatId,
     /// The threat, and its parameters.
@@ -40,7 +40,7 @@ pub struct Row {
     pub stride: Vec<Stride>,
     /// ATT&CK and ATLAS techniques.
     pub techniques: Vec<TechniqueId>,
-    /// Those of them that are only the nearest there is.
+    /// Techniques that are only the nearest there is.
     #[serde(default)]
     pub nearest: Vec<TechniqueId>,
     /// The boundary that is attacked, in words.
@@ -72,7 +72,7 @@ impl Catalogue {
     }
 
     /// The row with this id.
-    pub fn row(&self, id: &str) -> Option<&Row> {
+    pub fn row(&self, id: &str) -> Option<&ThreatRow> {
         self.row.iter().find(|row| row.id.as_str() == id)
     }
 
@@ -80,7 +80,7 @@ impl Catalogue {
     pub fn disagreements(&self, scenarios: &[Scenario]) -> Vec<String> {
         let mut found = self.doubles();
         for row in &self.row {
-            let tested = !row.of(scenarios).is_empty() && !row.tests.is_empty();
+            let tested = !row.scenarios_naming(scenarios).is_empty() && !row.tests.is_empty();
             if !tested && row.open.is_none() {
                 let id = row.id.as_str();
                 found.push(format!("{id} has no scenario or no test: add one, or say why under `open`"));
@@ -102,8 +102,8 @@ impl Catalogue {
 
     fn doubles(&self) -> Vec<String> {
         let mut seen = BTreeSet::new();
-        let twice = self.row.iter().filter(|row| !seen.insert(row.id.as_str()));
-        twice.map(|row| format!("{} is there twice: take one out", row.id.as_str())).collect()
+        let doubled = self.row.iter().filter(|row| !seen.insert(row.id.as_str()));
+        doubled.map(|row| format!("{} is there twice: take one out", row.id.as_str())).collect()
     }
 
     fn disagreement(&self, scenario: &Scenario) -> Vec<String> {
@@ -112,11 +112,11 @@ impl Catalogue {
             scenario.threats.iter().map(|id| (id.as_str(), self.row(id.as_str()))).partition(|(_, row)| row.is_some());
         let mut found: Vec<String> =
             unknown.iter().map(|(id, _)| format!("`{name}` names {id}: no such row")).collect();
-        let rows: Vec<&Row> = known.into_iter().filter_map(|(_, row)| row).collect();
-        let of = rows.iter().map(|row| row.id.as_str()).collect::<Vec<_>>().join(", ");
-        let mut must = |holds: bool, what: String| {
+        let rows: Vec<&ThreatRow> = known.into_iter().filter_map(|(_, row)| row).collect();
+        let text = rows.iter().map(|row| row.id.as_str()).collect::<Vec<_>>().join(", ");
+        let mut must = |holds: bool, label: String| {
             if !holds {
-                found.push(format!("`{name}` has {what}, {of} not: correct one of the two"));
+                found.push(format!("`{name}` has {label}, {text} not: correct one of the two"));
             }
         };
         for letter in scenario.stride.iter() {
@@ -134,9 +134,9 @@ impl Catalogue {
     }
 }
 
-impl Row {
+impl ThreatRow {
     /// The scenarios that name it.
-    pub fn of<'a>(&self, scenarios: &'a [Scenario]) -> Vec<&'a Scenario> {
+    pub fn scenarios_naming<'a>(&self, scenarios: &'a [Scenario]) -> Vec<&'a Scenario> {
         scenarios.iter().filter(|s| s.threats.iter().any(|id| id.as_str() == self.id.as_str())).collect()
     }
 }
@@ -166,15 +166,15 @@ mod tests {
         let bare = catalogue(&(row("N0", "tests = ['a::b']") + &row("A01", "tests = []")));
         let found = bare.disagreements(&[nominal()]);
         assert!(matches!(&found[..], [one] if one.starts_with("A01 has no scenario")), "{found:?}");
-        let told = catalogue(&(row("N0", "tests = ['a::b']") + &row("A01", "tests = []\nopen = 'later'")));
-        assert_eq!(told.disagreements(&[nominal()]), Vec::<String>::new());
+        let error_text = catalogue(&(row("N0", "tests = ['a::b']") + &row("A01", "tests = []\nopen = 'later'")));
+        assert_eq!(error_text.disagreements(&[nominal()]), Vec::<String>::new());
     }
 
     /// And their requirement.
     #[test]
     fn scenario_carries_its_rows_stride_and_techniques() {
         let mut scenario = nominal();
-        scenario.stride = scenario::List::of([Stride::Spoofing]);
+        scenario.stride = scenario::List::from_first([Stride::Spoofing]);
         scenario.requirement = Requirement::PerceptionIntegrity;
         let found = catalogue(&row("N0", "tests = ['a::b']")).disagreements(&[scenario]);
         assert_eq!(found.len(), 2, "{found:?}");

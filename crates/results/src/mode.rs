@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// In one thread on a virtual clock.
+    /// A twin: one thread on a virtual clock.
     Twin,
     /// Processes, sockets, real clocks.
     Live,

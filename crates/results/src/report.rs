@@ -1,4 +1,4 @@
-//! From trials to results: the object of `run --json`, the rows of the reference evaluation, the table.
+//! Summaries of trials as results: the object of `run --json`, the rows of the reference evaluation, the table.
 //!
 //! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
 //! and once with INVALID counted as failure. No code here judges a trial.
@@ -32,7 +32,7 @@ mod worlds;
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use accepted::AcceptedRate;
 pub use assess::{AssessObject, Assessed, InjectionRow, TestRow, assess_table};
-pub use campaign::{CampaignObject, CampaignRow, ClaimRow, Claims, Fold, RateBounds, Tallies, campaign_table};
+pub use campaign::{CampaignObject, CampaignRow, ClaimRow, ClaimVerdicts, Fold, RateBounds, Tallies, campaign_table};
 #[cfg(feature = "parquet")]
 pub use columns::{TableError, TrialTable};
 pub use confusion::{Confusion, ConfusionRow, Named, confusion_table};
@@ -41,13 +41,13 @@ pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use explain::stage_name;
 pub use explain::{ExplainObject, diagram, explained, explained_in_seconds, kept_out};
 pub use guest::{Comparison, ComparisonRow, ComparisonTotal, GuestChecked, comparison_table};
-pub use layout::{Table, behind};
+pub use layout::{Table, wrap_labelled};
 pub use live::BenchLive;
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
 pub use mission::{MissionSummary, ProgressSummary};
 pub use plot::svg;
 pub use property::property_statement;
-pub use rare::{Asked, RareObject, rare_table};
+pub use rare::{RareObject, RareQuestion, rare_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, HostSpoilt, LatencySummary, RunObject, RunsObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};

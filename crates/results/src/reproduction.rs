@@ -37,7 +37,7 @@ pub struct Reference {
     pub log_hash: String,
     /// Hash of the decisions, with their times.
     pub decision_hash: String,
-    /// The same up to the end of each second, its first four bytes.
+    /// Hash up to the end of each second, its first four bytes.
     pub by_second: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ pub struct Reference {
 pub struct References {
     /// Seed of every run.
     pub seed: u64,
-    /// In the order of scenarios and cells.
+    /// References in the order of scenarios and cells.
     pub runs: Vec<Reference>,
 }
 
@@ -75,8 +75,8 @@ pub enum Again {
 }
 
 impl Reference {
-    /// Of a run.
-    pub fn of(scenario: &str, cell: Option<&str>, evidence: &Evidence, verdict: &Verdict) -> Reference {
+    /// Reference of a run.
+    pub fn from_run(scenario: &str, cell: Option<&str>, evidence: &Evidence, verdict: &Verdict) -> Reference {
         let (log_hash, decision_hash) = hashes(&evidence.entries);
         Reference {
             scenario: scenario.to_owned(),
@@ -89,7 +89,7 @@ impl Reference {
     }
 
     /// Compares `now`, a run with these `entries`, with the reference.
-    pub fn again(&self, now: &Reference, entries: &[Witnessed]) -> Again {
+    pub fn compare(&self, now: &Reference, entries: &[Witnessed]) -> Again {
         if self.log_hash == now.log_hash {
             return Again::Same;
         }
@@ -190,17 +190,17 @@ mod tests {
     #[test]
     fn diverging_runs_are_located_to_the_second() {
         let run = [revoked(100_000, 1), revoked(2_500_000, 2), revoked(4_000_000, 3)];
-        let of = reference(&run);
-        assert_eq!(of.again(&of, &run), Again::Same);
+        let found = reference(&run);
+        assert_eq!(found.compare(&found, &run), Again::Same);
         let mut other = run;
         other[1] = revoked(2_700_000, 2);
         let now = vec![Decided { at_us: 2_700_000, event: other[1].entry.event }];
-        assert_eq!(of.again(&reference(&other), &other), Again::Parted { second: 2, now });
+        assert_eq!(found.compare(&reference(&other), &other), Again::Parted { second: 2, now });
         // One that says less has parted where it stopped.
-        assert_eq!(of.again(&reference(&run[..2]), &run[..2]), Again::Parted { second: 3, now: Vec::new() });
+        assert_eq!(found.compare(&reference(&run[..2]), &run[..2]), Again::Parted { second: 3, now: Vec::new() });
         let mut more = run.to_vec();
         more.push(Witnessed { at: 5, entry: Entry { event: Any::Service(Event::Started), ..run[0].entry } });
-        assert_eq!(of.again(&reference(&more), &more), Again::SameDecisions);
+        assert_eq!(found.compare(&reference(&more), &more), Again::SameDecisions);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Summary of one run for a reviewer, from its log: the report's drawings over time.
 //!
-//! Times are those of the run. Modes, authority, refusals and reasons are the services' own statements; injections are
+//! Times are times of the run. Modes, authority, refusals and reasons are the services' own statements; injections are
 //! ground truth and stand apart.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -48,7 +48,7 @@ pub struct RunSummary {
 pub struct Lasted {
     /// Description.
     pub what: String,
-    /// From, seconds.
+    /// Lower end, seconds.
     pub from: f64,
     /// To, seconds.
     pub to: f64,
@@ -72,17 +72,17 @@ pub struct Refusals {
 pub struct Why {
     /// Time, seconds.
     pub at: f64,
-    /// From and to.
+    /// Modes before and after.
     pub change: String,
     /// The cause by its name.
     pub cause: String,
-    /// From the cause to the display.
-    pub chain: Vec<Link>,
+    /// Links from the cause to the display.
+    pub chain: Vec<ChainLink>,
 }
 
 /// A link of the chain.
 #[derive(Clone, Debug)]
-pub struct Link {
+pub struct ChainLink {
     /// Which kind of link.
     pub stage: String,
     /// Time, seconds.
@@ -94,13 +94,13 @@ pub struct Link {
 }
 
 /// The run with this name. `flaw` is the fault of its log.
-pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
+pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
     let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
     let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();
-    let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.why(e)).collect();
+    let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.reason(e)).collect();
     RunSummary {
         name: name.to_owned(),
-        seconds: clock.at(clock.end),
+        seconds: clock.seconds_at(clock.end),
         flaw,
         modes: modes(entries, clock),
         authority: authority(entries, clock),
@@ -110,33 +110,33 @@ pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<Strin
     }
 }
 
-/// From microseconds of the run to seconds.
+/// Conversion of microseconds of the run to seconds.
 #[derive(Clone, Copy)]
 struct Clock {
     end: Micros,
 }
 
 impl Clock {
-    fn at(self, at: Micros) -> f64 {
-        at as f64 / 1e6
+    fn seconds_at(self, time: Micros) -> f64 {
+        time as f64 / 1e6
     }
 
     fn lasted(self, what: String, from: Micros, to: Micros) -> Lasted {
-        Lasted { what, from: self.at(from), to: self.at(to) }
+        Lasted { what, from: self.seconds_at(from), to: self.seconds_at(to) }
     }
 
-    fn why(self, told: &Explanation) -> Why {
-        let link = |step: &explain::Step| Link {
+    fn reason(self, explanation: &Explanation) -> Why {
+        let link = |step: &explain::ChainStep| ChainLink {
             stage: stage_name(step.stage).to_owned(),
-            at: self.at(step.at_us),
+            at: self.seconds_at(step.at_us),
             by: step.by.name().to_owned(),
             what: step.what.clone(),
         };
         Why {
-            at: self.at(told.at_us),
-            change: format!("{} to {}", told.from.name(), told.to.name()),
-            cause: told.cause.label().to_string(),
-            chain: told.chain.iter().map(link).collect(),
+            at: self.seconds_at(explanation.at_us),
+            change: format!("{} to {}", explanation.from.name(), explanation.to.name()),
+            cause: explanation.cause.label().to_string(),
+            chain: explanation.chain.iter().map(link).collect(),
         }
     }
 }
@@ -184,19 +184,19 @@ struct Tally {
 }
 
 impl Tally {
-    fn take(&mut self, at: Micros) {
+    fn take(&mut self, time: Micros) {
         self.n += 1;
         if let Some(last) = self.stretches.last_mut()
-            && at.saturating_sub(last.1) < TOGETHER
+            && time.saturating_sub(last.1) < TOGETHER
         {
-            last.1 = at;
+            last.1 = time;
         } else if self.stretches.len() < MAX_STRETCHES {
-            self.stretches.push((at, at));
+            self.stretches.push((time, time));
         }
     }
 }
 
-/// By refusing service and reason, the most frequent first.
+/// Refusals by refusing service and reason, the most frequent first.
 fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
     let mut kinds: BTreeMap<(NodeId, &'static str), Tally> = BTreeMap::new();
     for w in entries {
@@ -241,7 +241,7 @@ mod tests {
             seen(3_000_000, NodeId::GATEWAY, refused(Reason::Origin)),
             seen(10_000_000, NodeId::GATEWAY, Event::Started),
         ];
-        let story = of("x", &log, &Bounds::GROUND, None);
+        let story = from_entries("x", &log, &Bounds::GROUND, None);
         assert_eq!((story.seconds, story.modes.len(), story.modes[0].what.as_str()), (10.0, 1, "IDLE"));
         let stale = &story.refused[0];
         assert_eq!((stale.reason.as_str(), stale.n, stale.at.len()), ("stale", 3, 2));

@@ -2,7 +2,7 @@
 //!
 //! A file has every field of its object at least once. It is read into the object that the program has today and written again, to
 //! the byte: a field that is removed, renamed, moved or of another type does not come back the same, and one that is added without a
-//! default is missed when an older file is read. A new form is a new version with a file of its own; the older file stays.
+//! default is missed when an older file is read. A new form is a new version with its own file; the older file stays.
 //! The objects that only one verb prints, and no program reads, are held likewise in `crates/holdsafe/tests/command/golden.rs`.
 
 use std::collections::BTreeSet;
@@ -23,23 +23,23 @@ type Again = fn(&str) -> Result<String, String>;
 
 /// Every kind of version 1, with its object.
 const VERSION_1: [(&str, Again); 13] = [
-    ("ablation", again::<Ablation>),
-    ("assess", again::<AssessObject>),
-    ("bench-live", again::<BenchLive>),
-    ("bench-twin", again::<TwinCost>),
-    ("campaign", again::<CampaignObject>),
-    ("curve", again::<CurveObject>),
-    ("matrix", again::<Matrix>),
-    ("rare", again::<RareObject>),
-    ("reference", again::<Reference>),
-    ("run", again::<RunObject>),
-    ("runs", again::<RunsObject>),
-    ("search", again::<SearchObject>),
+    ("ablation", reserialise::<Ablation>),
+    ("assess", reserialise::<AssessObject>),
+    ("bench-live", reserialise::<BenchLive>),
+    ("bench-twin", reserialise::<TwinCost>),
+    ("campaign", reserialise::<CampaignObject>),
+    ("curve", reserialise::<CurveObject>),
+    ("matrix", reserialise::<Matrix>),
+    ("rare", reserialise::<RareObject>),
+    ("reference", reserialise::<Reference>),
+    ("run", reserialise::<RunObject>),
+    ("runs", reserialise::<RunsObject>),
+    ("search", reserialise::<SearchObject>),
     // The one without a number of its version.
-    ("trial", again::<Trial>),
+    ("trial", reserialise::<Trial>),
 ];
 
-fn again<T: DeserializeOwned + Serialize>(text: &str) -> Result<String, String> {
+fn reserialise<T: DeserializeOwned + Serialize>(text: &str) -> Result<String, String> {
     let object: T = serde_json::from_str(text).map_err(|e| e.to_string())?;
     serde_json::to_string_pretty(&object).map_err(|e| e.to_string())
 }
@@ -94,10 +94,11 @@ const ADDED: [(&str, &str, &str); 13] = [
 #[test]
 fn result_from_before_a_field_is_read() {
     for (kind, place, field) in ADDED {
-        let (_, again) = VERSION_1.into_iter().find(|(of, _)| *of == kind).unwrap();
+        let (_, repeated) = VERSION_1.into_iter().find(|(name, _)| *name == kind).unwrap();
         let mut older: serde_json::Value = serde_json::from_str(&golden(kind)).unwrap();
-        let gone = older.pointer_mut(place).and_then(|at| at.as_object_mut()).and_then(|at| at.remove(field));
-        assert!(gone.is_some(), "{kind}{place} has no {field}");
-        again(&older.to_string()).unwrap_or_else(|e| panic!("{kind} without {place}/{field}: {e}"));
+        let value =
+            older.pointer_mut(place).and_then(|parent| parent.as_object_mut()).and_then(|map| map.remove(field));
+        assert!(value.is_some(), "{kind}{place} has no {field}");
+        repeated(&older.to_string()).unwrap_or_else(|e| panic!("{kind} without {place}/{field}: {e}"));
     }
 }

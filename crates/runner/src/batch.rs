@@ -347,7 +347,7 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
 /// The classes that a variation accepts below a rate, each held against its trials.
 fn accepted(planned: &Planned, trials: &[Trial]) -> Vec<AcceptedRate> {
     let own: Vec<&Trial> = trials.iter().filter(|trial| trial.cell == planned.variation.cell).collect();
-    AcceptedRate::of(&planned.variation.scenario, &Summary::of(&own).outcomes)
+    AcceptedRate::from_outcomes(&planned.variation.scenario, &Summary::from_trials(&own).outcomes)
 }
 
 /// The graver of two exits of a command that goes on after the first.
@@ -372,7 +372,7 @@ pub fn each(
     stop: &Stop,
     one: impl Fn(usize) -> Result<(), Failure> + Sync,
 ) -> Result<(), Failure> {
-    parallel::each(threads, count, |i| if stop.asked() { Err(EngineError::Stopped.into()) } else { one(i) })
+    parallel::each(threads, count, |i| if stop.is_requested() { Err(EngineError::Stopped.into()) } else { one(i) })
 }
 
 fn on_threads<J: Sync>(
@@ -382,7 +382,7 @@ fn on_threads<J: Sync>(
     one: impl Fn(&J) -> Result<Trial, Failure> + Sync,
 ) -> Result<Vec<Trial>, Failure> {
     parallel::map(threads, jobs, |job| {
-        if stop.asked() {
+        if stop.is_requested() {
             return Err(EngineError::Stopped.into());
         }
         one(job)

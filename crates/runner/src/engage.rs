@@ -123,7 +123,7 @@ fn parsed(name: &str, text: &str, folder: &Path) -> Result<Program, Failure> {
     let read = |path: &Path| link::files::read(path, MAX_PINNED).map_err(|e| e.to_string());
     let program = Program::parse(text, folder, read).map_err(|mistake| {
         Problems::from(match mistake.at {
-            Some(at) => Problem::at(name, text, at, mistake.message, mistake.remedy),
+            Some(at) => Problem::new(name, text, at, mistake.message, mistake.remedy),
             None => Problem::with_file(name, mistake.message, mistake.remedy),
         })
     })?;

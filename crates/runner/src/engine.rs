@@ -232,7 +232,7 @@ pub fn replay(run: &Checked) -> Result<Vec<ReplayRow>, EngineError> {
 /// Replays its inputs in cores with another setup, and compares their decisions.
 pub fn otherwise(journalled: &Journalled, other: &Planned, seed: u64) -> Result<Vec<ReplayedCore>, EngineError> {
     let topology = lay_out(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
-    journalled.again(&topology, Same::Decisions).map_err(EngineError::failed)
+    journalled.replay_cores(&topology, Same::Decisions).map_err(EngineError::failed)
 }
 
 /// A run in the twin with the inputs of its cores.
@@ -242,7 +242,7 @@ pub fn journalled(planned: &Planned, seed: u64) -> Result<Journalled, EngineErro
 
 /// Replays its inputs in its own cores.
 pub fn again(journalled: &Journalled) -> Result<Vec<ReplayedCore>, EngineError> {
-    journalled.again(journalled.topology(), Same::Bytes).map_err(EngineError::failed)
+    journalled.replay_cores(journalled.topology(), Same::Bytes).map_err(EngineError::failed)
 }
 
 /// One run in the twin: the oracle's input, and its verdict.

@@ -37,7 +37,7 @@ pub(crate) fn watch() -> Stop {
 fn wait(descriptor: &SignalFd, stop: &Stop) {
     loop {
         match descriptor.read_signal() {
-            Ok(Some(_)) if stop.asked() => std::process::exit(i32::from(Exit::Interrupted.code())),
+            Ok(Some(_)) if stop.is_requested() => std::process::exit(i32::from(Exit::Interrupted.code())),
             Ok(Some(_)) => {
                 link::note!("stopping; once more to end at once");
                 stop.ask();

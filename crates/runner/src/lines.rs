@@ -111,7 +111,7 @@ pub fn lock(directory: &Path, stop: &Stop) -> Result<File, Failure> {
     loop {
         match locked.recv_timeout(LOOK) {
             Ok(lock) => return Ok(lock?),
-            Err(_) if stop.asked() => {
+            Err(_) if stop.is_requested() => {
                 let message = format!("stopped while another process is at work in {}", directory.display());
                 return Err(Failure::new(Exit::Interrupted, message));
             }

@@ -12,7 +12,7 @@ use std::rc::Rc;
 use link::files;
 use parallel::progress::Stop;
 use search::Counted;
-use search::rare::{Repetition, Stage};
+use search::rare::{Repetition, StageResult};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -38,7 +38,7 @@ pub trait Timeless: Serialize + DeserializeOwned + PartialEq {
 
 impl Timeless for Repetition {
     fn timeless(self) -> Self {
-        Self { stages: self.stages.into_iter().map(|stage| Stage { cpu_us: 0, ..stage }).collect() }
+        Self { stages: self.stages.into_iter().map(|stage| StageResult { cpu_us: 0, ..stage }).collect() }
     }
 }
 
@@ -173,7 +173,7 @@ mod tests {
     use crate::lines::reseal;
 
     fn repetition(reached: u64, cpu_us: u64) -> Repetition {
-        Repetition { stages: vec![Stage { tried: 8, reached, spent: 1, cpu_us }] }
+        Repetition { stages: vec![StageResult { tried: 8, reached, spent: 1, cpu_us }] }
     }
 
     fn opened(directory: &Path, seed: u64) -> Result<Numbered<Repetition>, Failure> {

@@ -203,7 +203,7 @@ impl<'a> Optimizer<'a> {
     fn look(&mut self) -> Result<Option<Vec<u8>>, Fault> {
         match self.answers.recv_timeout(LOOK) {
             Ok(line) => line.map(Some),
-            Err(RecvTimeoutError::Timeout) if self.stop.asked() => Err(Fault::Stopped),
+            Err(RecvTimeoutError::Timeout) if self.stop.is_requested() => Err(Fault::Stopped),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
         }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
-use results::campaign::Content;
+use results::campaign::InputDigest;
 use results::mode::Mode;
 use scenario::world::{self, Body, Family, Kind};
 use scenario::{Hosts, Scenario, Setup, Variation, load_platform};
@@ -40,7 +40,7 @@ impl Planned {
     }
 
     /// The inputs of its trials' outcome beside program, mode and seed.
-    pub fn content(&self) -> Result<Content, Failure> {
+    pub fn content(&self) -> Result<InputDigest, Failure> {
         content(&self.variation.scenario, &self.setup)
     }
 }
@@ -49,9 +49,9 @@ impl Planned {
 ///
 /// # Errors
 /// When one cannot be written; a defect of ours.
-pub fn content(scenario: &Scenario, setup: &Setup) -> Result<Content, Failure> {
+pub fn content(scenario: &Scenario, setup: &Setup) -> Result<InputDigest, Failure> {
     let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
-    Ok(Content {
+    Ok(InputDigest {
         scenario: hex(&Sha256::digest(serde_json::to_string(scenario).map_err(unwritable)?)),
         policy: hex(&Sha256::digest(serde_json::to_string(&setup.policy).map_err(unwritable)?)),
         platform: hex(&Sha256::digest(platform(setup))),
@@ -212,10 +212,10 @@ pub fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Fai
     family
         .check_for(platform)
         .map_err(|e| Failure::new(Exit::Usage, format!("{e}; name another family or leave out --world")))?;
-    let body = Body::of(platform);
+    let body = Body::from_platform(platform);
     let drawn = |seed| {
         let scene = world::draw(family, seed, &body).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
-        let placed = match Kind::of(platform) {
+        let placed = match Kind::from_platform(platform) {
             Kind::Satellite => scenario.in_pass(scene, world::stations(seed, platform), seed),
             Kind::Wheels | Kind::Rotors | Kind::Wing => scenario.in_world(scene, seed),
         };
@@ -234,7 +234,7 @@ pub fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Fai
 /// The scenario on a platform; says so where neither states the classes of it.
 fn on_platform(scenario: &Scenario, chosen: &Chosen) -> Result<Scenario, Failure> {
     let platform = load_platform(&chosen.file)?;
-    let on = scenario.on(&platform);
+    let on = scenario.on_platform(&platform);
     if scenario.states_no_class_on(&platform) {
         let (asked, name) = (&chosen.asked, scenario.name.as_str());
         link::note!(
@@ -356,7 +356,7 @@ pub fn detector(planned: &[Planned]) -> Option<String> {
     planned.iter().find_map(|one| Some(one.setup.detector.as_ref()?.model.sha256.clone()))
 }
 
-/// The error of `Variation::with`, with the place and the remedy that a cell's error has in its file.
+/// The error of `Variation::with_settings`, with the place and the remedy that a cell's error has in its file.
 pub fn unfit(variation: &Variation, why: String) -> Failure {
     let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
     let name = variation.scenario.name.as_str();

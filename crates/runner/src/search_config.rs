@@ -53,7 +53,7 @@ impl Asked<'_> {
             "searched".clone_into(&mut setup.policy.name);
         }
         if !self.misset.is_empty() {
-            setup.misset = Some(self.misset.iter().fold(setup.bounds, |bounds, misset| misset.of(bounds)));
+            setup.misset = Some(self.misset.iter().fold(setup.bounds, |bounds, misset| misset.apply(bounds)));
         }
         let config = SearchConfig::new(variation.scenario, setup, context.seed, space).map_err(unfit)?;
         config.fits().map_err(unfit)?;
@@ -99,7 +99,7 @@ pub fn shipped(context: &Context, folder: &str) -> Result<Vec<String>, Failure> 
 
 /// Reason for the early end of a search: a request to stop, or a sequence that did not fit.
 pub fn stopped_or_unfit(context: &Context, why: String) -> Failure {
-    if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
+    if context.stop.is_requested() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
 }
 
 /// Usage error of an attack space, which is the user's: its action types do not fit the scenario, or not each other.

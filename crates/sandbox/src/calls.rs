@@ -1,6 +1,6 @@
 //! System calls: those that a service makes, and those that end it.
 //!
-//! A call outside of both lists fails with EPERM. Numbers of calls and of flags are those of Linux's `uapi` headers.
+//! A call outside of both lists fails with EPERM. Numbers of calls and of flags come from Linux's `uapi` headers.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use seccompiler::{
     TargetArch, apply_filter,
 };
 
-use crate::table::{Network, Row};
+use crate::table::{Network, ServiceRights};
 
 /// Rights over other processes: their memory, their registers, their descriptors.
 pub const OTHERS: [i64; 6] = [
@@ -211,7 +211,7 @@ const OLDER: [i64; 17] = [
 const OLDER: [i64; 0] = [];
 
 /// Leaves a process the calls of `row`, and none of those that make or change other processes, programs, mounts or namespaces: they end it.
-pub(crate) fn apply(row: &Row) -> Result<(), Error> {
+pub(crate) fn apply(row: &ServiceRights) -> Result<(), Error> {
     apply_fatal()?;
     // The flags of clone3 lie in memory, where no filter sees them. A C library that gets ENOSYS takes clone.
     let clone3 = BTreeMap::from([(libc::SYS_clone3, Vec::new())]);
@@ -233,14 +233,14 @@ fn fatal() -> BTreeMap<i64, Vec<SeccompRule>> {
 
 fn filter(
     rules: BTreeMap<i64, Vec<SeccompRule>>,
-    otherwise: SeccompAction,
+    action: SeccompAction,
     listed: SeccompAction,
 ) -> Result<BpfProgram, Error> {
     let arch = TargetArch::try_from(std::env::consts::ARCH)?;
-    Ok(BpfProgram::try_from(SeccompFilter::new(rules, otherwise, listed, arch)?)?)
+    Ok(BpfProgram::try_from(SeccompFilter::new(rules, action, listed, arch)?)?)
 }
 
-fn allowed(row: &Row) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
+fn allowed(row: &ServiceRights) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
     let always = [&SELF[..], &OPEN_FILES, &OPEN_SOCKETS, &OLDER].concat();
     let mut rules: BTreeMap<i64, Vec<SeccompRule>> = always.into_iter().map(|call| (call, Vec::new())).collect();
     // A call without a condition would pass with any.
@@ -253,8 +253,8 @@ fn allowed(row: &Row) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
     let thread = libc::CLONE_THREAD as u64;
     rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(thread), thread)])?]);
     // Signals to itself alone, as `abort` sends them; limits are asked for and not set; names of threads and of memory.
-    let own = u64::from(std::process::id());
-    rules.insert(libc::SYS_tgkill, vec![rule(&[(0, SeccompCmpOp::Eq, own)])?]);
+    let own_pid = u64::from(std::process::id());
+    rules.insert(libc::SYS_tgkill, vec![rule(&[(0, SeccompCmpOp::Eq, own_pid)])?]);
     let asks = SeccompCondition::new(2, SeccompCmpArgLen::Qword, SeccompCmpOp::Eq, 0)?;
     rules.insert(libc::SYS_prlimit64, vec![SeccompRule::new(vec![asks])?]);
     let options = [libc::PR_SET_NAME, libc::PR_GET_NAME, libc::PR_SET_VMA, libc::PR_GET_PDEATHSIG];
@@ -264,8 +264,8 @@ fn allowed(row: &Row) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
     Ok(rules)
 }
 
-/// Families and types of sockets: local ones, by which the bus wakes its readers, and those of the row's network.
-fn sockets(row: &Row) -> Result<Vec<SeccompRule>, Error> {
+/// Families and types of sockets: local ones, by which the bus wakes its readers, and the sockets of the row's network.
+fn sockets(row: &ServiceRights) -> Result<Vec<SeccompRule>, Error> {
     /// The type without its flags.
     const TYPE: u64 = 0xf;
     let inet = |kind: i32| {

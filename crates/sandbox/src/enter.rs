@@ -9,7 +9,7 @@ use rustix::thread::{LinkNameSpaceType, move_into_link_name_space, set_no_new_pr
 
 use crate::level::Level;
 use crate::ruleset::{Access, Place, Ports};
-use crate::table::{Log, Network, Read, Row, Write};
+use crate::table::{Log, Network, Read, ServiceRights, Write};
 use crate::{calls, limits, ruleset, view};
 
 /// Folder of the kernel's shared memory.
@@ -63,12 +63,12 @@ pub enum Error {
     Layer(String),
 }
 
-/// Gives up all rights but those of `row` at the places of `rights`, for good. Call it on the only thread of the process.
+/// Gives up all rights but `row`'s at the places of `rights`, permanently. Call it on the only thread of the process.
 ///
 /// # Errors
 /// A place is missing or a layer was refused; the process has then given up some rights and is to end.
-pub fn enter(row: &Row, rights: &Rights) -> Result<Level, Error> {
-    let layer = |why: String| Error::Layer(why);
+pub fn enter(row: &ServiceRights, rights: &Rights) -> Result<Level, Error> {
+    let layer = |reason: String| Error::Layer(reason);
     let threads = fs::read_dir("/proc/self/task").map_or(1, Iterator::count);
     if threads != 1 {
         return Err(Error::Threads(threads));
@@ -86,22 +86,22 @@ pub fn enter(row: &Row, rights: &Rights) -> Result<Level, Error> {
         (Some(_), true) => level.why.push("the window needs the machine's files".into()),
         (None, _) => level.why.push("no namespaces: datagrams and sockets of the file system are not confined".into()),
     }
-    // Those that the host's user namespace gave.
+    // Rights that the host's user namespace gave.
     if rights.host.is_some() {
-        limits::give_up_rights().map_err(|why| layer(format!("rights: {why}")))?;
+        limits::give_up_rights().map_err(|error| layer(format!("rights: {error}")))?;
     }
     // A change of rights clears the first, and no other process of the user is to trace this one.
-    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|why| layer(why.to_string()))?;
-    set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|why| layer(why.to_string()))?;
-    set_no_new_privs(true).map_err(|why| layer(why.to_string()))?;
+    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| layer(error.to_string()))?;
+    set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|error| layer(error.to_string()))?;
+    set_no_new_privs(true).map_err(|error| layer(error.to_string()))?;
     limits::set(row, rights.window).map_err(layer)?;
     level.limits = true;
     if rights.window {
-        calls::apply_fatal().map_err(|why| layer(why.to_string()))?;
+        calls::apply_fatal().map_err(|error| layer(error.to_string()))?;
         level.why.push("and its drivers' system calls".into());
         return Ok(level);
     }
-    match ruleset::apply(&places, &ports(row, rights)).map_err(|why| layer(why.to_string()))? {
+    match ruleset::apply(&places, &ports(row, rights)).map_err(|error| layer(error.to_string()))? {
         None => level.landlock = true,
         Some(why) => level.why.push(why),
     }
@@ -129,16 +129,16 @@ fn join(host: u32, window: bool) -> io::Result<()> {
     Ok(())
 }
 
-fn ports(row: &Row, rights: &Rights) -> Ports {
-    let has = |network| row.network.contains(&network);
+fn ports(row: &ServiceRights, rights: &Rights) -> Ports {
+    let allows = |network| row.network.contains(&network);
     Ports {
-        listens: has(Network::TcpListens),
-        connects: if has(Network::TcpConnects) { rights.connects.clone() } else { Vec::new() },
+        listens: allows(Network::TcpListens),
+        connects: if allows(Network::TcpConnects) { rights.connects.clone() } else { Vec::new() },
     }
 }
 
 /// The places of a row. The launcher names more than a row allows to some, as the journal to a broker that keeps none.
-fn places(row: &Row, rights: &Rights) -> Vec<Place> {
+fn places(row: &ServiceRights, rights: &Rights) -> Vec<Place> {
     let mut places = Vec::new();
     let mut keep = |path: &Path, access| places.push(Place { path: path.to_owned(), access });
     for read in &row.read {

@@ -1,6 +1,6 @@
 //! A modelled host: a process that makes namespaces for the services of one machine, and keeps them until its launcher ends.
 //!
-//! Services join them by the process's number ([`crate::Rights::host`]). They have a network of their own with loopback alone; shared
+//! Services join them by the process's number ([`crate::Rights::host`]). They have their own network with loopback alone; shared
 //! memory and temporary files of their own, of a bounded size, which the kernel removes with the last process. The first host makes
 //! a user namespace, in which its user keeps the same number and gains no right outside; the others join that.
 
@@ -51,9 +51,9 @@ pub struct HostSpec {
 pub fn main() -> ExitCode {
     let mut line = String::new();
     let mut input = io::stdin().lock();
-    let read = Read::take(&mut input, MAX_SPEC).read_line(&mut line).map_err(|why| why.to_string());
+    let read = Read::take(&mut input, MAX_SPEC).read_line(&mut line).map_err(|error| error.to_string());
     let made =
-        read.and_then(|_| serde_json::from_str(&line).map_err(|why| why.to_string())).and_then(|spec| make(&spec));
+        read.and_then(|_| serde_json::from_str(&line).map_err(|error| error.to_string())).and_then(|spec| make(&spec));
     let (word, value, code) = match made {
         Ok(()) => ("ready", serde_json::json!({ "pid": std::process::id() }), ExitCode::SUCCESS),
         Err(why) => ("refused", serde_json::json!(why), ExitCode::from(2)),
@@ -85,16 +85,16 @@ fn make(spec: &HostSpec) -> Result<(), String> {
     }
     if !spec.shares_network {
         wire::without_ipv6();
-        namespaces::loopback().map_err(|why| format!("loopback interface: {why}"))?;
+        namespaces::loopback().map_err(|reason| format!("loopback interface: {reason}"))?;
     }
     if let Some(router) = spec.router {
-        wire::connect(router, &spec.stations).map_err(|why| format!("wire between hosts: {why}"))?;
+        wire::connect(router, &spec.stations).map_err(|reason| format!("wire between hosts: {reason}"))?;
     }
-    let step = |part: &'static str| move |why: rustix::io::Errno| format!("{part}: {why}");
+    let step = |part: &'static str| move |error: rustix::io::Errno| format!("{part}: {error}");
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;
     let flags = MountFlags::NOSUID | MountFlags::NODEV | MountFlags::NOEXEC;
-    let shared =
-        CString::new(format!("size={}k,nr_inodes=16k,mode=1777", spec.shared_kib)).map_err(|why| why.to_string())?;
+    let shared = CString::new(format!("size={}k,nr_inodes=16k,mode=1777", spec.shared_kib))
+        .map_err(|error| error.to_string())?;
     mount("tmpfs", "/dev/shm", "tmpfs", flags, shared.as_c_str()).map_err(step("shared memory"))?;
     for folder in &spec.memory {
         mount("tmpfs", folder, "tmpfs", flags, FILES).map_err(step("folder of the bus"))?;
@@ -104,8 +104,8 @@ fn make(spec: &HostSpec) -> Result<(), String> {
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(step("process"))
 }
 
-fn join(beside: u32, name: &str, kind: LinkNameSpaceType) -> Result<(), String> {
-    let path = format!("/proc/{beside}/ns/{name}");
-    let file = std::fs::File::open(&path).map_err(|why| format!("{path}: {why}"))?;
-    move_into_link_name_space(std::os::fd::AsFd::as_fd(&file), Some(kind)).map_err(|why| format!("{path}: {why}"))
+fn join(process: u32, name: &str, kind: LinkNameSpaceType) -> Result<(), String> {
+    let path = format!("/proc/{process}/ns/{name}");
+    let file = std::fs::File::open(&path).map_err(|error| format!("{path}: {error}"))?;
+    move_into_link_name_space(std::os::fd::AsFd::as_fd(&file), Some(kind)).map_err(|error| format!("{path}: {error}"))
 }

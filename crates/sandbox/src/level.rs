@@ -23,8 +23,8 @@ pub struct Level {
 
 impl Level {
     /// A process that gave up no right, and why.
-    pub fn none(why: impl Into<String>) -> Self {
-        Self { why: vec![why.into()], ..Self::default() }
+    pub fn none(reason: impl Into<String>) -> Self {
+        Self { why: vec![reason.into()], ..Self::default() }
     }
 
     /// True if every layer is complete.

@@ -1,9 +1,9 @@
-//! Limits by number, and rights that a process gives up for good.
+//! Limits by number, and rights that a process gives up permanently.
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities};
 
-use crate::table::Row;
+use crate::table::ServiceRights;
 
 /// Address space of a service with a window, MiB. OpenGL in software takes 64 MiB of it a thread for its heap and 8 for its stack, with up to 32
 /// threads, and ends by an invalid access where it gets none.
@@ -27,7 +27,7 @@ pub fn give_up_rights() -> rustix::io::Result<()> {
 
 /// Sets the limits of a row, with room for a window where there is one. The launcher may raise one again, to free a full disk, and the process may not: the filter of calls lets it ask for
 /// limits and set none.
-pub(crate) fn set(row: &Row, window: bool) -> Result<(), String> {
+pub(crate) fn set(row: &ServiceRights, window: bool) -> Result<(), String> {
     let memory_mib = if window { row.memory_mib.max(WINDOW_MIB) } else { row.memory_mib };
     let all = [
         (Resource::Core, 0),
@@ -39,7 +39,7 @@ pub(crate) fn set(row: &Row, window: bool) -> Result<(), String> {
         let maximum = getrlimit(resource).maximum;
         let current = maximum.map_or(most, |maximum| maximum.min(most));
         setrlimit(resource, Rlimit { current: Some(current), maximum })
-            .map_err(|why| format!("limit {resource:?} of {most}: {why}"))?;
+            .map_err(|error| format!("limit {resource:?} of {most}: {error}"))?;
     }
     Ok(())
 }

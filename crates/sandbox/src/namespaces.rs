@@ -13,10 +13,10 @@ use crate::wire;
 /// The kernel gave the namespaces, and refuses their use: without rights in them, as under AppArmor's rules.
 pub fn take(flags: CloneFlags) -> Result<Option<String>, String> {
     let (user, group) = (getuid().as_raw(), getgid().as_raw());
-    if let Err(why) = unshare(flags | CloneFlags::CLONE_NEWUSER) {
-        return Ok(Some(why.desc().to_owned()));
+    if let Err(error) = unshare(flags | CloneFlags::CLONE_NEWUSER) {
+        return Ok(Some(error.desc().to_owned()));
     }
-    let map = |file: &str, line: String| fs::write(file, line).map_err(|why| format!("{file}: {why}"));
+    let map = |file: &str, line: String| fs::write(file, line).map_err(|error| format!("{file}: {error}"));
     map("/proc/self/setgroups", "deny".into())?;
     map("/proc/self/uid_map", format!("{user} {user} 1"))?;
     map("/proc/self/gid_map", format!("{group} {group} 1"))?;

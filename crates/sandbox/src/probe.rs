@@ -12,8 +12,8 @@ pub fn main() -> ExitCode {
     let rights = Rights { host, bus: vec![std::env::temp_dir()], ..Rights::default() };
     let level = row("gateway").ok_or_else(|| "no such row".to_owned()).and_then(|row| {
         // Places of a run that the probe has none of.
-        let row = crate::table::Row { write: Vec::new(), ..row };
-        enter(&row, &rights).map_err(|why| why.to_string())
+        let row = crate::table::ServiceRights { write: Vec::new(), ..row };
+        enter(&row, &rights).map_err(|error| error.to_string())
     });
     let (word, value, code) = match level {
         Ok(level) => ("ready", serde_json::json!(level), ExitCode::SUCCESS),

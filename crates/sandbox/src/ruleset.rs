@@ -7,7 +7,7 @@ use landlock::{
     RestrictionStatus, Ruleset, RulesetAttr, RulesetCreatedAttr, RulesetError, RulesetStatus, Scope,
 };
 
-/// Newest interface of the kernel that is asked for. An older kernel holds a part, and says so.
+/// Newest interface of the kernel that is asked for. An older kernel holds a part, and reports it.
 const NEWEST: ABI = ABI::V6;
 
 /// Uses of a file or folder.
@@ -75,7 +75,7 @@ pub(crate) struct Ports {
     pub(crate) connects: Vec<u16>,
 }
 
-/// Leaves this process `places` and `ports`, and the signals and abstract sockets of its own; the reason where the kernel holds a part.
+/// Leaves this process `places` and `ports`, and its own signals and abstract sockets; the reason where the kernel holds a part.
 pub(crate) fn apply(places: &[Place], ports: &Ports) -> Result<Option<String>, RulesetError> {
     let mut ruleset = Ruleset::default()
         .set_compatibility(CompatLevel::BestEffort)

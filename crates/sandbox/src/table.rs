@@ -58,7 +58,7 @@ pub enum Network {
 /// Rights of one service.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct ServiceRights {
     /// Files and folders that are read.
     #[serde(default)]
     pub read: Vec<Read>,
@@ -87,12 +87,12 @@ pub struct Row {
 /// # Panics
 /// Never: a test reads the table that is built in.
 #[expect(clippy::expect_used, reason = "the text is part of the program")]
-pub fn rows() -> BTreeMap<String, Row> {
+pub fn rows() -> BTreeMap<String, ServiceRights> {
     toml::from_str(TEXT).expect("the table of rights")
 }
 
 /// The row of `service`.
-pub fn row(service: &str) -> Option<Row> {
+pub fn row(service: &str) -> Option<ServiceRights> {
     rows().remove(service)
 }
 

@@ -1,6 +1,6 @@
 //! A root folder of a process's own, with the files and folders of its row at their places, and no others.
 //!
-//! It holds a part that Landlock does not know: sockets in the file system, such as those of a desktop's bus or of a container's daemon.
+//! It holds a part that Landlock does not know: sockets in the file system, such as the sockets of a desktop's bus or of a container's daemon.
 
 use std::fs;
 use std::io;
@@ -24,20 +24,20 @@ const STAND: &str = "/tmp";
 /// # Errors
 /// The first place that cannot be shown, or the kernel's reason.
 pub(crate) fn replace(places: &[Place]) -> Result<(), String> {
-    let step = |part: &'static str| move |why: rustix::io::Errno| format!("{part}: {why}");
-    unshare(CloneFlags::CLONE_NEWNS).map_err(|why| format!("mounts of its own: {why}"))?;
+    let step = |part: &'static str| move |error: rustix::io::Errno| format!("{part}: {error}");
+    unshare(CloneFlags::CLONE_NEWNS).map_err(|error| format!("mounts of its own: {error}"))?;
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;
     let held: Vec<(OwnedFd, &Place)> = places
         .iter()
         .map(|place| {
             let file = open(&place.path, OFlags::PATH | OFlags::CLOEXEC, Mode::empty());
-            file.map(|file| (file, place)).map_err(|why| format!("{}: {why}", place.path.display()))
+            file.map(|file| (file, place)).map_err(|error| format!("{}: {error}", place.path.display()))
         })
         .collect::<Result<_, _>>()?;
     mount("tmpfs", STAND, "tmpfs", MountFlags::NOSUID | MountFlags::NODEV, c"size=64k,mode=755")
         .map_err(step("new root"))?;
     for (file, place) in &held {
-        show(file, place).map_err(|why| format!("{}: {why}", place.path.display()))?;
+        show(file, place).map_err(|error| format!("{}: {error}", place.path.display()))?;
     }
     chdir(STAND).map_err(step("new root"))?;
     // The old root lies on the new one, and goes.

@@ -53,8 +53,8 @@ pub(crate) fn loopback() -> Result<(), String> {
 /// Leaves this process's network without IPv6, in which interfaces would send messages unasked. A kernel without it has no such file.
 pub(crate) fn without_ipv6() {
     for of in ["all", "default"] {
-        if let Err(why) = fs::write(format!("/proc/sys/net/ipv6/conf/{of}/disable_ipv6"), "1")
-            && why.kind() != io::ErrorKind::NotFound
+        if let Err(error) = fs::write(format!("/proc/sys/net/ipv6/conf/{of}/disable_ipv6"), "1")
+            && error.kind() != io::ErrorKind::NotFound
         {
             return;
         }
@@ -63,16 +63,17 @@ pub(crate) fn without_ipv6() {
 
 /// Connects the stations to a bridge in this process's network, which takes the address of `number`.
 pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), String> {
-    let own = File::open("/proc/self/ns/net").map_err(|why| format!("own network: {why}"))?;
+    let own_file = File::open("/proc/self/ns/net").map_err(|error| format!("own network: {error}"))?;
     netlink(async |handle| {
         handle.link().add(LinkBridge::new(BRIDGE).build()).execute().await?;
-        up(&handle, BRIDGE, number).await?;
+        bring_up(&handle, BRIDGE, number).await?;
         let bridge = index(&handle, BRIDGE).await?;
         for station in stations {
             let (port, peer) = (format!("host-{}", station.number), format!("{OWN}-{}", station.number));
             handle.link().add(LinkVeth::new(&port, &peer).build()).execute().await?;
-            let away: LinkMessageBuilder<LinkUnspec> = LinkUnspec::new_with_name(&peer).setns_by_pid(station.process);
-            handle.link().set(away.build()).execute().await?;
+            let builder: LinkMessageBuilder<LinkUnspec> =
+                LinkUnspec::new_with_name(&peer).setns_by_pid(station.process);
+            handle.link().set(builder.build()).execute().await?;
             let port = LinkUnspec::new_with_index(index(&handle, &port).await?).controller(bridge).up();
             handle.link().set(port.build()).execute().await?;
         }
@@ -80,23 +81,23 @@ pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), String> {
     })?;
     route_local(BRIDGE)?;
     for station in stations {
-        enter(&File::open(format!("/proc/{}/ns/net", station.process)).map_err(|why| why.to_string())?)?;
+        enter(&File::open(format!("/proc/{}/ns/net", station.process)).map_err(|error| error.to_string())?)?;
         netlink(async |handle| {
             let peer = index(&handle, &format!("{OWN}-{}", station.number)).await?;
             handle.link().set(LinkUnspec::new_with_index(peer).name(OWN).build()).execute().await?;
-            up(&handle, OWN, station.number).await
+            bring_up(&handle, OWN, station.number).await
         })?;
         route_local(OWN)?;
     }
-    enter(&own)
+    enter(&own_file)
 }
 
 fn enter(network: &File) -> Result<(), String> {
     move_into_link_name_space(network.as_fd(), Some(LinkNameSpaceType::Network))
-        .map_err(|why| format!("network: {why}"))
+        .map_err(|error| format!("network: {error}"))
 }
 
-async fn up(handle: &Handle, name: &str, number: u8) -> Result<(), rtnetlink::Error> {
+async fn bring_up(handle: &Handle, name: &str, number: u8) -> Result<(), rtnetlink::Error> {
     let index = index(handle, name).await?;
     handle.address().add(index, address(number).into(), PREFIX).execute().await?;
     handle.link().set(LinkUnspec::new_with_index(index).up().build()).execute().await
@@ -110,8 +111,8 @@ async fn index(handle: &Handle, name: &str) -> Result<u32, rtnetlink::Error> {
 
 /// Has the kernel take addresses of `127.0.0.0/8` on an interface of this process's network.
 fn route_local(interface: &str) -> Result<(), String> {
-    let set = |of: &str| fs::write(format!("/proc/sys/net/ipv4/conf/{of}/route_localnet"), "1");
-    set("all").and_then(|()| set(interface)).map_err(|why| format!("route_localnet of {interface}: {why}"))
+    let set = |name: &str| fs::write(format!("/proc/sys/net/ipv4/conf/{name}/route_localnet"), "1");
+    set("all").and_then(|()| set(interface)).map_err(|error| format!("route_localnet of {interface}: {error}"))
 }
 
 /// Carries out requests to the kernel over a socket in this process's present network.
@@ -119,11 +120,11 @@ fn netlink<F>(requests: impl FnOnce(Handle) -> F) -> Result<(), String>
 where
     F: Future<Output = Result<(), rtnetlink::Error>>,
 {
-    let of = |why: io::Error| format!("netlink: {why}");
+    let of = |error: io::Error| format!("netlink: {error}");
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(of)?;
     runtime.block_on(async {
         let (connection, handle, _) = new_connection().map_err(of)?;
         tokio::spawn(connection);
-        requests(handle).await.map_err(|why| format!("network: {why}"))
+        requests(handle).await.map_err(|error| format!("network: {error}"))
     })
 }

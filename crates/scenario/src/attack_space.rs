@@ -90,7 +90,7 @@ impl Range {
     }
 
     /// The value at a place, rounded to a millionth so that it is written as it was meant.
-    pub fn at(&self, place: u32) -> f64 {
+    pub fn value_at(&self, place: u32) -> f64 {
         let step = self.step.copysign(self.to - self.from);
         let value = self.from + step * f64::from(place.min(self.last()));
         (value * 1e6).round() / 1e6
@@ -134,7 +134,7 @@ impl Move {
     pub fn entry(&self, begins_ms: u64, places: &[u32]) -> Table {
         let mut entry = self.set.clone();
         entry.insert("at_s".into(), Value::Float(begins_ms as f64 / 1000.0));
-        let mut values = self.ranges().zip(places).map(|(range, place)| range.at(*place));
+        let mut values = self.ranges().zip(places).map(|(range, place)| range.value_at(*place));
         if self.lasts_ms.is_some() {
             let lasts = values.next().unwrap_or_default() / 1000.0;
             entry.insert("duration_s".into(), Value::Float(lasts));
@@ -167,7 +167,7 @@ impl AttackSpace {
     pub fn parse(file: &str, stem: &str, text: &str) -> Result<Self, Problems> {
         let space: Self = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
         let wrong = space.wrong(stem);
-        let problem = |(bytes, message, remedy): (_, String, &str)| Problem::at(file, text, bytes, message, remedy);
+        let problem = |(bytes, message, remedy): (_, String, &str)| Problem::new(file, text, bytes, message, remedy);
         Problems::none_or(wrong.into_iter().map(problem).collect())?;
         Ok(space)
     }
@@ -199,17 +199,22 @@ impl AttackSpace {
         wrong
     }
 
-    /// The same with every number that counts time in steps of a millisecond.
+    /// The attack space with every number that counts time in steps of a millisecond.
     #[must_use]
     pub fn in_milliseconds(&self) -> Self {
-        let finer = |of: &Move| {
-            let step = |n: usize, range: Range| if of.counts_time(n) { Range { step: 1.0, ..range } } else { range };
-            let first = usize::from(of.lasts_ms.is_some());
-            let varies = of.varies.iter().enumerate();
+        let finer = |action: &Move| {
+            let step =
+                |n: usize, range: Range| if action.counts_time(n) { Range { step: 1.0, ..range } } else { range };
+            let first = usize::from(action.lasts_ms.is_some());
+            let varies = action.varies.iter().enumerate();
             let varies = varies.map(|(i, number)| Number { range: step(first + i, number.range), ..number.clone() });
-            Move { lasts_ms: of.lasts_ms.map(|range| step(0, range)), varies: List::of(varies), ..of.clone() }
+            Move {
+                lasts_ms: action.lasts_ms.map(|range| step(0, range)),
+                varies: List::from_first(varies),
+                ..action.clone()
+            }
         };
-        Self { moves: Located::nowhere(List::of(self.moves.iter().map(finer))), ..self.clone() }
+        Self { moves: Located::nowhere(List::from_first(self.moves.iter().map(finer))), ..self.clone() }
     }
 
     /// First and last moment at which anything begins, in ticks.
@@ -223,17 +228,17 @@ impl AttackSpace {
 }
 
 impl Scenario {
-    /// The scenario with these settings and with further entries in its tables, checked as a file of its own would be, without
+    /// The scenario with these settings and with further entries in its tables, checked as its own file would be, without
     /// cells and curve.
     ///
     /// # Errors
     /// A setting or an entry that does not fit, in words.
     pub fn with_entries(
         &self,
-        with: &Settings,
+        settings: &Settings,
         entries: impl IntoIterator<Item = (String, Table)>,
     ) -> Result<Scenario, String> {
-        let mut table = Table::try_from(with.applied_to(self)?).map_err(|e| e.to_string())?;
+        let mut table = Table::try_from(settings.applied_to(self)?).map_err(|e| e.to_string())?;
         for (name, entry) in entries {
             match table.get_mut(&name) {
                 Some(Value::Array(list)) => list.push(Value::Table(entry)),
@@ -250,15 +255,15 @@ impl Scenario {
         (self.title, self.description) = (Text::cut(title), Text::cut(description));
     }
 
-    /// The scenario as a file of its own: under that name, with its scene in it, without empty lists and tables.
+    /// The scenario as its own file: under that name, with its scene in it, without empty lists and tables.
     ///
     /// # Errors
     /// Where TOML cannot say it; a defect of ours.
     pub fn to_file(&self, name: &Name) -> Result<String, toml::ser::Error> {
-        let mut alone = self.clone();
-        alone.name = Located::nowhere(name.clone());
-        alone.scene_file = None;
-        let mut table = Table::try_from(&alone)?;
+        let mut single_scenario = self.clone();
+        single_scenario.name = Located::nowhere(name.clone());
+        single_scenario.scene_file = None;
+        let mut table = Table::try_from(&single_scenario)?;
         table.retain(|key, value| key == "stride" || !is_empty(value));
         toml::to_string_pretty(&table)
     }
@@ -295,25 +300,25 @@ mod tests {
         let space = AttackSpace::parse("a.toml", "a", TEXT).unwrap();
         let hold = &space.moves[1];
         let entry = ("delay".to_owned(), hold.entry(4_000, &[hold.lasts_ms.unwrap().place(300.0), 29]));
-        let with = nominal().with_entries(&Settings::default(), [entry]).unwrap();
-        let delay = &with.delay[0];
+        let scenario = nominal().with_entries(&Settings::default(), [entry]).unwrap();
+        let delay = &scenario.delay[0];
         assert_eq!((delay.at_s.get(), delay.duration_s.get(), delay.by_ms.get()), (4.0, 0.3, 300));
-        assert!(with.loss.is_empty());
+        assert!(scenario.loss.is_empty());
     }
 
     /// They are in the scenario without any entry, too.
     #[test]
     fn requirements_of_moves_are_always_there() {
-        let with = "[with]\n\"operator.step.2.do\" = \"hold\"\n\
+        let overrides = "[with]\n\"operator.step.2.do\" = \"hold\"\n\
                     \"unit.0\" = { name = \"unit-b\", role = \"insider\", start = { at_m = [-15, 6] } }\n[[move]]";
-        let space = AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", with, 1)).unwrap();
+        let space = AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", overrides, 1)).unwrap();
         let scenario = nominal().with_entries(&space.with, []).unwrap();
         let last = scenario.operator.step.last().unwrap();
         assert_eq!((scenario.unit[0].name.as_str(), *last.verb), ("unit-b", Verb::Hold));
         let elsewhere =
-            AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", &with.replace("unit.0", "unit.1"), 1));
-        let told = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err();
-        assert_eq!(told, "`unit.1` leads nowhere");
+            AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", &overrides.replace("unit.0", "unit.1"), 1));
+        let text = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err();
+        assert_eq!(text, "`unit.1` leads nowhere");
     }
 
     #[test]
@@ -337,20 +342,23 @@ mod tests {
     #[test]
     fn scenario_written_as_file_reads_as_the_same() {
         let space = AttackSpace::parse("a.toml", "a", TEXT).unwrap();
-        let with = nominal()
+        let scenario = nominal()
             .with_entries(&Settings::default(), [("loss".to_owned(), space.moves[0].entry(1_000, &[3]))])
             .unwrap();
-        let text = with.to_file(&Name::new("found-1").unwrap()).unwrap();
-        let again = parse("found-1.toml", "found-1", &text).unwrap();
+        let text = scenario.to_file(&Name::new("found-1").unwrap()).unwrap();
+        let repeated = parse("found-1.toml", "found-1", &text).unwrap();
         assert!(text.contains("[[loss]]") && !text.contains("[[delay]]"), "{text}");
-        assert_eq!((&again.loss, &again.operator, &again.scene), (&with.loss, &with.operator, &with.scene));
+        assert_eq!(
+            (&repeated.loss, &repeated.operator, &repeated.scene),
+            (&scenario.loss, &scenario.operator, &scenario.scene)
+        );
     }
 
     /// The strongest may be the smaller number.
     #[test]
     fn range_runs_from_weakest_to_strongest() {
         let down = Range { from: 0.9, to: 0.1, step: 0.1 };
-        let values: Vec<f64> = (0..=down.last()).map(|place| down.at(place)).collect();
+        let values: Vec<f64> = (0..=down.last()).map(|place| down.value_at(place)).collect();
         assert_eq!(values, [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]);
         assert_eq!((down.place(0.32), down.place(2.0), down.place(-1.0)), (6, 0, 8));
     }

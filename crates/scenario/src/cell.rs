@@ -81,110 +81,113 @@ impl Scenario {
             return self.stack_cells().into_iter().map(one).collect();
         }
         if self.cell.is_empty() {
-            return vec![Variation { cell: None, scenario: self.under(policy) }];
+            return vec![Variation { cell: None, scenario: self.under_policy(policy) }];
         }
-        let own = |cell: &Cell, policy: &str| cell.policy.as_ref().is_none_or(|own| own.as_str() == policy);
-        let wanted = self.cell.iter().filter(|cell| policy.is_none_or(|policy| own(cell, policy)));
-        let with = |cell: &Located<Cell>| {
-            let scenario = self.with(cell).expect("invariant: loading has tried every cell");
-            let scenario = if cell.policy.is_some() { scenario } else { scenario.under(policy) };
+        let is_own =
+            |cell: &Cell, policy: &str| cell.policy.as_ref().is_none_or(|own_name| own_name.as_str() == policy);
+        let wanted = self.cell.iter().filter(|cell| policy.is_none_or(|policy| is_own(cell, policy)));
+        let combined = |cell: &Located<Cell>| {
+            let scenario = self.with_cell(cell).expect("invariant: loading has tried every cell");
+            let scenario = if cell.policy.is_some() { scenario } else { scenario.under_policy(policy) };
             Variation { cell: Some(cell.name.as_str().to_owned()), scenario }
         };
-        wanted.map(with).collect()
+        wanted.map(combined).collect()
     }
 
-    /// The same scenario, `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that shows
-    /// the cost of the protection. It measures false trips, so they are expected. Values out of range are cut to it.
+    /// The scenario `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that shows the
+    /// cost of the protection. It measures false trips, so they are expected. Values out of range are cut to it.
     pub fn soak(&self, duration_s: f64, loss: f64) -> Scenario {
         let mut scenario = self.clone();
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
         scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
-        scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
+        scenario.expected = Located::nowhere(List::from_first([Outcome::Nominal, Outcome::FalseTrip]));
         scenario
     }
 
-    /// The same scenario, longer by `by_s`, in which operator and faults begin by as much later. Attacks on the links keep
-    /// their times.
+    /// The scenario longer by `by_s`, in which operator and faults begin by as much later. Attacks on the links keep their
+    /// times.
     pub fn later(&self, by_s: f64) -> Scenario {
         let mut scenario = self.clone();
         scenario.duration_s = Located::nowhere(Real::nearest(self.duration_s.get() + by_s));
         let steps = self.operator.step.iter().cloned();
-        scenario.operator.step =
-            List::of(steps.map(|step| Step { at_s: Located::nowhere(Real::nearest(step.at_s.get() + by_s)), ..step }));
+        scenario.operator.step = List::from_first(
+            steps.map(|step| Step { at_s: Located::nowhere(Real::nearest(step.at_s.get() + by_s)), ..step }),
+        );
         let faults = self.fault.iter().cloned();
-        scenario.fault = List::of(
+        scenario.fault = List::from_first(
             faults.map(|fault| Fault { at_s: Located::nowhere(Real::nearest(fault.at_s.get() + by_s)), ..fault }),
         );
         scenario
     }
 
-    /// The same scenario with `process` killed at a moment that the seed draws, while the platform is READY or holds authority.
+    /// The scenario with `process` killed at a moment that the seed draws, while the platform is READY or holds authority.
     /// Where that is the broker, on which only commands depend, the operator then asks for a HOLD.
     pub fn killing(&self, process: Process, expected: &[Outcome]) -> Scenario {
         let mut scenario = self.clone();
-        let at = |seconds: f64| Located::nowhere(Real::nearest(seconds));
+        let located = |seconds: f64| Located::nowhere(Real::nearest(seconds));
         scenario.name = Located::nowhere(Name::constant("kill"));
         scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S));
-        scenario.varies.injection_phase_s = Located::nowhere(List::of(KILL_PHASE_S.map(Real::nearest)));
-        scenario.kill = List::of([Kill { process, at_s: at(KILL_AT_S), ..Kill::of(process, Ending::Kill) }]);
+        scenario.varies.injection_phase_s = Located::nowhere(List::from_first(KILL_PHASE_S.map(Real::nearest)));
+        scenario.kill =
+            List::from_first([Kill { process, at_s: located(KILL_AT_S), ..Kill::new(process, Ending::Kill) }]);
         let hold = (process == Process::Broker).then(|| hold_at(HOLD_AT_S));
-        scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
-        scenario.expected = Located::nowhere(List::of(expected.iter().copied()));
+        scenario.operator.step = List::from_first(self.operator.step.iter().cloned().chain(hold));
+        scenario.expected = Located::nowhere(List::from_first(expected.iter().copied()));
         scenario
     }
 
-    /// The same scenario with `process` stopped for `seconds` at a moment that the seed draws, as of a kill.
+    /// The scenario with `process` stopped for `seconds` at a moment that the seed draws, as of a kill.
     pub fn hanging(&self, process: Process, seconds: f64) -> Scenario {
         let mut scenario = self.killing(process, &SAFE);
         let lasts = Kill { duration_s: Real::nearest(seconds), ending: Ending::Hang, ..scenario.kill[0].clone() };
         scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S + seconds));
-        scenario.kill = List::of([lasts]);
+        scenario.kill = List::from_first([lasts]);
         scenario
     }
 
-    /// The same scenario with the broker killed within 50 ms before or after an operator's HOLD, at a moment that the seed draws.
+    /// The scenario with the broker killed within 50 ms before or after an operator's HOLD, at a moment that the seed draws.
     pub fn killing_broker_at_hold(&self) -> Scenario {
         let mut scenario = self.killing(Process::Broker, &SAFE);
-        scenario.varies.injection_phase_s = Located::nowhere(List::of([0.0, 0.1].map(Real::nearest)));
+        scenario.varies.injection_phase_s = Located::nowhere(List::from_first([0.0, 0.1].map(Real::nearest)));
         let at_s = Located::nowhere(Real::nearest(HOLD_AT_S - 0.05));
-        scenario.kill = List::of([Kill { at_s, ..scenario.kill[0].clone() }]);
+        scenario.kill = List::from_first([Kill { at_s, ..scenario.kill[0].clone() }]);
         scenario
     }
 
-    /// The same scenario with two processes killed, the second so many seconds after the first, from a moment that the seed draws.
+    /// The scenario with two processes killed, the second a given number of seconds after the first, from a moment that the seed draws.
     pub fn killing_both(&self, first: Process, second: Process, apart_s: f64) -> Scenario {
         let mut scenario = self.killing(first, &SAFE);
         let of_first = scenario.kill[0].clone();
         let at_s = Located::nowhere(Real::nearest(KILL_AT_S + apart_s));
         let second = Kill { process: second, at_s, ..of_first.clone() };
-        scenario.kill = List::of([of_first, second]);
+        scenario.kill = List::from_first([of_first, second]);
         scenario
     }
 
-    /// The same scenario on a link that loses a share of its datagrams and delays each by up to `jitter_ms`, all along; none for a
+    /// The scenario on a link that loses a share of its datagrams and delays each by up to `jitter_ms`, all along; none for a
     /// jitter beyond a minute.
     pub fn on_a_bad_link(&self, loss: f64, jitter_ms: i64) -> Option<Scenario> {
         let mut scenario = self.clone();
         scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
         scenario.conditions.jitter_ms = Located::nowhere(Whole::new(jitter_ms)?);
-        scenario.expected = Located::nowhere(List::of(SAFE));
+        scenario.expected = Located::nowhere(List::from_first(SAFE));
         Some(scenario)
     }
 
     /// Sets the expected classes.
     pub fn expect(&mut self, classes: impl IntoIterator<Item = Outcome>) {
-        self.expected = Located::nowhere(List::of(classes));
+        self.expected = Located::nowhere(List::from_first(classes));
     }
 
-    /// The same scenario, expected INVALID: none of its evidence is believed.
+    /// The scenario expected INVALID: none of its evidence is believed.
     pub fn sabotaged(&self) -> Scenario {
         let mut scenario = self.clone();
-        scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
+        scenario.expected = Located::nowhere(List::from_first([Outcome::Invalid]));
         scenario
     }
 
-    /// The same scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another. The
-    /// scenario's faults are kept only where that change comes of them, so that each planned one can arrive. Where the process is
+    /// The scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another. The
+    /// scenario's faults are kept only where they cause that change, so that each planned one can arrive. Where the process is
     /// the broker, the operator then asks for a HOLD through it.
     pub fn ending_at(
         &self,
@@ -194,50 +197,54 @@ impl Scenario {
     ) -> Scenario {
         let mut scenario = self.clone();
         let suspends = ending != Ending::Kill;
-        let when = When { enters: Some(to), from: Some(from), ..When::default() };
+        let trigger = When { enters: Some(to), from: Some(from), ..When::default() };
         scenario.name = Located::nowhere(Name::constant("kill"));
-        scenario.kill = List::of([Kill {
+        scenario.kill = List::from_first([Kill {
             duration_s: Real::nearest(if suspends { SUSPENDED_S } else { 0.0 }),
             quota: (ending == Ending::Slow).then(|| Located::nowhere(Real::nearest(SLOW_QUOTA))),
             period_ms: Whole::new(SLOW_PERIOD_MS).expect("invariant: within its range"),
             step: Some(Located::nowhere(Name::constant("end"))),
-            when: Some(Located::nowhere(when)),
-            ..Kill::of(process, ending)
+            when: Some(Located::nowhere(trigger)),
+            ..Kill::new(process, ending)
         }]);
         if ![from, to].contains(&DisplayedState::Degraded) {
             scenario.fault = List::default();
         }
         let hold = (process == Process::Broker).then(|| hold_at(LATE_HOLD_S));
-        scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
+        scenario.operator.step = List::from_first(self.operator.step.iter().cloned().chain(hold));
         let broken = [Outcome::Unsafe, Outcome::GuestFailed, Outcome::Invalid, Outcome::Late];
-        scenario.expected = Located::nowhere(List::of(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
+        scenario.expected =
+            Located::nowhere(List::from_first(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
         scenario
     }
 
-    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy. Where none
-    /// are declared: the scenario's own if the platform owes those of the scenario's, else all but those of a failure ([`UNSTATED`]).
+    /// The scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy. Where none are
+    /// declared: the scenario's own if the platform owes those of the scenario's, else all but those of a failure ([`UNSTATED`]).
     #[must_use]
-    pub fn on(&self, platform: &Platform) -> Scenario {
+    pub fn on_platform(&self, platform: &Platform) -> Scenario {
         let mut scenario = self.clone();
         if *platform.name == *self.platform {
             return scenario;
         }
         scenario.platform = Located::nowhere(Name::clone(&platform.name));
-        let under = self.stated_on(platform);
-        if under.is_empty() && self.is_owed_by(platform) {
+        let exceptions = self.stated_on(platform);
+        if exceptions.is_empty() && self.is_owed_by(platform) {
             return scenario;
         }
-        let declared = |policy: Option<&Name>| under.iter().find(|under| under.policy.as_deref() == policy);
-        let none = || Located::nowhere(List::of(UNSTATED));
-        scenario.expected = declared(None).map_or_else(none, |under| under.expected.clone());
-        scenario.cell = List::of(self.cell.iter().map(|cell| {
+        let declared =
+            |policy: Option<&Name>| exceptions.iter().find(|exception| exception.policy.as_deref() == policy);
+        let none = || Located::nowhere(List::from_first(UNSTATED));
+        scenario.expected = declared(None).map_or_else(none, |exception| exception.expected.clone());
+        scenario.cell = List::from_first(self.cell.iter().map(|cell| {
             let mut cell = cell.clone();
-            // A cell under a policy of its own expects what is declared for both, or nothing.
-            cell.expected =
-                cell.policy.clone().map(|own| declared(Some(&own)).map_or_else(none, |under| under.expected.clone()));
+            // A cell under its own policy expects what is declared for both, or nothing.
+            cell.expected = cell
+                .policy
+                .clone()
+                .map(|own_name| declared(Some(&own_name)).map_or_else(none, |exception| exception.expected.clone()));
             cell
         }));
-        scenario.under = List::of(under);
+        scenario.under = List::from_first(exceptions);
         scenario
     }
 
@@ -247,20 +254,21 @@ impl Scenario {
     }
 
     fn is_owed_by(&self, platform: &Platform) -> bool {
-        platform.owes.as_ref().is_some_and(|owes| **owes == *self.platform)
+        platform.owes.as_ref().is_some_and(|name| **name == *self.platform)
     }
 
     /// Classes that `[[under]]` states of a platform.
     fn stated_on(&self, platform: &Platform) -> Vec<Under> {
-        let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform.name);
-        self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect()
+        let applies = |exception: &&Under| exception.platform.as_ref().is_some_and(|name| **name == *platform.name);
+        self.under.iter().filter(applies).map(|exception| Under { platform: None, ..exception.clone() }).collect()
     }
 
-    fn under(&self, policy: Option<&str>) -> Scenario {
+    fn under_policy(&self, policy: Option<&str>) -> Scenario {
         let mut scenario = self.clone();
         if let Some(policy) = policy.filter(|p| *p != self.policy.as_str()) {
-            let here = self.under.iter().filter(|under| under.platform.is_none());
-            let declared = here.into_iter().find(|under| under.policy.as_ref().is_some_and(|p| p.as_str() == policy));
+            let applying = self.under.iter().filter(|exception| exception.platform.is_none());
+            let declared =
+                applying.into_iter().find(|exception| exception.policy.as_ref().is_some_and(|p| p.as_str() == policy));
             scenario.expected = match declared {
                 Some(under) => under.expected.clone(),
                 None => Located::nowhere(List::default()),
@@ -276,7 +284,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The setting that does not fit, in words.
-    pub(super) fn with(&self, cell: &Cell) -> Result<Scenario, String> {
+    pub(super) fn with_cell(&self, cell: &Cell) -> Result<Scenario, String> {
         let mut scenario = cell.set.applied_to(self)?;
         if let Some(policy) = &cell.policy {
             scenario.policy = Located::nowhere(policy.clone());
@@ -293,13 +301,13 @@ impl Variation {
     ///
     /// # Errors
     /// A path that leads nowhere, a value that does not fit there, or parts that no longer fit together, in words.
-    pub fn with(&self, settings: &Settings) -> Result<Scenario, String> {
+    pub fn with_settings(&self, settings: &Settings) -> Result<Scenario, String> {
         settings.applied_to(&self.scenario)?.fitting()
     }
 }
 
 impl Scenario {
-    /// Itself, where it fits together as a file of its own would have to.
+    /// Itself, where it fits together as its own file would have to.
     ///
     /// # Errors
     /// The first mistake, in words.

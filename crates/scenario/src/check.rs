@@ -29,9 +29,9 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     }
     found.extend(classes(&s.expected));
     found.extend(accepted::check(s));
-    // Of another platform a scenario may say that it has no class there.
-    let stated = s.under.iter().filter(|under| under.platform.is_none() || !under.expected.is_empty());
-    found.extend(stated.flat_map(|under| classes(&under.expected)));
+    // A scenario may say that it has no class on another platform.
+    let stated = s.under.iter().filter(|exception| exception.platform.is_none() || !exception.expected.is_empty());
+    found.extend(stated.flat_map(|exception| classes(&exception.expected)));
     found.extend(s.under.iter().filter_map(neither));
     found.extend(phase(s));
     found.extend(times(s));
@@ -54,11 +54,11 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
 }
 
 /// An entry that says under which policy and on which platform its classes hold says at least one.
-fn neither(under: &Under) -> Option<Finding> {
-    let nothing = under.policy.is_none() && under.platform.is_none();
-    nothing.then(|| {
+fn neither(exception: &Under) -> Option<Finding> {
+    let unconditional = exception.policy.is_none() && exception.platform.is_none();
+    unconditional.then(|| {
         finding(
-            &under.expected,
+            &exception.expected,
             "neither a policy nor a platform",
             "name one; the scenario's own classes are its `expected`",
         )
@@ -191,7 +191,7 @@ fn times(s: &Scenario) -> Vec<Finding> {
     .collect()
 }
 
-/// Frames by which a camera may be late so that perception can tell, and so many weak detections.
+/// Frames by which a camera may be late so that perception can tell, and a given number of weak detections.
 const SKEW: (u8, u8) = (perception::content::REPEATS, sim::fault::MAX_SKEW);
 const CHAFF: (u8, u8) = (perception::CROWD as u8, sim::fault::MAX_CHAFF);
 
@@ -204,7 +204,7 @@ fn counts(number: f64, (least, most): (u8, u8)) -> bool {
 }
 
 /// A fault of odometry beyond its range.
-fn beyond(fault: &super::Fault, magnitude: &Located<super::Magnitude>) -> Option<Finding> {
+fn check_magnitude(fault: &super::Fault, magnitude: &Located<super::Magnitude>) -> Option<Finding> {
     let range = fault.kind.of_odometry().filter(|_| fault.sensor == super::Sensor::Odometry);
     let (least, most) = range?;
     let outside = magnitude.iter().any(|number| !(least..=most).contains(&number.get()));
@@ -276,7 +276,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             }
             Some(_) | None => {}
         }
-        found.extend(fault.magnitude.as_ref().and_then(|at| beyond(fault, at)));
+        found.extend(fault.magnitude.as_ref().and_then(|located| check_magnitude(fault, located)));
     }
     found
 }
@@ -289,11 +289,11 @@ fn units(s: &Scenario) -> Vec<Finding> {
             found.push(finding(&unit.name, "no such teammate", "a teammate is `unit-b` or `unit-c`"));
         }
     }
-    let has = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
+    let has_unit = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
     let forwards = s.teammate.first().map(|t| &t.at_s);
     let deceit = s.attacks().into_iter().find(|attack| matches!(attack.act(0), Some(Act::Teammate(_))));
     if let Some(deceit) = deceit
-        && !has("unit-b", Role::Insider)
+        && !has_unit("unit-b", Role::Insider)
     {
         found.push(finding(
             deceit.at_s(),
@@ -302,10 +302,10 @@ fn units(s: &Scenario) -> Vec<Finding> {
         ));
     }
     let needs_c = s.teammate.iter().any(|t| matches!(t.c, ThirdUnit::Present | ThirdUnit::Silent));
-    if let Some(at) = forwards.filter(|_| needs_c)
-        && !has("unit-c", Role::Honest)
+    if let Some(located) = forwards.filter(|_| needs_c)
+        && !has_unit("unit-c", Role::Honest)
     {
-        found.push(finding(at, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
+        found.push(finding(located, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
     }
     found
 }
@@ -390,10 +390,11 @@ fn cells(s: &Scenario) -> Vec<Finding> {
             found.push(finding(&cell.name, format!("cell {name} is there twice"), "give each cell its own name"));
         }
         found.extend(cell.expected.as_ref().and_then(classes));
-        let at = |message: String, remedy: &str| finding(&cell.name, format!("in cell {name}: {message}"), remedy);
-        match s.with(cell) {
-            Ok(with) => found.extend(varied(&with).into_iter().map(|f| at(f.message, &f.remedy))),
-            Err(why) => found.push(at(why, "`set` takes paths of this file and values that could stand there")),
+        let finding_at =
+            |message: String, remedy: &str| finding(&cell.name, format!("in cell {name}: {message}"), remedy);
+        match s.with_cell(cell) {
+            Ok(with) => found.extend(varied(&with).into_iter().map(|f| finding_at(f.message, &f.remedy))),
+            Err(why) => found.push(finding_at(why, "`set` takes paths of this file and values that could stand there")),
         }
     }
     found
@@ -406,7 +407,7 @@ fn curve(s: &Scenario) -> Vec<Finding> {
         found.push(finding(&curve.values, "no range", "give at least two values, each greater than the one before"));
     }
     found.extend(curve.expected.as_ref().and_then(classes));
-    // The first point that does not fit stands for all: they differ in one number.
+    // The first point that does not fit represents all: they differ in one number.
     let wrong = s.points().into_iter().find_map(|point| match point {
         Ok(point) => varied(&point).into_iter().next().map(|f| (f.message, f.remedy)),
         Err(why) => {

@@ -37,13 +37,13 @@ fn name(window: &dyn Windowed) -> Option<Finding> {
     }
 }
 
-fn condition(when: &Located<When>) -> Option<Finding> {
+fn condition(trigger: &Located<When>) -> Option<Finding> {
     let kinds = "enters, begun, ended, datagrams, silence_ms, hears";
-    let found = |message: String| Some(finding(when, message, format!("say exactly one of {kinds}")));
-    match when.triggers().len() {
+    let found = |message: String| Some(finding(trigger, message, format!("say exactly one of {kinds}")));
+    match trigger.triggers().len() {
         0 => found("waits for nothing".to_owned()),
-        1 if when.enters.is_none() && (when.from.is_some() || when.nth.is_some()) => {
-            Some(finding(when, "`from` and `nth` go with `enters`", "take them out, or say `enters`"))
+        1 if trigger.enters.is_none() && (trigger.from.is_some() || trigger.nth.is_some()) => {
+            Some(finding(trigger, "`from` and `nth` go with `enters`", "take them out, or say `enters`"))
         }
         1 => None,
         n => found(format!("waits for {n} things")),
@@ -53,18 +53,18 @@ fn condition(when: &Located<When>) -> Option<Finding> {
 /// The table's own action may need more than its level.
 fn content(s: &Scenario, window: &dyn Windowed) -> Option<Finding> {
     let (needs, level) = (window.needs(), level(s, window));
-    let at = window.timing().knowledge.or(s.knowledge.as_ref());
+    let located = window.timing().knowledge.or(s.knowledge.as_ref());
     let message = || format!("what this does needs {} knowledge, its level is {}", needs.name(), level.name());
     (needs > level)
-        .then(|| at.map(|at| finding(at, message(), format!("say `knowledge = \"{}\"`", needs.name()))))
+        .then(|| located.map(|located| finding(located, message(), format!("say `knowledge = \"{}\"`", needs.name()))))
         .flatten()
 }
 
 /// A table may lower the scenario's level, never raise it.
 fn declared(s: &Scenario, window: &dyn Windowed) -> Option<Finding> {
-    let own = window.timing().knowledge.filter(|own| ***own > s.level())?;
+    let own_knowledge = window.timing().knowledge.filter(|own_knowledge| ***own_knowledge > s.level())?;
     let message = format!("more than the scenario's level, {}", s.level().name());
-    Some(finding(own, message, "raise the scenario's `knowledge`, or take this out"))
+    Some(finding(own_knowledge, message, "raise the scenario's `knowledge`, or take this out"))
 }
 
 /// The event that is waited for has to be within the level, and within sight of the place that waits.
@@ -83,37 +83,37 @@ fn known(s: &Scenario, window: &dyn Windowed, when: &Located<When>, trigger: Tri
 }
 
 fn level(s: &Scenario, window: &dyn Windowed) -> Knowledge {
-    window.timing().knowledge.map_or_else(|| s.level(), |own| **own)
+    window.timing().knowledge.map_or_else(|| s.level(), |own_knowledge| **own_knowledge)
 }
 
 /// The step that is waited for has to be there and may not wait for this one; tables of one step begin together.
-fn named(windows: &[&dyn Windowed], window: &dyn Windowed, when: &Located<When>) -> Option<Finding> {
-    let own = window.timing().step?;
-    if of(windows, own.as_str()).any(|other| other.timing().when.is_none_or(|w| **w != **when)) {
-        let message = format!("the tables of step `{}` wait for different things", own.as_str());
-        return Some(finding(own, message, "give them one `when`, or names of their own"));
+fn named(windows: &[&dyn Windowed], window: &dyn Windowed, trigger: &Located<When>) -> Option<Finding> {
+    let own_name = window.timing().step?;
+    if tables_of(windows, own_name.as_str()).any(|other| other.timing().when.is_none_or(|w| **w != **trigger)) {
+        let message = format!("the tables of step `{}` wait for different things", own_name.as_str());
+        return Some(finding(own_name, message, "give them one `when`, or names of their own"));
     }
-    let mut next = waited_for(when);
+    let mut next = waited_for(trigger);
     for _ in 0..windows.len() {
         let name = next?;
-        if name == own.as_str() {
-            return Some(finding(when, "waits for itself", "let one step of the circle begin by its time"));
+        if name == own_name.as_str() {
+            return Some(finding(trigger, "waits for itself", "let one step of the circle begin by its time"));
         }
-        let Some(table) = of(windows, name).next() else {
-            return Some(finding(when, format!("there is no step `{name}`"), "name a step of this scenario"));
+        let Some(table) = tables_of(windows, name).next() else {
+            return Some(finding(trigger, format!("there is no step `{name}`"), "name a step of this scenario"));
         };
-        next = table.timing().when.and_then(|when| waited_for(when));
+        next = table.timing().when.and_then(|trigger| waited_for(trigger));
     }
     None
 }
 
 /// The tables of the step `name`.
-fn of<'w>(windows: &'w [&'w dyn Windowed], name: &'w str) -> impl Iterator<Item = &'w &'w dyn Windowed> {
+fn tables_of<'w>(windows: &'w [&'w dyn Windowed], name: &'w str) -> impl Iterator<Item = &'w &'w dyn Windowed> {
     windows.iter().filter(move |w| w.timing().step.is_some_and(|s| s.as_str() == name))
 }
 
-fn waited_for(when: &When) -> Option<&str> {
-    match when.trigger()? {
+fn waited_for(trigger: &When) -> Option<&str> {
+    match trigger.trigger()? {
         Trigger::Begun(name) | Trigger::Ended(name) => Some(name.as_str()),
         Trigger::Enters { .. } | Trigger::Passes(_) | Trigger::Silence(_) | Trigger::Hears(_) => None,
     }

@@ -42,11 +42,11 @@ pub struct Curve {
 }
 
 fn noticed() -> List<Outcome, 9> {
-    List::of([Outcome::HoldSafe, Outcome::Degraded, Outcome::Rejected])
+    List::from_first([Outcome::HoldSafe, Outcome::Degraded, Outcome::Rejected])
 }
 
 fn harm() -> List<Outcome, 9> {
-    List::of([Outcome::Unsafe])
+    List::from_first([Outcome::Unsafe])
 }
 
 impl Curve {
@@ -54,7 +54,7 @@ impl Curve {
     ///
     /// # Errors
     /// The value that does not fit, in words.
-    pub fn at(&self, line: &Variation, value: f64) -> Result<Variation, String> {
+    pub fn variation_at(&self, line: &Variation, value: f64) -> Result<Variation, String> {
         let mut scenario = self.setting(value).applied_to(&line.scenario)?;
         if let Some(expected) = &self.expected {
             scenario.expected = expected.clone();
@@ -75,19 +75,19 @@ impl Scenario {
     /// Every point of the curve as a variation, for checking; none where the scenario has no curve.
     pub(super) fn points(&self) -> Vec<Result<Scenario, String>> {
         let Some(curve) = &self.curve else { return Vec::new() };
-        let of = |cell: Option<&Cell>| match cell {
-            Some(cell) => self.with(cell),
+        let cell_name = |cell: Option<&Cell>| match cell {
+            Some(cell) => self.with_cell(cell),
             None => Settings::default().applied_to(self),
         };
         let lines = match self.cell.is_empty() {
-            true => vec![of(None)],
-            false => self.cell.iter().map(|cell| of(Some(cell))).collect(),
+            true => vec![cell_name(None)],
+            false => self.cell.iter().map(|cell| cell_name(Some(cell))).collect(),
         };
         // A line that does not fit is an error of its cell, reported there.
         let lines: Vec<Variation> =
             lines.into_iter().flatten().map(|scenario| Variation { cell: None, scenario }).collect();
-        let at = |line: &Variation, value: f64| curve.at(line, value).map(|point| point.scenario);
-        lines.iter().flat_map(|line| curve.values.iter().map(|value| at(line, value.get()))).collect()
+        let variation = |line: &Variation, value: f64| curve.variation_at(line, value).map(|point| point.scenario);
+        lines.iter().flat_map(|line| curve.values.iter().map(|value| variation(line, value.get()))).collect()
     }
 }
 
@@ -99,7 +99,7 @@ mod tests {
     const CURVE: &str =
         "[curve]\ntitle = \"loss\"\nset = \"loss.0.share\"\nvalues = [0.1, 0.5, 1]\nunit = \"of all\"\n";
 
-    fn with(extra: &str) -> Result<Scenario, Problems> {
+    fn parse_with(extra: &str) -> Result<Scenario, Problems> {
         parse("x.toml", "x", &format!("{}{extra}", template(&Name::new("x").unwrap())))
     }
 
@@ -107,14 +107,14 @@ mod tests {
     #[test]
     fn each_point_has_value_name_and_expectation() {
         let cell = "[[cell]]\nname = \"early\"\nset = { \"loss.0.at_s\" = 3 }\nexpected = [\"REJECTED\"]\n";
-        let scenario = with(&format!("{cell}{CURVE}")).unwrap();
+        let scenario = parse_with(&format!("{cell}{CURVE}")).unwrap();
         let curve = scenario.curve.clone().unwrap();
         let line = scenario.variations(None).remove(0);
-        let point = curve.at(&line, 0.5).unwrap();
+        let point = curve.variation_at(&line, 0.5).unwrap();
         assert_eq!(point.cell.as_deref(), Some("early @ 0.5 of all"));
         assert_eq!((point.scenario.loss[0].share.get(), point.scenario.loss[0].at_s.get()), (0.5, 3.0));
         assert_eq!(point.scenario.expected[..], [Outcome::Rejected]);
-        assert!(curve.at(&line, 2.0).is_err());
+        assert!(curve.variation_at(&line, 2.0).is_err());
         assert_eq!(scenario.points().len(), 3);
     }
 
@@ -127,7 +127,7 @@ mod tests {
             ("loss.0.share", "delay.0.by_ms", "on the curve: `delay.0.by_ms` leads nowhere"),
             ("loss.0.share", "loss.0.direction", "on the curve: loss.0.direction: "),
         ] {
-            let problems = with(&CURVE.replace(from, to)).unwrap_err();
+            let problems = parse_with(&CURVE.replace(from, to)).unwrap_err();
             assert!(problems.all()[0].message().starts_with(message), "{to}: {problems}");
             assert!(problems.all()[0].line_column().is_some());
         }

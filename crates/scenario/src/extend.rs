@@ -1,6 +1,6 @@
 //! `extends`: a scenario takes the keys that it leaves out from another one.
 //!
-//! Keys that a file gives replace those of its *base* whole, lists and tables as well. The keys that state the subject of a
+//! Keys that a file gives replace the keys of its *base* whole, lists and tables as well. The keys that state the subject of a
 //! scenario, its name, threats, expected classes and cells, are never taken over ([`OWN`]). The texts of all files stand one
 //! after the other in one space of places, so that each error points into the file that it is in ([`Sources`]).
 
@@ -46,7 +46,7 @@ pub(super) const OWN: [&str; 20] = [
 /// Two keys of which a file gives one: a base's scene in either form gives way to a scene in either form.
 const SCENE: [&str; 2] = ["scene", "scene_file"];
 
-/// The text of a scenario and those of its bases, one after the other.
+/// The text of a scenario and the texts of its bases, one after the other.
 pub(super) struct Sources {
     texts: Vec<Text>,
 }
@@ -54,7 +54,7 @@ pub(super) struct Sources {
 struct Text {
     path: PathBuf,
     file: String,
-    /// The text behind as many spaces as the texts before it have bytes: places in it are those of [`Sources`].
+    /// The text behind as many spaces as the texts before it have bytes: places in it are as in [`Sources`].
     padded: String,
     from: usize,
 }
@@ -83,11 +83,11 @@ impl Sources {
     fn base(&self, root: Option<&Path>) -> Result<Option<PathBuf>, Problems> {
         let Some(last) = self.texts.last() else { return Ok(None) };
         let table = last.table()?;
-        let Some(given) = table.get_ref().get("extends") else { return Ok(None) };
-        let at = given.span();
+        let Some(value) = table.get_ref().get("extends") else { return Ok(None) };
+        let bytes = value.span();
         let refuse =
-            |message: &str, remedy: &str| Problem::at(&last.file, last.text(), last.place(&at), message, remedy);
-        let name = given.get_ref().as_str().and_then(|name| Name::new(name).ok());
+            |message: &str, remedy: &str| Problem::new(&last.file, last.text(), last.place(&bytes), message, remedy);
+        let name = value.get_ref().as_str().and_then(|name| Name::new(name).ok());
         let name = name
             .ok_or_else(|| refuse("a base is named, without path or ending", "write it as `extends = \"nominal\"`"))?;
         let base = base_of(&last.path, &name, root);
@@ -110,9 +110,9 @@ impl Sources {
             let scene = SCENE.iter().any(|key| whole.get_ref().contains_key(*key));
             for (key, value) in base?.into_inner() {
                 let name = key.get_ref().as_ref();
-                let kept =
+                let is_kept =
                     OWN.contains(&name) || (scene && SCENE.contains(&name)) || whole.get_ref().contains_key(name);
-                if !kept {
+                if !is_kept {
                     whole.get_mut().insert(key, value);
                 }
             }
@@ -131,7 +131,7 @@ impl Sources {
         remedy: impl Into<String>,
     ) -> Problem {
         let text = self.text_at(&bytes);
-        Problem::at(&text.file, text.text(), text.place(&bytes), message, remedy)
+        Problem::new(&text.file, text.text(), text.place(&bytes), message, remedy)
     }
 
     /// The file that a place is in.

@@ -60,7 +60,7 @@ pub enum FaultKind {
     Freeze,
     /// A camera (colour, thermal) shows an earlier view under fresh stamps: magnitude `[frames]`, 4 to 32.
     Skew,
-    /// The colour stage finds so many weak detections in each frame: magnitude `[count]`, 12 to 32.
+    /// The colour stage finds a given number of weak detections in each frame: magnitude `[count]`, 12 to 32.
     Chaff,
     /// The scene's `perturbation` is added to each colour image: magnitude `[strength]`, the largest change of a byte, of 255, 0
     /// to 100.
@@ -151,7 +151,7 @@ timed! {
 
 impl Kill {
     /// A fault of `process` at once and for no time; the rest is to be filled in.
-    pub(super) fn of(process: Process, ending: Ending) -> Self {
+    pub(super) fn new(process: Process, ending: Ending) -> Self {
         Self {
             process,
             ending,

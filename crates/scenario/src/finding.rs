@@ -17,8 +17,8 @@ pub struct Finding {
 }
 
 /// A mistake at the place of a value.
-pub(super) fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
-    Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
+pub(super) fn finding<T>(located: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
+    Finding { bytes: located.bytes(), message: message.into(), remedy: remedy.into() }
 }
 
 /// A mistake where a name is no identity's.

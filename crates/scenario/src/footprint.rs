@@ -20,7 +20,7 @@ impl Footprint {
         self.distances()(to)
     }
 
-    /// The same for many places.
+    /// Distances from many places.
     pub(crate) fn distances(&self) -> impl Fn(At) -> f64 {
         let (sin, cos) = libm::sincos(self.heading);
         let Self { at, size, .. } = *self;
@@ -42,16 +42,16 @@ impl Footprint {
 
     /// True if less than `gap` separates the boxes along every direction of their sides.
     pub(crate) fn meets(&self, other: &Footprint, gap: f64) -> bool {
-        let apart = |axis: f64| {
+        let is_separated = |axis: f64| {
             let (sin, cos) = libm::sincos(axis);
-            let span = |of: &Footprint| {
-                let along = of.corners().map(|[east, north]| east * cos + north * sin);
+            let span = |footprint: &Footprint| {
+                let along = footprint.corners().map(|[east, north]| east * cos + north * sin);
                 (along.iter().copied().fold(f64::MAX, f64::min), along.iter().copied().fold(f64::MIN, f64::max))
             };
             let ((a, b), (c, d)) = (span(self), span(other));
             c - b >= gap || a - d >= gap
         };
         let quarter = core::f64::consts::FRAC_PI_2;
-        ![self.heading, self.heading + quarter, other.heading, other.heading + quarter].into_iter().any(apart)
+        ![self.heading, self.heading + quarter, other.heading, other.heading + quarter].into_iter().any(is_separated)
     }
 }

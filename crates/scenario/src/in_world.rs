@@ -19,9 +19,9 @@ use super::{MAX_STATIONS, Point, Pose, Scenario, Scene, Station};
 const LATER_S: (f64, f64) = (0.0, 240.0);
 /// Least length of a trial that has no such time, seconds: a mission.
 const MISSION_S: f64 = 600.0;
-/// The same in a pass of a satellite, which has its region in sight for less than four minutes.
+/// Limits in a pass of a satellite, which has its region in sight for less than four minutes.
 const IN_PASS_S: ((f64, f64), f64) = ((0.0, 90.0), 200.0);
-/// Times that a route is driven before an attack finds the unit at its end; fewer where a scene has no room for so many way points.
+/// Times that a route is driven before an attack finds the unit at its end; fewer where a scene has no room for a given number of way points.
 const LAPS: usize = 3;
 /// Way to the one way point of a scenario that keeps its time, metres: within the room that each start has, and more than ten metres before the
 /// vehicle in sight of it.
@@ -38,7 +38,7 @@ pub enum Drawn {
     AnyTime,
     /// Its attack is of an arming or of the start: operator and attack keep their times, and the vehicle that stands there stays in view.
     OwnTime,
-    /// None: a place of its own scene is the attack.
+    /// None: its own place scene is the attack.
     None,
 }
 
@@ -55,9 +55,9 @@ pub enum Homebound {
     OfStacks,
     /// Its teammates have their places in its own scene.
     Teammates,
-    /// An object, the light or a place of its own scene is the attack.
+    /// An object, the light or its own place scene is the attack.
     OwnScene,
-    /// Its times are those of its own contacts.
+    /// Its times lie in its own contacts.
     OwnContacts,
 }
 
@@ -75,22 +75,22 @@ impl fmt::Display for Homebound {
 impl std::error::Error for Homebound {}
 
 impl Scenario {
-    /// The same scenario in the world `scene`, at its own time or at one that `seed` draws. It goes on for its own length after that; without
+    /// The scenario in the world `scene`, at its own time or at one that `seed` draws. It goes on for its own length after that; without
     /// anything that has a time, for [`MISSION_S`] at least.
     ///
     /// # Errors
     /// It has no meaning there.
     pub fn in_world(&self, mut scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
         if self.in_worlds == Drawn::OwnTime {
-            scene.route = Located::nowhere(List::of([Located::nowhere(ahead_of(&scene.start))]));
+            scene.route = Located::nowhere(List::from_first([Located::nowhere(ahead_of(&scene.start))]));
         } else if !self.windows().is_empty() {
             let points = LAPS * scene.route.len();
-            scene.route = Located::nowhere(List::of(scene.route.iter().cycle().take(points).cloned()));
+            scene.route = Located::nowhere(List::from_first(scene.route.iter().cycle().take(points).cloned()));
         }
         self.placed(scene, seed, (LATER_S, MISSION_S))
     }
 
-    /// The same in a pass of a satellite over the region `scene`, with these stations.
+    /// The scenario in a pass of a satellite over the region `scene`, with these stations.
     ///
     /// # Errors
     /// It has no meaning there.
@@ -105,11 +105,11 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// In a scene, everything so much later, and a mission so long.
+    /// Places the scenario in a scene, with everything later by a time and a longer mission.
     fn placed(&self, scene: Scene, seed: u64, (later, mission_s): ((f64, f64), f64)) -> Result<Scenario, Homebound> {
         self.check_for_worlds()?;
         // Worlds of one seed differ by family, and so do these.
-        let later_s = Chance::new(ONSETS, seed, scene.ground.seed.into()).between(later.0, later.1);
+        let later_s = Chance::new(ONSETS, seed, scene.ground.seed.into()).uniform(later.0, later.1);
         let mut scenario = self.clone();
         (scenario.scene, scenario.scene_file) = (Some(scene), None);
         if self.in_worlds == Drawn::OwnTime {
@@ -119,20 +119,21 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Moves all but the start by so many seconds, without the orders that need a vehicle.
+    /// Moves all but the start by a given number of seconds, without the orders that need a vehicle.
     fn come_later(&mut self, later_s: f64, mission_s: f64) {
         let (from, to) = self.varies.phase_s();
         let own_s = self.duration_s.get();
         let lasts_s = if self.windows().is_empty() { own_s.max(mission_s) } else { own_s + later_s };
         self.duration_s = Located::nowhere(Real::nearest(lasts_s));
-        self.varies.injection_phase_s = Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
+        self.varies.injection_phase_s =
+            Located::nowhere(List::from_first([from + later_s, to + later_s].map(Real::nearest)));
         let needs_none = |step: &&Step| !matches!(*step.verb, Verb::Arm | Verb::Confirm | Verb::Disarm);
         let mut steps: Vec<Step> = self.operator.step.iter().filter(needs_none).cloned().collect();
         let begun = steps.iter().position(|step| *step.verb == Verb::Enable).map_or(0, |first| first + 1);
         for step in &mut steps[begun..] {
             step.at_s = Located::nowhere(Real::nearest(step.at_s.get() + later_s));
         }
-        self.operator.step = List::of(steps);
+        self.operator.step = List::from_first(steps);
         self.mission = self.mission.as_ref().map(|_| Located::nowhere(Stage::Enabled));
     }
 
@@ -207,8 +208,9 @@ mod tests {
     fn orders_without_a_vehicle_come_with_the_attack() {
         let rogue = shipped("rogue_station");
         let one = rogue.in_world(draw(Family::Street, 3, &BODY).unwrap(), 3).unwrap();
-        let of = |scenario: &Scenario, verb| scenario.operator.step.iter().find(|step| *step.verb == verb).cloned();
-        let time = |scenario, verb| of(scenario, verb).map(|step| step.at_s.get());
+        let steps_of =
+            |scenario: &Scenario, verb| scenario.operator.step.iter().find(|step| *step.verb == verb).cloned();
+        let time = |scenario, verb| steps_of(scenario, verb).map(|step| step.at_s.get());
         let later_s = one.varies.phase_s().0 - rogue.varies.phase_s().0;
         assert_eq!(time(&one, Verb::Enable), time(&rogue, Verb::Enable));
         assert!((time(&one, Verb::Revoke).unwrap() - time(&rogue, Verb::Revoke).unwrap() - later_s).abs() < 0.01);

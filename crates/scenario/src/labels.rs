@@ -73,12 +73,12 @@ pub fn load_labels(path: &Path) -> Result<Labels, Problems> {
 /// # Errors
 /// A mistake in it, with `file` as its name.
 pub fn parse_labels(file: &str, text: &str) -> Result<Labels, Problems> {
-    let at = |bytes, message: String, remedy: &str| Problem::at(file, text, bytes, message, remedy);
+    let range = |bytes, message: String, remedy: &str| Problem::new(file, text, bytes, message, remedy);
     let read: File = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
     if let Some(pin) = read.sha256.as_ref().filter(|pin| pin.len() != 64 || !pin.chars().all(|c| c.is_ascii_hexdigit()))
     {
         let remedy = "write what `sha256sum` prints of the model, or take the line out";
-        return Err(at(pin.bytes(), "a SHA-256 has 64 hexadecimal digits".to_owned(), remedy).into());
+        return Err(range(pin.bytes(), "a SHA-256 has 64 hexadecimal digits".to_owned(), remedy).into());
     }
     let layout = match *read.head {
         Kind::Grid => None,
@@ -88,15 +88,15 @@ pub fn parse_labels(file: &str, text: &str) -> Result<Labels, Problems> {
     let head = match (layout, &read.classes) {
         (None, None) => Head::Grid,
         (Some(layout), Some(classes)) => {
-            let classes = meanings(classes).map_err(|(bytes, message)| at(bytes, message, "correct the indices"))?;
+            let classes = meanings(classes).map_err(|(bytes, message)| range(bytes, message, "correct the indices"))?;
             Head::Yolo(Yolo { layout, classes })
         }
         (None, Some(classes)) => {
-            return Err(at(classes.bytes(), "the grid's classes are fixed".to_owned(), "take the table out").into());
+            return Err(range(classes.bytes(), "the grid's classes are fixed".to_owned(), "take the table out").into());
         }
         (Some(_), None) => {
             let remedy = "add [classes] with count and indices, such as vehicle = [2, 7]";
-            return Err(at(read.head.bytes(), "this head's classes mean nothing yet".to_owned(), remedy).into());
+            return Err(range(read.head.bytes(), "this head's classes mean nothing yet".to_owned(), remedy).into());
         }
     };
     Ok(Labels { head, sha256: read.sha256.map(|pin| pin.to_ascii_lowercase()) })

@@ -128,7 +128,7 @@ attack::with_attacks! {
         pub interface: Interface,
         /// Source of the evidence; n of different kinds is never added.
         pub evidence: Evidence,
-        /// The requirement that is put to the test.
+        /// The requirement that is under test.
         pub requirement: Requirement,
         /// Knowledge of the adversary while the run is on; by default, the level that the kinds of attack need.
         #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -20,7 +20,7 @@ use super::value::{List, Located, Name, Real, Seconds, Text, Whole};
 pub struct Operator {
     /// Identity of the signing key.
     pub name: Name,
-    /// Cycles across an object from which half of all observers can tell a fake (`console::eye`); without it the operator goes by
+    /// Cycles across an object from which half of all observers can tell a fake (`console::eye`); without it the operator uses
     /// the machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identification_cycles: Option<Real<500, 64_000>>,

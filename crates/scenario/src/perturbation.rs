@@ -9,7 +9,7 @@ use super::terms::Class;
 /// Bytes in a row.
 const ROW: usize = 3 * sim::perturbation::COLUMNS;
 
-/// One pattern, added to every image that a fault of kind `perturbation` befalls, as strong as that says.
+/// One pattern, added to every image that a fault of kind `perturbation` changes, as strong as that says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Perturbation {

@@ -42,7 +42,7 @@ pub struct Platform {
     pub name: Located<Name>,
     /// One line for tables.
     pub title: Text<120>,
-    /// The platform with links and times that are also this one's: the classes that a scenario states for it are owed here too, unless the scenario
+    /// The platform with links and times that are also this one's: the classes that a scenario states for it are expected here too, unless the scenario
     /// states others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub owes: Option<Located<Name>>,
@@ -96,7 +96,7 @@ impl Platform {
     /// Length, width and height of the body, metres.
     fn extent(&self) -> [f64; 3] {
         let rotors = self.multirotor.as_ref().map(|body| body.body_m.map(|edge| edge.get()));
-        // The point that a satellite looks at has no width of its own.
+        // The point that a satellite looks at has no width.
         let point = self.satellite.as_ref().map(|_| [0.0; 3]);
         let wing = self.fixed_wing.as_ref().map(|body| body.body_m.map(|edge| edge.get()));
         point.or(rotors).or(wing).unwrap_or_else(|| self.vehicle.chassis_m.map(|edge| edge.get()))
@@ -107,7 +107,7 @@ impl Platform {
         tables::sensors(&self.camera, &self.lidar)
     }
 
-    /// The same as perception knows them: heights are above the ground, at the height that is flown at.
+    /// Sensors as perception knows them: heights are above the ground, at the height that is flown at.
     pub fn seen_from(&self) -> Sensors {
         let Sensors { camera, lidar } = self.sensors();
         let rotors = self.multirotor.as_ref().map(|body| body.cruise_m.get());
@@ -151,7 +151,7 @@ impl Platform {
 /// Declares the table of bounds and its way to `wire::bounds`, which has the same fields.
 macro_rules! bounds_table {
     ($( $(#[$doc:meta])* $field:ident : $kind:ty ),* $(,)?) => {
-        /// The bounds of a platform; the fields are those of [`Bounds`].
+        /// The bounds of a platform; the fields are as in [`Bounds`].
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct BoundsTable {
@@ -262,8 +262,10 @@ impl Tightened {
             (&self.lease_ms, &base.lease_ms),
             (&self.set_point_lease_ms, &base.set_point_lease_ms),
         ];
-        let own = pairs.into_iter().filter_map(|(own, base)| own.as_ref().map(|own| (own, base.get())));
-        own.filter(|(own, base)| own.get() > *base).collect()
+        let own_pairs = pairs
+            .into_iter()
+            .filter_map(|(own_located, base)| own_located.as_ref().map(|own_whole| (own_whole, base.get())));
+        own_pairs.filter(|(own_whole, base)| own_whole.get() > *base).collect()
     }
 
     /// True if no bound is tightened.
@@ -272,9 +274,9 @@ impl Tightened {
     }
 
     /// The bounds in force: the platform's, where not tightened.
-    pub fn over(&self, base: &BoundsTable) -> BoundsTable {
-        fn pick<T: Clone>(own: &Option<T>, base: &T) -> T {
-            own.clone().unwrap_or_else(|| base.clone())
+    pub fn applied_to(&self, base: &BoundsTable) -> BoundsTable {
+        fn pick<T: Clone>(own_value: &Option<T>, base: &T) -> T {
+            own_value.clone().unwrap_or_else(|| base.clone())
         }
         BoundsTable {
             freshness_ms: pick(&self.freshness_ms, &base.freshness_ms),

@@ -34,7 +34,7 @@ impl Problem {
     }
 
     /// A problem at some bytes of the file's text.
-    pub fn at(
+    pub fn new(
         file: &str,
         text: &str,
         bytes: Range<usize>,
@@ -56,18 +56,18 @@ impl Problem {
         Self::from_toml_at(file, text, error.span(), error)
     }
 
-    /// The same in a platform file.
+    /// A problem in a platform file.
     pub(super) fn of_platform(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let problem = Self::from_toml(file, text, error);
         Self { remedy: problem.remedy.replace(SCHEMA, PLATFORM_SCHEMA), ..problem }
     }
 
-    /// The same at a place in this text, where the parser's was in several.
+    /// A TOML problem at a place in this text, where the parser's was in several.
     pub(super) fn from_toml_at(file: &str, text: &str, bytes: Option<Range<usize>>, error: &toml::de::Error) -> Self {
         let message = error.message().trim().to_owned();
         let remedy = remedy_for(&message);
         match bytes {
-            Some(bytes) => Self::at(file, text, bytes, message, remedy),
+            Some(bytes) => Self::new(file, text, bytes, message, remedy),
             None => Self::with_file(file, message, remedy),
         }
     }
@@ -99,11 +99,11 @@ impl Problem {
 }
 
 fn floor_boundary(text: &str, at: usize) -> usize {
-    let mut at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
+    let mut index = at.min(text.len());
+    while !text.is_char_boundary(index) {
+        index -= 1;
     }
-    at
+    index
 }
 
 /// The one of `known` that `word` is most like, else the one that a letter or an exchange of neighbours makes of it; `None` where none is near.
@@ -113,13 +113,13 @@ pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     let known: Vec<&str> = known.into_iter().collect();
     let likeness = known.iter().map(|name| (strsim::jaro(word, name), *name)).filter(|(near, _)| *near > NEAR);
     let likest = likeness.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, name)| name);
-    // Of a short name two exchanged letters are too far for that measure.
+    // Two exchanged letters of a short name are too far for that measure.
     let slip = |name: &&str| word.chars().count() > 1 && strsim::osa_distance(word, name) == 1;
     likest.or_else(|| known.into_iter().find(slip))
 }
 
 /// A suggestion for "unknown field `x`, expected one of `a`, `b`".
-fn meant(message: &str) -> Option<String> {
+fn suggestion(message: &str) -> Option<String> {
     let mut names = message.split('`').skip(1).step_by(2);
     let word = names.next()?;
     closest(word, names).map(|name| format!("did you mean `{name}`?"))
@@ -128,9 +128,9 @@ fn meant(message: &str) -> Option<String> {
 fn remedy_for(message: &str) -> String {
     let schema = format!("{SCHEMA} prints every key with its type and range");
     if message.starts_with("unknown ")
-        && let Some(meant) = meant(message)
+        && let Some(text) = suggestion(message)
     {
-        return format!("{meant} {schema}");
+        return format!("{text} {schema}");
     }
     let remedy = if message.starts_with("unknown field") {
         "correct the key or take it out"

@@ -1,4 +1,4 @@
-//! From a path to a checked [`Scenario`] or [`Platform`], or to problems with their place.
+//! Conversion of a path to a checked [`Scenario`] or [`Platform`], or to problems with their place.
 //!
 //! The size of a file is looked at before its content; a file that a scenario names lies below the scenario's directory, or
 //! that of the shipped scenarios for one of them, and no step to it is a symbolic link.
@@ -19,12 +19,12 @@ use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene}
 /// Reads and checks the scenario at `path`. One from outside the shipped folders extends the files beside it alone.
 ///
 /// # Errors
-/// Every problem found; those of one file together, those of the scene's file apart.
+/// Every problem found; grouped by file, problems of the scene's file apart.
 pub fn load(path: &Path) -> Result<Scenario, Problems> {
     load_with(path, None)
 }
 
-/// The same for a scenario from anywhere, which may extend those that are shipped below `root`.
+/// Loads a scenario from anywhere, which may extend those that are shipped below `root`.
 ///
 /// # Errors
 /// As [`load`].
@@ -32,8 +32,8 @@ pub fn load_with(path: &Path, root: Option<&Path>) -> Result<Scenario, Problems>
     let sources = Sources::load(path, root)?;
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
     let mut scenario = read_scenario(&sources)?;
-    if let Some(at) = &scenario.scene_file {
-        scenario.scene = Some(load_scene(&sources, at)?);
+    if let Some(located) = &scenario.scene_file {
+        scenario.scene = Some(load_scene(&sources, located)?);
     }
     // Its content is the same as that of a file with everything written out.
     scenario.extends = None;
@@ -49,14 +49,14 @@ pub fn load_with(path: &Path, root: Option<&Path>) -> Result<Scenario, Problems>
 pub fn parse(file: &str, stem: &str, text: &str) -> Result<Scenario, Problems> {
     let sources = Sources::one(file, text);
     let scenario = read_scenario(&sources)?;
-    let refuse = |at, message, remedy| Problems::from(sources.problem(at, message, remedy));
-    if let Some(at) = &scenario.extends {
+    let refuse = |bytes, message, remedy| Problems::from(sources.problem(bytes, message, remedy));
+    if let Some(located) = &scenario.extends {
         let remedy = "write out what it takes from the other";
-        return Err(refuse(at.bytes(), "a scenario that extends another needs to be a file", remedy));
+        return Err(refuse(located.bytes(), "a scenario that extends another needs to be a file", remedy));
     }
-    if let Some(at) = &scenario.scene_file {
+    if let Some(located) = &scenario.scene_file {
         let message = "a scene file needs the scenario to be a file";
-        return Err(refuse(at.bytes(), message, "write the scene as `[scene]`"));
+        return Err(refuse(located.bytes(), message, "write the scene as `[scene]`"));
     }
     settle(&sources, stem, &scenario)?;
     Ok(scenario)
@@ -107,10 +107,10 @@ fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Problems>
     toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e).into())
 }
 
-fn load_scene(sources: &Sources, at: &Located<RelativePath>) -> Result<Scene, Problems> {
-    let refuse = |message: &str, remedy: &str| sources.problem(at.bytes(), message, remedy);
-    let mut path = scene_folder(sources.path_at(&at.bytes()), at);
-    for part in Path::new(at.as_str()).components() {
+fn load_scene(sources: &Sources, located: &Located<RelativePath>) -> Result<Scene, Problems> {
+    let refuse = |message: &str, remedy: &str| sources.problem(located.bytes(), message, remedy);
+    let mut path = scene_folder(sources.path_at(&located.bytes()), located);
+    for part in Path::new(located.as_str()).components() {
         let Component::Normal(part) = part else {
             return Err(refuse("path leaves the scenario directory", "write it relative, without `..`").into());
         };
@@ -132,9 +132,9 @@ fn load_scene(sources: &Sources, at: &Located<RelativePath>) -> Result<Scene, Pr
 
 /// The folder below which a scene's file lies: that of the file which names it or, for a shipped one, that of all scenarios.
 fn scene_folder(named_in: &Path, scene: &RelativePath) -> PathBuf {
-    let beside = named_in.parent().unwrap_or(Path::new("")).to_path_buf();
+    let path = named_in.parent().unwrap_or(Path::new("")).to_path_buf();
     let shipped = || shipped_folder(named_in).filter(|folder| folder.join(scene.as_str()).exists());
-    if beside.join(scene.as_str()).exists() { beside } else { shipped().unwrap_or(beside) }
+    if path.join(scene.as_str()).exists() { path } else { shipped().unwrap_or(path) }
 }
 
 fn settle(sources: &Sources, stem: &str, scenario: &Scenario) -> Result<(), Problems> {
@@ -147,5 +147,5 @@ fn settle(sources: &Sources, stem: &str, scenario: &Scenario) -> Result<(), Prob
 }
 
 fn place(file: &str, text: &str, findings: Vec<Finding>) -> Vec<Problem> {
-    findings.into_iter().map(|f| Problem::at(file, text, f.bytes, f.message, f.remedy)).collect()
+    findings.into_iter().map(|f| Problem::new(file, text, f.bytes, f.message, f.remedy)).collect()
 }

@@ -13,7 +13,7 @@ use super::Scenario;
 
 /// Most values that are set together.
 const MAX_SETTINGS: usize = 16;
-/// Keys that no path may begin with: a variation has keys of its own for some, and has no use for the others.
+/// Keys that no path may begin with: a variation has its own keys for some, and has no use for the others.
 const KEPT: [&str; 9] =
     ["schema_version", "name", "extends", "policy", "expected", "under", "cell", "curve", "scene_file"];
 
@@ -78,12 +78,12 @@ fn put(table: &mut Table, path: &str, value: &serde_json::Value) -> Result<(), S
         return Ok(());
     }
     let start = table.get_mut(first).ok_or_else(nowhere)?;
-    let at = steps.try_fold(start, |at, step| match at {
+    let target = steps.try_fold(start, |target, step| match target {
         Value::Table(table) => table.get_mut(step),
         Value::Array(list) => list.get_mut(step.parse::<usize>().ok()?),
         Value::String(_) | Value::Integer(_) | Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) => None,
     });
-    match at.ok_or_else(nowhere)? {
+    match target.ok_or_else(nowhere)? {
         Value::Table(table) => {
             table.insert(last.to_owned(), value);
         }
@@ -110,12 +110,12 @@ mod tests {
         template(&Name::new("x").unwrap())
     }
 
-    fn with(extra: &str) -> Result<Scenario, super::super::Problems> {
+    fn parse_with(extra: &str) -> Result<Scenario, super::super::Problems> {
         parse("x.toml", "x", &format!("{}{extra}", text()))
     }
 
     fn problem(extra: &str) -> (String, Option<String>) {
-        let problems = with(extra).unwrap_err();
+        let problems = parse_with(extra).unwrap_err();
         assert_eq!(problems.all().len(), 1, "{problems}");
         (problems.all()[0].message().to_owned(), problems.all()[0].marked().map(str::to_owned))
     }
@@ -126,8 +126,8 @@ mod tests {
         for file in shipped(&find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()).unwrap() {
             let scenario = load(&file).unwrap();
             let title = serde_json::Value::from(scenario.title.as_str());
-            let again = Settings::one("title", title).applied_to(&scenario).unwrap();
-            assert_eq!(again, Settings::default().applied_to(&scenario).unwrap(), "{}", file.display());
+            let repeated = Settings::one("title", title).applied_to(&scenario).unwrap();
+            assert_eq!(repeated, Settings::default().applied_to(&scenario).unwrap(), "{}", file.display());
         }
     }
 
@@ -136,7 +136,7 @@ mod tests {
         let cells = "[[cell]]\nname = \"half/late\"\nexpected = [\"REJECTED\"]\n\
                      set = { \"loss.0.share\" = 0.5, \"loss.0.at_s\" = 5, \"conditions.jitter_ms\" = 3 }\n\
                      [[cell]]\nname = \"all\"\npolicy = \"session-only\"\n";
-        let scenario = with(cells).unwrap();
+        let scenario = parse_with(cells).unwrap();
         let [half, all] = <[_; 2]>::try_from(scenario.variations(None)).unwrap();
         assert_eq!((half.cell.as_deref(), half.scenario.policy.as_str()), (Some("half/late"), "default"));
         assert_eq!((half.scenario.loss[0].share.get(), half.scenario.loss[0].at_s.get()), (0.5, 5.0));
@@ -150,7 +150,7 @@ mod tests {
     fn another_policy_leaves_cells_naming_it_or_none() {
         let cells = "[[cell]]\nname = \"a\"\n[[cell]]\nname = \"b\"\npolicy = \"session-only\"\n\
                      [[cell]]\nname = \"c\"\npolicy = \"session-bound\"\n";
-        let left = with(cells).unwrap().variations(Some("session-only"));
+        let left = parse_with(cells).unwrap().variations(Some("session-only"));
         let left: Vec<_> = left.iter().map(|v| (v.cell.as_deref().unwrap(), v.scenario.expected.len())).collect();
         assert_eq!(left, [("a", 0), ("b", 1)]);
     }
@@ -168,12 +168,12 @@ mod tests {
             ("\"cell.0.name\" = \"two\"", "in cell one: `cell` is not for a path to set"),
             ("\"scene.start.at_m\" = [45, 0]", "in cell one: the platform starts outside its geofence"),
         ] {
-            let (told, marked) = cell(set);
-            assert!(told.starts_with(message), "{set}: {told}");
+            let (text, marked) = cell(set);
+            assert!(text.starts_with(message), "{set}: {text}");
             assert_eq!(marked.as_deref(), Some("\"one\""), "{set}");
         }
-        let twice = problem("[[cell]]\nname = \"one\"\n[[cell]]\nname = \"one\"\n");
-        assert_eq!(twice.0, "cell one is there twice");
+        let problem_text = problem("[[cell]]\nname = \"one\"\n[[cell]]\nname = \"one\"\n");
+        assert_eq!(problem_text.0, "cell one is there twice");
         assert!(problem("[[cell]]\nname = \"../one\"\n").0.starts_with("a cell's name is"));
     }
 }

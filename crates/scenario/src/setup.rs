@@ -1,6 +1,6 @@
 //! Everything a trial needs beside its scenario: policy, bounds, whether sensors are rendered; and where the files lie.
 //!
-//! A waived check makes a run an ablation; the [`Setup`] says so, and every report of the run has to repeat it.
+//! A waived check makes a run an ablation; the [`Setup`] reports it, and every report of the run has to repeat it.
 
 use std::path::{Path, PathBuf};
 
@@ -65,9 +65,9 @@ pub struct Setup {
     pub guest: Option<Guest>,
     /// Directory for the trial's recordings; `None` where none are kept.
     pub run_dir: Option<PathBuf>,
-    /// Of a live run's recordings: every n-th set of sensor frames stays whole; 0 for none.
+    /// Sets of sensor frames kept of a live run: every n-th set of sensor frames stays whole; 0 for none.
     pub frames: u32,
-    /// Of a live run: the rights of the person at the operator's window; no window where absent.
+    /// Rights of the person at a live run's window; no window where absent.
     pub window: Option<Role>,
     /// Most repetitions of a live trial that a stall of the host alone makes INVALID.
     pub retries: u32,
@@ -88,7 +88,7 @@ impl Setup {
         Self::load_on(root, scenario, &named(root, "platforms", &scenario.platform), policy, rendered)
     }
 
-    /// The same with the file of the platform, wherever it lies.
+    /// Loads a setup with the file of the platform, wherever it lies.
     ///
     /// # Errors
     /// As [`Setup::load`].
@@ -105,7 +105,7 @@ impl Setup {
         let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
-        let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
+        let bounds = scenario.bounds.applied_to(&platform.bounds).to_bounds();
         let stop = Stop::default();
         let (misset, detector, guest, run_dir, frames) = (None, None, None, None, FRAMES);
         let (window, retries, confinement, hosts) = (None, 0, Confinement::default(), Hosts::default());
@@ -137,7 +137,8 @@ impl Setup {
                 Conduct::Guarded => "inside the platform's guards",
             };
             let repeatable = if guest.repeatable { "" } else { "; NOT DETERMINISTIC: the same trial gave two logs" };
-            let confined = guest.unconfined.as_ref().map(|why| format!("; NOT CONFINED: {why}")).unwrap_or_default();
+            let confined =
+                guest.unconfined.as_ref().map(|reason| format!("; NOT CONFINED: {reason}")).unwrap_or_default();
             format!("GUEST: `{}` drives, {conduct}{repeatable}{confined}", guest.program.name)
         });
         let marks: Vec<String> = [guest, self.ablation(), self.unmeasured()].into_iter().flatten().collect();
@@ -150,8 +151,10 @@ impl Setup {
         let trained = Sensors::trained_like(&camera).camera;
         let moved = self.rendered && camera != trained;
         moved.then(|| {
-            let (at, from) = (camera.up_m, trained.up_m);
-            format!("UNMEASURED: the camera is mounted at {at} m, the networks were trained and measured at {from} m")
+            let (height, from) = (camera.up_m, trained.up_m);
+            format!(
+                "UNMEASURED: the camera is mounted at {height} m, the networks were trained and measured at {from} m"
+            )
         })
     }
 
@@ -171,11 +174,17 @@ fn tighten(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
     });
     let remedy = "a scenario may only tighten bounds: widen it or take it out";
     let least = platform.bounds.designation_bearings_mrad.get();
-    let narrow = scenario.bounds.designation_bearings_mrad.as_ref().filter(|own| own.get() < least).map(|own| {
-        Problem::with_file(&file, format!("{} mrad is looser than the platform's {least} mrad", own.get()), remedy)
-    });
+    let narrow = scenario.bounds.designation_bearings_mrad.as_ref().filter(|own_whole| own_whole.get() < least).map(
+        |own_whole| {
+            Problem::with_file(
+                &file,
+                format!("{} mrad is looser than the platform's {least} mrad", own_whole.get()),
+                remedy,
+            )
+        },
+    );
     Problems::none_or(problems.chain(narrow).collect())?;
-    let in_force = scenario.bounds.over(&platform.bounds);
+    let in_force = scenario.bounds.applied_to(&platform.bounds);
     let (chain, most) = (uplink_ms(&in_force), in_force.to_hold_safe_ms.get());
     if chain <= most {
         return Ok(());
@@ -187,7 +196,7 @@ fn tighten(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
     Err(Problem::with_file(&file, message, remedy).into())
 }
 
-/// Refuses ground stations for a platform in no orbit, and those of which none sees it within the trial.
+/// Refuses ground stations for a platform in no orbit, and stations of which none sees it within the trial.
 fn orbits(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
     let stations = &scenario.conditions.station;
     if stations.is_empty() {

@@ -48,12 +48,12 @@ impl Channel {
     }
 
     /// The rogue's action on the channel, from the start of a table to its end.
-    pub(crate) fn overwritten(self, of: &dyn Windowed, phase_ms: u64, every_ms: u64, says: Says) -> RogueMove {
+    pub(crate) fn overwritten(self, windowed: &dyn Windowed, phase_ms: u64, every_ms: u64, says: Says) -> RogueMove {
         RogueMove {
             topic: self.topic(),
             producer: self.producer(),
-            at_ms: of.start_ms(phase_ms),
-            duration_ms: of.length_ms(),
+            at_ms: windowed.start_ms(phase_ms),
+            duration_ms: windowed.length_ms(),
             every_ms,
             says,
         }

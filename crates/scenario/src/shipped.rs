@@ -24,7 +24,7 @@ pub fn find(root: &Path, name: &str) -> Option<PathBuf> {
     paths.find(|path| path.is_file())
 }
 
-/// Every shipped scenario of the reference evaluation, by name; a folder holds those of an interface.
+/// Every shipped scenario of the reference evaluation, by name; a folder holds the scenarios of an interface.
 ///
 /// # Errors
 /// When a directory cannot be listed.

@@ -113,7 +113,7 @@ pub enum Deed {
     Replay,
     /// Each is put in several times as it passes.
     Duplicate,
-    /// They are put in in another order, within the replay window.
+    /// Records are inserted in another order, within the replay window.
     Reorder,
     /// They are kept for a minute and then put in.
     Withhold,
@@ -127,7 +127,7 @@ pub enum Deed {
     Splice,
     /// A plaintext fatal alert is put in.
     Alert,
-    /// A plaintext close notification is put in.
+    /// A plaintext close notification is inserted.
     Close,
     /// Plaintext application data is put in.
     Data,
@@ -163,7 +163,7 @@ pub enum Flood {
     Proving,
 }
 
-/// Unknown peers send to a listener, each from an address of its own.
+/// Unknown peers send to a listener, each from its own address.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Storm {
@@ -224,8 +224,8 @@ fn word(value: impl Serialize) -> String {
 
 /// True if there is such a downgrade: a listener follows the dialling end, the suite of the telemetry link is one, and TLS 1.3
 /// has neither the old constructions nor keys that were agreed upon before.
-pub fn can_be_lowered(link: Link, by: Hand, to: Lower) -> bool {
-    match (link, by) {
+pub fn can_be_lowered(link: Link, hand: Hand, to: Lower) -> bool {
+    match (link, hand) {
         (Link::Telemetry, Hand::Dials) => true,
         (Link::Telemetry, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite | Lower::MasterSecret),
         (Link::Telemetry, Hand::Listens) => false,
@@ -260,24 +260,24 @@ impl Scenario {
         };
         for one in &self.impostor {
             let label = format!("{}/{}/{}", word(one.link), word(*one.end), word(*one.certificate));
-            add(label, &one.expected, &|cell| cell.impostor = List::of([one.clone()]));
+            add(label, &one.expected, &|cell| cell.impostor = List::from_first([one.clone()]));
         }
         for one in &self.downgrade {
             let label = format!("{}/{}/{}", word(one.link), word(*one.by), word(*one.to));
-            add(label, &one.expected, &|cell| cell.downgrade = List::of([one.clone()]));
+            add(label, &one.expected, &|cell| cell.downgrade = List::from_first([one.clone()]));
         }
         for one in &self.handle {
             let guard = if one.guard == Requirement::Waived { "/guard-off" } else { "" };
             let label = format!("{}{guard}", word(one.deed));
-            add(label, &one.expected, &|cell| cell.handle = List::of([one.clone()]));
+            add(label, &one.expected, &|cell| cell.handle = List::from_first([one.clone()]));
         }
         for one in &self.storm {
             let label = format!("{}/{}us", word(one.content), one.every_us.get());
-            add(label, &one.expected, &|cell| cell.storm = List::of([one.clone()]));
+            add(label, &one.expected, &|cell| cell.storm = List::from_first([one.clone()]));
         }
         for one in &self.observe {
             let label = format!("{}/{}", word(one.link), word(*one.at));
-            add(label, &one.expected, &|cell| cell.observe = List::of([one.clone()]));
+            add(label, &one.expected, &|cell| cell.observe = List::from_first([one.clone()]));
         }
         cells
     }

@@ -33,7 +33,7 @@ pub struct When {
     /// The step of this name has ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ended: Option<Name>,
-    /// So many datagrams (or pieces of the stream) have passed the relay in the table's direction. On-path.
+    /// A given number of datagrams (or pieces of the stream) have passed the relay in the table's direction. On-path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub datagrams: Option<Whole<1, 100_000>>,
     /// No datagram (or piece of the stream) has passed the relay in the table's direction for so long. On-path.
@@ -53,7 +53,7 @@ pub enum Trigger<'a> {
     Enters {
         /// To.
         mode: DisplayedState,
-        /// From, where that matters.
+        /// Previous mode, where that matters.
         from: Option<DisplayedState>,
         /// Index among such changes, from 1.
         nth: u32,
@@ -62,9 +62,9 @@ pub enum Trigger<'a> {
     Begun(&'a Name),
     /// A step has ended.
     Ended(&'a Name),
-    /// So many datagrams or pieces have passed.
+    /// A given number of datagrams or pieces have passed.
     Passes(u32),
-    /// No datagram or piece has passed for so many milliseconds.
+    /// No datagram or piece has passed for a given number of milliseconds.
     Silence(u64),
     /// A mode is reported to the team.
     Hears(DisplayedState),

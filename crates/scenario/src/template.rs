@@ -12,9 +12,9 @@ use super::{Name, Scenario};
 pub fn schema() -> serde_json::Value {
     let mut schema = SchemaSettings::draft07().into_generator().into_root_schema_for::<Scenario>().to_value();
     let required = schema["required"].as_array().cloned().unwrap_or_default();
-    let (own, from_base): (Vec<_>, Vec<_>) =
+    let (own_keys, from_base): (Vec<_>, Vec<_>) =
         required.into_iter().partition(|key| key.as_str().is_some_and(|key| OWN.contains(&key)));
-    schema["required"] = own.into();
+    schema["required"] = own_keys.into();
     schema["anyOf"] = serde_json::json!([{ "required": ["extends"] }, { "required": from_base }]);
     schema
 }

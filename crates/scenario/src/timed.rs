@@ -1,6 +1,6 @@
 //! Common parts of every table of a scenario that has a time: its start, its length, its step, and the knowledge that it needs.
 
-use adversary::plan::{On, Step, Wait};
+use adversary::plan::{On, PlanStep, Wait};
 use evidence::trial::Knowledge;
 use instrument::StepName;
 
@@ -39,17 +39,17 @@ pub trait Windowed {
         self.timing().step.and_then(|name| StepName::new(name.as_str()))
     }
     /// Its step, as its actor gets it.
-    fn actor_step(&self) -> Option<Step> {
-        let wait = self.timing().when.and_then(|when| {
-            let on = match when.trigger()? {
+    fn actor_step(&self) -> Option<PlanStep> {
+        let wait = self.timing().when.and_then(|trigger| {
+            let on = match trigger.trigger()? {
                 Trigger::Enters { .. } | Trigger::Begun(_) | Trigger::Ended(_) => On::Cue,
                 Trigger::Passes(count) => On::Passes(count),
                 Trigger::Silence(ms) => On::Silence(ms),
                 Trigger::Hears(state) => On::Hears(state.mode()),
             };
-            Some(Wait { on, after_ms: when.after_ms.unsigned() })
+            Some(Wait { on, after_ms: trigger.after_ms.unsigned() })
         });
-        Some(Step { name: self.step_name()?, wait })
+        Some(PlanStep { name: self.step_name()?, wait })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Teammates, and insiders among them: holders of valid credentials who do more than their role allows.
 //!
-//! An insider is an identity of its own beside the honest units; no service knows which one it is.
+//! An insider is its own identity beside the honest units; no service knows which one it is.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -70,7 +70,7 @@ impl<const MIN: i64, const MAX: i64> Real<MIN, MAX> {
             return Err(E::custom(format_args!("{value} is not a finite number")));
         }
         Self::new(value).ok_or_else(|| {
-            // Of hundreds of digits none helps.
+            // Digits beyond the first hundred do not help.
             let got = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
             E::custom(format_args!(
                 "{got} is out of range, expected {} to {}",
@@ -201,7 +201,7 @@ impl<T, const MAX: usize> Default for List<T, MAX> {
 
 impl<T, const MAX: usize> List<T, MAX> {
     /// The first `MAX` of `values`.
-    pub fn of(values: impl IntoIterator<Item = T>) -> Self {
+    pub fn from_first(values: impl IntoIterator<Item = T>) -> Self {
         Self(values.into_iter().take(MAX).collect())
     }
 }
@@ -462,7 +462,7 @@ from_text!([] [] RelativePath, "RelativePath", { "type": "string", "maxLength": 
 from_text!([] [] ThreatId, "ThreatId", { "type": "string", "pattern": "^(A[0-4][0-9]|N[0-2]|K[1-3])$" });
 from_text!([] [] TechniqueId, "TechniqueId", { "type": "string", "pattern": "^(AML[.])?T[0-9]{4}([.][0-9]{3})?$" });
 
-/// A value and the bytes of the file it stood in, so that a later check can still point at it.
+/// A value and the bytes of the file it was in, so that a later check can still point at it.
 #[derive(Clone, Debug)]
 pub struct Located<T> {
     value: T,
@@ -470,7 +470,7 @@ pub struct Located<T> {
 }
 
 impl<T> Located<T> {
-    /// A value that stood in no file: a default.
+    /// A value that was in no file: a default.
     pub fn nowhere(value: T) -> Self {
         Self { value, bytes: 0..0 }
     }

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spacecraft::earth::{Look, Place, Tangent, Window, look, passes};
+use spacecraft::earth::{GeodeticPlace, Look, Tangent, Window, look, passes};
 use spacecraft::orbit::Orbit;
 
 use super::value::{List, Located, Millis, Real, Share};
@@ -11,7 +11,7 @@ use super::value::{List, Located, Millis, Real, Share};
 pub const MAX_STATIONS: usize = 4;
 
 /// Conditions of the telemetry link all along, both ways, from the first datagram to the last. They are no attack: no injection
-/// is made, no receipt is owed, and a trip that they cause in quiet hours is a false trip.
+/// is made, no receipt is required, and a trip that they cause in quiet hours is a false trip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Conditions {
@@ -37,18 +37,18 @@ pub struct Station {
 }
 
 impl Station {
-    fn at(&self) -> Tangent {
-        Tangent::new(Place::of_degrees(self.latitude_deg.get(), self.longitude_deg.get(), 0.0))
+    fn tangent(&self) -> Tangent {
+        Tangent::new(GeodeticPlace::of_degrees(self.latitude_deg.get(), self.longitude_deg.get(), 0.0))
     }
 
     /// When it sees the satellite between two times, seconds after the orbit's epoch.
     pub fn sees(&self, orbit: &Orbit, from_s: f64, until_s: f64) -> Vec<Window> {
-        passes(&self.at(), orbit, from_s, until_s, self.least_elevation_deg.get().to_radians())
+        passes(&self.tangent(), orbit, from_s, until_s, self.least_elevation_deg.get().to_radians())
     }
 
     /// The satellite as it stands there then, seconds after the orbit's epoch.
     pub fn look(&self, orbit: &Orbit, time_s: f64) -> Look {
-        look(&self.at(), &orbit.at(time_s), orbit.epoch().after(time_s))
+        look(&self.tangent(), &orbit.state_at(time_s), orbit.epoch().plus_seconds(time_s))
     }
 }
 
@@ -59,7 +59,7 @@ impl Station {
 pub struct Models {
     /// On the noise of every sensor; unrendered, also on the rate at which a stage misses, confuses or invents an object.
     pub noise: Real<100, 10_000>,
-    /// On the vehicle's mass, which its drive and its brakes are not told.
+    /// On the vehicle's mass, of which its drive and its brakes are not informed.
     pub load: Real<500, 2_000>,
     /// On the friction between its wheels and the ground.
     pub grip: Real<50, 2_000>,

@@ -84,7 +84,7 @@ pub enum BoundName {
 impl Misset {
     /// `bounds` with the wrong value.
     #[must_use]
-    pub fn of(&self, mut bounds: Bounds) -> Bounds {
+    pub fn apply(&self, mut bounds: Bounds) -> Bounds {
         *self.bound.value(&mut bounds) = u64::from(self.to_ms);
         bounds
     }
@@ -118,8 +118,8 @@ impl Weakness {
     /// The controls: for each part, the same with this part alone put right. A finding in any of them rests on less than the
     /// whole weakness.
     pub fn controls(&self) -> impl Iterator<Item = Weakness> + '_ {
-        let waive = |right| List::of(self.waive.iter().filter(|check| **check != right).copied());
-        let misset = |right| List::of(self.misset.iter().filter(|misset| misset.bound != right).cloned());
+        let waive = |right| List::from_first(self.waive.iter().filter(|check| **check != right).copied());
+        let misset = |right| List::from_first(self.misset.iter().filter(|misset| misset.bound != right).cloned());
         let checks = self.waive.iter().map(move |right| Weakness { waive: waive(*right), ..self.clone() });
         checks.chain(self.misset.iter().map(move |right| Weakness { misset: misset(right.bound), ..self.clone() }))
     }
@@ -142,7 +142,7 @@ impl Weaknesses {
     pub fn parse(file: &str, text: &str) -> Result<Self, Problems> {
         let list: Self = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
         let wrong = list.wrong();
-        let problem = |(bytes, message, remedy): (_, String, &str)| Problem::at(file, text, bytes, message, remedy);
+        let problem = |(bytes, message, remedy): (_, String, &str)| Problem::new(file, text, bytes, message, remedy);
         Problems::none_or(wrong.into_iter().map(problem).collect())?;
         Ok(list)
     }
@@ -201,7 +201,7 @@ mod tests {
     fn misset_changes_one_bound_alone() {
         let text = TEXT.replace("waive = [\"guards.lease\"]", "misset = [{ bound = \"lease_ms\", to_ms = 670 }]");
         let list = Weaknesses::parse("w.toml", &text).unwrap();
-        let wrong = list.weakness[1].misset[0].of(Bounds::GROUND);
+        let wrong = list.weakness[1].misset[0].apply(Bounds::GROUND);
         assert_eq!(wrong, Bounds { lease_ms: 670, ..Bounds::GROUND });
         assert_eq!(list.weakness[1].wrong(), "lease_ms = 670");
     }

@@ -38,7 +38,9 @@ struct Hill {
 
 impl Hill {
     fn take(&mut self, near: Near, fresh: bool) {
-        if self.begins_again && !fresh || self.kept.iter().any(|kept| kept.known.sequence == near.known.sequence) {
+        if self.begins_again && !fresh
+            || self.kept.iter().any(|near_miss| near_miss.known.sequence == near.known.sequence)
+        {
             return;
         }
         self.begins_again = false;
@@ -46,7 +48,7 @@ impl Hill {
             self.reached = near.way;
             self.stuck = 0;
         }
-        let place = self.kept.partition_point(|kept| kept.way > near.way);
+        let place = self.kept.partition_point(|known| known.way > near.way);
         self.kept.insert(place, near);
         self.kept.truncate(KEPT);
     }
@@ -95,7 +97,7 @@ impl Climb {
     }
 
     /// The nearest to the `n`th limit.
-    pub(super) fn kept(&self, n: usize) -> &[Near] {
+    pub(super) fn nearest(&self, n: usize) -> &[Near] {
         self.hills.values().nth(n).map_or(&[], |hill| &hill.kept)
     }
 }

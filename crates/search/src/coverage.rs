@@ -20,7 +20,7 @@ use wire::mode::Mode;
 /// Points and steps, by digest.
 pub type Coverage = BTreeSet<u64>;
 
-/// In how many steps the way to a limit is divided.
+/// Number of steps that the way to a limit is divided into.
 const STEPS: u32 = 10;
 
 /// Situation of the platform under test at a decision.
@@ -32,10 +32,10 @@ struct Situation {
 }
 
 /// Everything that a trial covered, which came so near to each limit.
-pub(super) fn of(evidence: &Evidence, approaches: &Approaches) -> Coverage {
+pub(super) fn measure(evidence: &Evidence, approaches: &Approaches) -> Coverage {
     let mut covered = Coverage::new();
     for (limit, way) in approaches {
-        // Who came near came by what is less near.
+        // A trial that came near a limit also passed every farther step.
         let steps = (way / (AT_LIMIT / STEPS)).min(STEPS);
         covered.extend((0..=steps).map(|step| point(&format!("{limit:?} {step}"))));
     }

@@ -30,8 +30,8 @@ const FROM_KNOWN: u32 = 7;
 const FROM_NEAREST: u32 = 5;
 /// Out of four sequences by distance, how many are made from those that came nearest to a limit.
 const FROM_HILLS: u32 = 3;
-/// Of ten moments of the strategies that learn, how many are a change of mode and a little after; how many of the others the edge of a bound. The
-/// rest are drawn evenly.
+/// Share of moments that strategies that learn draw at changes: of ten, how many are a change of mode and a little after; how many of the others
+/// the edge of a bound. The rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
 const AT_EDGES: u32 = 3;
 /// Time after a change of mode that still counts as at it, ticks.
@@ -45,11 +45,11 @@ pub enum Strategy {
     Uniform,
     /// At changes of mode.
     Transitions,
-    /// By the novelty so far, the approach to limits and the gains of action types.
+    /// Guidance by the novelty so far, the approach to limits and the gains of action types.
     Guided,
-    /// By the novelty so far alone.
+    /// Guidance by the novelty so far alone.
     Novelty,
-    /// By the distance to one limit at a time.
+    /// Guidance by the distance to one limit at a time.
     Distance,
 }
 
@@ -94,7 +94,8 @@ pub(super) struct Drawer<'a> {
 }
 
 impl<'a> Drawer<'a> {
-    /// Of the sequences over `space`; `nominal` are the moments of the run without any, and `approaches` is how near that run came to each limit.
+    /// Drawer for the sequences over `space`; `nominal` are the moments of the run without any, and `approaches` is how near that run came to
+    /// each limit.
     pub(super) fn new(
         space: &'a AttackSpace,
         bounds: &'a Bounds,
@@ -142,7 +143,7 @@ impl<'a> Drawer<'a> {
             Strategy::Uniform | Strategy::Transitions => None,
             Strategy::Guided | Strategy::Novelty => self.derived(),
             Strategy::Distance => {
-                if self.below(4) < FROM_HILLS {
+                if self.uniform_below(4) < FROM_HILLS {
                     self.climbing()
                 } else {
                     None
@@ -152,7 +153,7 @@ impl<'a> Drawer<'a> {
         self.drawn.push_back(made.is_none());
         made.unwrap_or_else(|| {
             let longest = self.longest();
-            let length = 1 + self.below(longest);
+            let length = 1 + self.uniform_below(longest);
             let nominal = self.nominal.clone();
             AttackSequence::new((0..length).map(|_| self.action(&nominal)).collect())
         })
@@ -163,7 +164,7 @@ impl<'a> Drawer<'a> {
         if self.learned.known().is_empty() || !self.fresh_is_stale() {
             return None;
         }
-        let by_limit = self.strategy == Strategy::Guided && self.below(10) < FROM_NEAREST;
+        let by_limit = self.strategy == Strategy::Guided && self.uniform_below(10) < FROM_NEAREST;
         let nearest = if by_limit { self.nearest() } else { None };
         Some(match nearest {
             Some(near) => self.nearer(&near),
@@ -179,16 +180,16 @@ impl<'a> Drawer<'a> {
         &mut self.climb
     }
 
-    /// More often so the fewer of the newest fresh sequences showed something new: while they do, they see more than changed ones.
+    /// Draws whether to change a known sequence: more often, the fewer of the newest fresh sequences showed something new.
     fn fresh_is_stale(&mut self) -> bool {
-        self.below(10 * NEWEST as u32) < FROM_KNOWN * self.learned.stale()
+        self.uniform_below(10 * NEWEST as u32) < FROM_KNOWN * self.learned.stale()
     }
 
     /// One that showed something new: every other time one of the newest.
     fn known(&mut self) -> Known {
         let n = self.learned.known().len() as u32;
-        let from = if self.below(2) == 0 { n.saturating_sub(16) } else { 0 };
-        let i = from + self.below(n - from);
+        let from = if self.uniform_below(2) == 0 { n.saturating_sub(16) } else { 0 };
+        let i = from + self.uniform_below(n - from);
         self.learned.known()[i as usize].clone()
     }
 
@@ -201,7 +202,7 @@ impl<'a> Drawer<'a> {
 
     pub(super) fn action(&mut self, moments: &Moments) -> Action {
         let kind = match self.strategy {
-            Strategy::Uniform | Strategy::Transitions => self.below(self.space.moves.len() as u32) as usize,
+            Strategy::Uniform | Strategy::Transitions => self.uniform_below(self.space.moves.len() as u32) as usize,
             Strategy::Guided | Strategy::Novelty | Strategy::Distance => self.dealt(),
         };
         let begins = self.moment(moments);
@@ -210,8 +211,8 @@ impl<'a> Drawer<'a> {
 
     /// A move: from the deck; guided, once each was dealt, every other time by its worth.
     fn dealt(&mut self) -> usize {
-        if !self.all_dealt || self.strategy != Strategy::Guided || self.below(2) == 0 {
-            let i = self.below(self.deck.len() as u32) as usize;
+        if !self.all_dealt || self.strategy != Strategy::Guided || self.uniform_below(2) == 0 {
+            let i = self.uniform_below(self.deck.len() as u32) as usize;
             let dealt = self.deck.swap_remove(i);
             if self.deck.is_empty() {
                 self.all_dealt = true;
@@ -226,26 +227,26 @@ impl<'a> Drawer<'a> {
     /// An index into `weights`, drawn in proportion to them.
     pub(super) fn by_weight(&mut self, weights: &[u64]) -> usize {
         let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
-        let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
+        let position = weights.iter().position(|weight| match left.checked_sub(*weight) {
             Some(rest) => {
                 left = rest;
                 false
             }
             None => true,
         });
-        at.unwrap_or(0)
+        position.unwrap_or(0)
     }
 
     pub(super) fn moment(&mut self, moments: &Moments) -> u32 {
         let (first, last) = self.space.begins();
-        let even = |drawer: &mut Self| first + drawer.below(last - first + 1);
+        let even = |drawer: &mut Self| first + drawer.uniform_below(last - first + 1);
         match self.strategy {
             Strategy::Uniform => even(self),
             Strategy::Transitions => self.one_of(&moments.changes).unwrap_or(first),
             Strategy::Guided | Strategy::Novelty | Strategy::Distance => {
-                let drawn = self.below(10);
+                let drawn = self.uniform_below(10);
                 let moment = if drawn < AT_CHANGES {
-                    let after = self.below(AFTER_CHANGE);
+                    let after = self.uniform_below(AFTER_CHANGE);
                     self.one_of(&moments.changes).map(|at| at + after)
                 } else if drawn < AT_CHANGES + AT_EDGES {
                     self.one_of(&moments.edges)
@@ -257,17 +258,17 @@ impl<'a> Drawer<'a> {
         }
     }
 
-    pub(super) fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
-        let action = Action { begins: 0, kind: of, places: Vec::new() };
+    pub(super) fn places(&mut self, count: usize, moments: &Moments) -> Vec<u32> {
+        let action = Action { begins: 0, kind: count, places: Vec::new() };
         let ranges: Vec<Range> = move_of(self.space, &action).ranges().copied().collect();
         ranges.iter().map(|range| self.place(range, moments)).collect()
     }
 
     fn place(&mut self, range: &Range, moments: &Moments) -> u32 {
-        let even = |drawer: &mut Self| drawer.below(range.last() + 1);
+        let even = |drawer: &mut Self| drawer.uniform_below(range.last() + 1);
         match self.strategy {
             Strategy::Uniform | Strategy::Transitions => even(self),
-            Strategy::Guided | Strategy::Novelty | Strategy::Distance => match self.below(3) {
+            Strategy::Guided | Strategy::Novelty | Strategy::Distance => match self.uniform_below(3) {
                 0 => range.last(),
                 1 => self.one_of(&moments.lengths).map_or(0, |length| range.place(f64::from(length))),
                 _ => even(self),
@@ -279,13 +280,13 @@ impl<'a> Drawer<'a> {
         self.space.longest.unsigned() as u32
     }
 
-    fn one_of(&mut self, of: &[u32]) -> Option<u32> {
-        let i = self.below(of.len() as u32) as usize;
-        of.get(i).copied()
+    fn one_of(&mut self, choices: &[u32]) -> Option<u32> {
+        let i = self.uniform_below(choices.len() as u32) as usize;
+        choices.get(i).copied()
     }
 
     /// Even below `n`, to within 2^-32; 0 where `n` is 0.
-    pub(super) fn below(&mut self, n: u32) -> u32 {
+    pub(super) fn uniform_below(&mut self, n: u32) -> u32 {
         ((u64::from(self.rng.next_u32()) * u64::from(n)) >> 32) as u32
     }
 }
@@ -341,8 +342,8 @@ mod tests {
         }
         let mut counts = vec![0; space.moves.len()];
         (0..4_000).for_each(|_| counts[drawer.dealt()] += 1);
-        let others = &counts[1..];
-        assert!(counts[0] > 2 * *others.iter().max().unwrap() && *others.iter().min().unwrap() > 0, "{counts:?}");
+        let rest = &counts[1..];
+        assert!(counts[0] > 2 * *rest.iter().max().unwrap() && *rest.iter().min().unwrap() > 0, "{counts:?}");
     }
 
     #[test]
@@ -380,14 +381,14 @@ mod tests {
             let mut drawer =
                 Drawer::new(&space, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Approaches::new());
             let mut new = true;
-            let at = (1..=2_000_u32).find(|_| {
+            let position = (1..=2_000_u32).find(|_| {
                 let sequence = drawer.sequence();
                 let way = near(&sequence);
                 let approaches = Approaches::from([(Limit::Uplink, if climbs { way } else { 0 })]);
                 drawer.learn(lesson(&sequence, std::mem::take(&mut new), approaches));
                 way == AT_LIMIT
             });
-            at.unwrap_or(2_000)
+            position.unwrap_or(2_000)
         };
         let sequences = |climbs: bool| (1..=10).map(|seed| found(seed, climbs)).sum::<u32>();
         let (climbing, blind) = (sequences(true), sequences(false));

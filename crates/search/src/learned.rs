@@ -8,7 +8,7 @@ use super::moments::Moments;
 use super::sequence::AttackSequence;
 use oracle::{AT_LIMIT, Approaches, Limit};
 
-/// So many of the newest fresh sequences say how often a fresh sequence still shows something new.
+/// A given number of the newest fresh sequences say how often a fresh sequence still shows something new.
 pub(super) const NEWEST: usize = 16;
 /// Most sequences that are kept because they were new; the oldest goes.
 const MOST_KNOWN: usize = 4_096;
@@ -48,7 +48,7 @@ pub(super) struct Lesson {
     pub(super) approaches: Approaches,
 }
 
-/// Sequences in which a move was, and those of them that showed something new or came nearer than any before.
+/// Sequences in which a move was, and the number that showed something new or came nearer than any before.
 #[derive(Clone, Copy, Debug, Default)]
 struct Worth {
     tried: u32,
@@ -65,13 +65,13 @@ pub(super) struct Learned {
     /// The sequence nearest to each limit, for each set of action types: a set that cannot come any nearer does not displace
     /// one that can.
     nearest: BTreeMap<(Limit, Vec<usize>), Near>,
-    /// Of each of the newest fresh sequences: whether it showed something new.
+    /// Novelty of each of the newest fresh sequences: whether it showed something new.
     fresh: VecDeque<bool>,
     moves: Vec<Worth>,
 }
 
 impl Learned {
-    /// The initial state, for so many action types; `nominal` is the approach of the run without an attack.
+    /// The initial state, for a given number of action types; `nominal` is the approach of the run without an attack.
     pub(super) fn new(moves: usize, nominal: &Approaches) -> Self {
         Self {
             known: VecDeque::new(),
@@ -121,10 +121,10 @@ impl Learned {
                 any = true;
                 *furthest = way;
             }
-            let of = (limit, moves.clone());
-            let kept = self.nearest.get(&of).map(|near| near.way);
-            if kept.map_or(self.nearest.len() < MOST_NEAREST, |kept| way >= kept.saturating_add(GAIN)) {
-                self.nearest.insert(of, Near { limit, way, known: lesson.known.clone(), tried: 0 });
+            let key = (limit, moves.clone());
+            let best = self.nearest.get(&key).map(|near| near.way);
+            if best.map_or(self.nearest.len() < MOST_NEAREST, |best| way >= best.saturating_add(GAIN)) {
+                self.nearest.insert(key, Near { limit, way, known: lesson.known.clone(), tried: 0 });
             }
         }
         any

@@ -29,7 +29,7 @@ pub use coverage::Coverage;
 pub use draw::Strategy;
 pub use moments::Moments;
 pub use propose::{Lore, Proposer, Source};
-pub use run::{Found, NearestRow, ROUND, RunConfig, RunResult, SearchRow};
+pub use run::{FoundSequence, NearestRow, ROUND, RunConfig, RunResult, SearchRow};
 pub use sample::{Drawn, Stratum};
 pub use sequence::{Action, AttackSequence, Unfit};
 pub use shrink::{Margin, Shrunk};

@@ -18,25 +18,26 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Those of a run.
-    pub fn of(run: &Tried, space: &AttackSpace, bounds: &Bounds) -> Self {
+    /// Moments of a run.
+    pub fn from_run(run: &Tried, space: &AttackSpace, bounds: &Bounds) -> Self {
         let tick = space.tick_ms.unsigned() as u32;
         let (first, last) = space.begins();
-        let within = |mut ticks: Vec<u32>| {
+        let in_range = |mut ticks: Vec<u32>| {
             ticks.retain(|t| (first..=last).contains(t));
             ticks.sort_unstable();
             ticks.dedup();
             ticks
         };
-        let around = |ms: u32| [(ms / tick).saturating_sub(1), ms / tick, ms / tick + 1];
+        let neighbours = |ms: u32| [(ms / tick).saturating_sub(1), ms / tick, ms / tick + 1];
         let changes: Vec<u32> = run.changes_ms.iter().map(|ms| ms / tick).collect();
         let starts = || std::iter::once(0).chain(run.changes_ms.iter().copied());
-        let edges = starts().flat_map(|at| spans(bounds).into_iter().flat_map(move |span| around(at + span)));
+        let edges =
+            starts().flat_map(|moment| spans(bounds).into_iter().flat_map(move |span| neighbours(moment + span)));
         let mut lengths: Vec<u32> =
             spans(bounds).into_iter().flat_map(|ms| [ms.saturating_sub(tick), ms, ms + tick]).collect();
         lengths.sort_unstable();
         lengths.dedup();
-        Self { edges: within(edges.collect()), changes: within(changes), lengths }
+        Self { edges: in_range(edges.collect()), changes: in_range(changes), lengths }
     }
 }
 

@@ -1,5 +1,5 @@
 //! Sources of the sequences of a search run: a strategy of this crate, or an optimizer outside it, which is asked for them a round at
-//! a time and told their results.
+//! a time and gets their results.
 //!
 //! Talking to a program is left to the caller; a sequence from outside is checked by [`AttackSequence::checked`].
 
@@ -93,7 +93,7 @@ impl Proposer for Drawer<'_> {
     }
 
     fn take(&mut self, Lore { tried, counted, new }: Lore<'_>) {
-        let moments = Moments::of(tried, self.space(), self.bounds());
+        let moments = Moments::from_run(tried, self.space(), self.bounds());
         let known = Known { sequence: tried.sequence.clone(), moments };
         self.learn(Lesson { known, new, approaches: counted.approaches.clone() });
     }

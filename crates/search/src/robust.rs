@@ -1,5 +1,5 @@
-//! From a sequence on the edge of a finding to a robust case inside its region: far enough from the edge that the jitter of a
-//! live run does not decide the outcome.
+//! Search from a sequence on the edge of a finding to a robust case inside its region: far enough from the edge that the
+//! jitter of a live run does not decide the outcome.
 //!
 //! The edge itself is the twin's. Live runs of robust cases are left to the caller.
 
@@ -28,10 +28,10 @@ impl SearchConfig {
         cause: &Cause,
     ) -> Result<Option<AttackSequence>, String> {
         let Some(stronger) = self.stronger(sequence) else { return Ok(None) };
-        let away = self.ticks();
-        for shift in [0, away, 2 * away, -away] {
-            let around = [shift, shift - away, shift + away].map(|shift| self.shifted(&stronger, shift));
-            let [Some(middle), Some(earlier), Some(later)] = around else { continue };
+        let distance = self.ticks();
+        for shift in [0, distance, 2 * distance, -distance] {
+            let sequences = [shift, shift - distance, shift + distance].map(|shift| self.shifted(&stronger, shift));
+            let [Some(middle), Some(earlier), Some(later)] = sequences else { continue };
             // What is at its strongest has no edge above.
             let above = self.stronger(&middle).unwrap_or_else(|| middle.clone());
             if self.all_hold(&[&middle, &earlier, &later, &above], test, cause)? {
@@ -61,9 +61,9 @@ impl SearchConfig {
     }
 
     fn stronger_action(&self, action: &Action) -> Option<Action> {
-        let of = move_of(&self.space, action);
-        let places = of.ranges().zip(&action.places).enumerate().map(|(n, (range, place))| {
-            let steps = if of.counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
+        let action_type = move_of(&self.space, action);
+        let places = action_type.ranges().zip(&action.places).enumerate().map(|(n, (range, place))| {
+            let steps = if action_type.counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
             // The weakest of its range has no edge below.
             let reached = (place + steps).min(range.last());
             (*place == 0 || reached == place + steps).then_some(reached)
@@ -76,7 +76,7 @@ impl SearchConfig {
         (AWAY * LIVE_JITTER_MS / self.space.tick_ms.unsigned() as f64).ceil() as i64
     }
 
-    /// Everything so many ticks later; none where that is not within the attack space's times.
+    /// Everything a given number of ticks later; none where that is not within the attack space's times.
     fn shifted(&self, sequence: &AttackSequence, ticks: i64) -> Option<AttackSequence> {
         let (first, last) = self.space.begins();
         let shifted = |action: &Action| {

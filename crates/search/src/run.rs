@@ -34,10 +34,10 @@ pub struct RunConfig {
 
 /// A finding as it was found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct FoundSequence {
     /// Its sequence.
     pub sequence: AttackSequence,
-    /// The how-manyth, from 1.
+    /// Index of the trial, from 1.
     pub trial: u64,
     /// CPU time of the search until then, seconds.
     pub cpu_seconds: f64,
@@ -54,10 +54,10 @@ pub struct RunResult {
     pub outcomes: Outcomes,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
-    /// Of each limit with a way to it, how far sequences that arrived came, in millionths, and the first that did.
+    /// Nearest approach by arrived sequences to each limit with a way to it, in millionths, and the first that did.
     pub nearest: BTreeMap<Limit, (u32, AttackSequence)>,
-    /// Of each cause the first finding.
-    pub found: BTreeMap<Cause, Found>,
+    /// First finding of each cause.
+    pub found: BTreeMap<Cause, FoundSequence>,
 }
 
 /// A search run as a row of a report.
@@ -83,7 +83,8 @@ pub struct SearchRow {
 pub struct NearestRow {
     /// Which.
     pub limit: Limit,
-    /// In thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little more.
+    /// Approach in thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little
+    /// more.
     pub thousandths: u32,
     /// The sequence.
     #[serde(rename = "word")]
@@ -91,21 +92,21 @@ pub struct NearestRow {
 }
 
 impl SearchConfig {
-    /// Searches for findings among the sequences of `own`, or where there is none among those that the strategy of `run` draws.
+    /// Searches for findings among the sequences of `own_proposer`, or where there is none among those that the strategy of `run` draws.
     ///
     /// # Errors
-    /// Which sequence does not fit the scenario, that the user wants it to stop, or why `own` cannot go on.
+    /// Which sequence does not fit the scenario, that the user wants it to stop, or why `own_proposer` cannot go on.
     pub fn search(
         &self,
         run: RunConfig,
-        own: Option<&mut dyn Proposer>,
+        own_proposer: Option<&mut dyn Proposer>,
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
     ) -> Result<RunResult, String> {
         let (mut drawer, mut result) = self.begin(run)?;
-        let proposer: &mut dyn Proposer = match own {
+        let proposer: &mut dyn Proposer = match own_proposer {
             Some(own) => own,
             None => &mut drawer,
         };
@@ -115,7 +116,7 @@ impl SearchConfig {
             let at_once = if run.first { threads.max(1) } else { round.len() };
             for sequences in round.chunks(at_once) {
                 for one in self.round(sequences, threads, progress, stop)? {
-                    let counted = Counted::of(&one, test);
+                    let counted = Counted::new(&one, test);
                     let new = result.take(&one.sequence, &counted);
                     proposer.take(Lore { tried: &one, counted: &counted, new });
                     if run.first && !result.found.is_empty() {
@@ -144,7 +145,7 @@ impl SearchConfig {
 
     fn begin(&self, run: RunConfig) -> Result<(Drawer<'_>, RunResult), String> {
         let nominal = self.try_sequence(&AttackSequence::default())?;
-        let moments = Moments::of(&nominal, &self.space, &self.setup.bounds);
+        let moments = Moments::from_run(&nominal, &self.space, &self.setup.bounds);
         let approaches = &nominal.approaches;
         let drawer = Drawer::new(&self.space, &self.setup.bounds, run.strategy, run.seed, moments, approaches);
         let cpu_seconds = if run.strategy.reads_moments() { nominal.trial.cpu_seconds } else { 0.0 };
@@ -164,7 +165,7 @@ impl SearchConfig {
         stop: &Stop,
     ) -> Result<Vec<Counted>, String> {
         let tried = self.round(sequences, threads, progress, stop)?;
-        Ok(tried.iter().map(|one| Counted::of(one, test)).collect())
+        Ok(tried.iter().map(|one| Counted::new(one, test)).collect())
     }
 
     fn round(
@@ -175,7 +176,7 @@ impl SearchConfig {
         stop: &Stop,
     ) -> Result<Vec<Tried>, String> {
         parallel::map(threads, sequences, |sequence| {
-            if stop.asked() {
+            if stop.is_requested() {
                 return Err("stopped".to_owned());
             }
             let tried = self.try_sequence(sequence);
@@ -201,7 +202,11 @@ impl RunResult {
         }
         if let Some(cause) = &counted.cause {
             let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
-            self.found.entry(cause.clone()).or_insert_with(|| Found { sequence: sequence.clone(), trial, cpu_seconds });
+            self.found.entry(cause.clone()).or_insert_with(|| FoundSequence {
+                sequence: sequence.clone(),
+                trial,
+                cpu_seconds,
+            });
         }
         new
     }
@@ -211,7 +216,7 @@ impl RunResult {
         let nearest = self.nearest.iter().map(|(limit, (millionths, sequence))| NearestRow {
             limit: *limit,
             thousandths: *millionths / (AT_LIMIT / 1_000),
-            sequence: sequence.told(space),
+            sequence: sequence.describe(space),
         });
         SearchRow {
             strategy,

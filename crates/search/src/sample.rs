@@ -66,11 +66,11 @@ impl SearchConfig {
     /// # Errors
     ///
     /// Reason for which a sequence cannot be run, or the user's request to stop.
-    pub fn sample(&self, of: Stratum, found: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<Drawn>, String> {
+    pub fn sample(&self, stratum: Stratum, found: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<Drawn>, String> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let safe = |tried: &Tried| safe(tried, found);
         for _ in 0..RUNS {
-            let drawn = match of {
+            let drawn = match stratum {
                 Stratum::Safe => self.first(&safe, rng.next_u64(), stop)?.map(|(_, sequence)| (self.clone(), sequence)),
                 Stratum::Finding => match self.first(found, rng.next_u64(), stop)? {
                     Some((cause, sequence)) => {
@@ -82,7 +82,7 @@ impl SearchConfig {
             };
             let Some((config, sequence)) = drawn else { continue };
             let drawn = config.drawn(&sequence)?;
-            // What did not arrive in the twin says nothing that a live run could agree with.
+            // A sequence that did not arrive in the twin gives no class for a live run to agree with.
             if drawn.outcome != Outcome::Invalid {
                 return Ok(Some(drawn));
             }
@@ -100,7 +100,7 @@ impl SearchConfig {
     fn drawn(&self, sequence: &AttackSequence) -> Result<Drawn, String> {
         let outcome = self.try_sequence(sequence)?.trial.outcome;
         let mut scenario = sequence.in_scenario(&self.space, &self.scenario)?;
-        let sequence = sequence.told(&self.space);
+        let sequence = sequence.describe(&self.space);
         scenario.expect([outcome]);
         let space = self.space.name.as_str();
         scenario.describe(
@@ -122,23 +122,23 @@ impl SearchConfig {
         let plain = SearchConfig::new(self.scenario.clone(), plain, self.seed, self.space.in_milliseconds())?;
         let Some((cause, sequence)) = plain.first(found, rng.next_u64(), stop)? else { return Ok(None) };
         let nominal = plain.try_sequence(&AttackSequence::default())?;
-        let moments = Moments::of(&nominal, &plain.space, &plain.setup.bounds);
+        let moments = Moments::from_run(&nominal, &plain.space, &plain.setup.bounds);
         let shrunk = plain.shrink(&sequence, found, &cause, &moments)?.sequence;
         let (Some(length), steps) = (pick(&plain.lengths(&shrunk), rng).cloned(), offset(rng)) else { return Ok(None) };
         let mut finer = self.clone();
         finer.space = plain.space;
-        let holds = |place: u32| Ok(found(&finer.try_sequence(&length.at(place))?).as_ref() == Some(&cause));
+        let holds = |place: u32| Ok(found(&finer.try_sequence(&length.sequence_at(place))?).as_ref() == Some(&cause));
         let edge = length.edge(holds)?;
         let moved = edge.and_then(|edge| u32::try_from(i64::from(edge) + steps).ok());
-        Ok(moved.filter(|place| *place <= length.last).map(|place| (finer, length.at(place))))
+        Ok(moved.filter(|place| *place <= length.last).map(|place| (finer, length.sequence_at(place))))
     }
 
     /// The lengths of time of a shrunk sequence that have an edge, which the weakest of its range has not.
     fn lengths(&self, sequence: &AttackSequence) -> Vec<Length> {
         let mut lengths = Vec::new();
         for (action, of) in sequence.actions().iter().enumerate() {
-            let of = move_of(&self.space, of);
-            let times = of.ranges().enumerate().filter(|(number, _)| of.counts_time(*number));
+            let action_type = move_of(&self.space, of);
+            let times = action_type.ranges().enumerate().filter(|(number, _)| action_type.counts_time(*number));
             lengths.extend(times.map(|(number, range)| Length {
                 actions: sequence.actions().to_vec(),
                 action,
@@ -166,7 +166,7 @@ impl Length {
     }
 
     /// The sequence with the number there.
-    fn at(&self, place: u32) -> AttackSequence {
+    fn sequence_at(&self, place: u32) -> AttackSequence {
         let mut actions = self.actions.clone();
         actions[self.action].places[self.number] = place;
         AttackSequence::new(actions)
@@ -186,24 +186,24 @@ impl Length {
     }
 }
 
-/// Of a trial without a finding in which the attack arrived.
+/// Cause of a trial without a finding in which the attack arrived.
 fn safe(tried: &Tried, found: Test<'_>) -> Option<Cause> {
     let outcome = tried.trial.outcome;
     let holds = tried.trial.receipt && outcome != Outcome::Invalid && found(tried).is_none();
     holds.then(|| Cause { outcome, broken: "nothing".to_owned() })
 }
 
-fn pick<'a, T>(of: &'a [T], rng: &mut ChaCha8Rng) -> Option<&'a T> {
-    of.get(below(of.len() as u64, rng) as usize)
+fn pick<'a, T>(choices: &'a [T], rng: &mut ChaCha8Rng) -> Option<&'a T> {
+    choices.get(uniform_below(choices.len() as u64, rng) as usize)
 }
 
-/// From -20 to 20, each as likely as any other.
+/// A number from -20 to 20, each as likely as any other.
 fn offset(rng: &mut ChaCha8Rng) -> i64 {
-    below(2 * NEXT_MS.unsigned_abs() + 1, rng) as i64 - NEXT_MS
+    uniform_below(2 * NEXT_MS.unsigned_abs() + 1, rng) as i64 - NEXT_MS
 }
 
 /// Even below `n`, to within 2^-32; 0 where `n` is 0.
-fn below(n: u64, rng: &mut ChaCha8Rng) -> u64 {
+fn uniform_below(n: u64, rng: &mut ChaCha8Rng) -> u64 {
     (u64::from(rng.next_u32()) * n) >> 32
 }
 
@@ -226,26 +226,26 @@ mod tests {
     #[test]
     fn seed_gives_one_sequence_of_its_stratum() {
         let (config, found) = (config(), [Outcome::HoldSafe]);
-        let sample = |of: Stratum, seed| config.sample(of, &ends_in(&found), seed, &Stop::default()).unwrap();
+        let sample = |stratum: Stratum, seed| config.sample(stratum, &ends_in(&found), seed, &Stop::default()).unwrap();
         let safe = sample(Stratum::Safe, 1).unwrap();
         assert!(!found.contains(&safe.outcome) && safe.outcome != Outcome::Invalid, "{safe:?}");
         assert_eq!(sample(Stratum::Finding, 1).unwrap().outcome, Outcome::HoldSafe);
-        let [once, again] = [0; 2].map(|_| sample(Stratum::Edge, 1).unwrap());
-        assert_eq!((&once.sequence, &once.scenario), (&again.sequence, &again.scenario));
-        assert_ne!(once.sequence, sample(Stratum::Edge, 2).unwrap().sequence);
+        let [drawn, repeated] = [0; 2].map(|_| sample(Stratum::Edge, 1).unwrap());
+        assert_eq!((&drawn.sequence, &drawn.scenario), (&repeated.sequence, &repeated.scenario));
+        assert_ne!(drawn.sequence, sample(Stratum::Edge, 2).unwrap().sequence);
     }
 
     #[test]
     fn edge_of_a_length_is_its_first_millisecond() {
         let mut config = config();
         config.space = config.space.in_milliseconds();
-        let kind = config.space.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();
+        let kind = config.space.moves.iter().position(|action_type| action_type.name.as_str() == "shake").unwrap();
         let sequence = AttackSequence::new(vec![Action { begins: 100, kind, places: vec![300, 0] }]);
         let lengths = config.lengths(&sequence);
         assert_eq!(lengths.len(), 1, "the weakest of a range has no edge");
         let edge = |least: u32| lengths[0].edge(|place| Ok(place >= least)).unwrap();
         assert_eq!([1, 287, 320, 321, 0].map(edge), [Some(1), Some(287), Some(320), None, None]);
-        assert_eq!(lengths[0].at(283).told(&config.space), "shake at 1.00 s for 0.333 s (up_to_ms = 10)");
+        assert_eq!(lengths[0].sequence_at(283).describe(&config.space), "shake at 1.00 s for 0.333 s (up_to_ms = 10)");
     }
 
     #[test]

@@ -78,13 +78,13 @@ pub enum Unfit {
 pub struct AttackSequence(Vec<Action>);
 
 impl AttackSequence {
-    /// Of these actions, in whatever order they come.
+    /// Sequence of these actions, in whatever order they come.
     pub fn new(mut actions: Vec<Action>) -> Self {
         actions.sort();
         Self(actions)
     }
 
-    /// Of actions from outside, each of them checked against `space`.
+    /// Sequence of actions from outside, each of them checked against `space`.
     ///
     /// # Errors
     /// The first fault.
@@ -96,11 +96,12 @@ impl AttackSequence {
         let (first, last) = space.begins();
         for (i, action) in actions.iter().enumerate() {
             let (kind, begins) = (action.kind, action.begins);
-            let of = space.moves.get(kind).ok_or(Unfit::Move { action: i, last: space.moves.len() - 1, got: kind })?;
+            let action_type =
+                space.moves.get(kind).ok_or(Unfit::Move { action: i, last: space.moves.len() - 1, got: kind })?;
             if begins < first || begins > last {
                 return Err(Unfit::Begin { action: i, first, last, got: begins });
             }
-            let ends = of.strongest();
+            let ends = action_type.strongest();
             if action.places.len() != ends.len() {
                 return Err(Unfit::Numbers { action: i, expected: ends.len(), got: action.places.len() });
             }
@@ -124,8 +125,8 @@ impl AttackSequence {
         let chosen = all.filter(|set| set.count_ones() as usize == n);
         chosen
             .map(|set| {
-                let kept = self.0.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
-                AttackSequence(kept.map(|(_, action)| action.clone()).collect())
+                let remaining = self.0.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
+                AttackSequence(remaining.map(|(_, action)| action.clone()).collect())
             })
             .collect()
     }
@@ -138,30 +139,30 @@ impl AttackSequence {
     pub fn in_scenario(&self, space: &AttackSpace, base: &Scenario) -> Result<Scenario, String> {
         let tick = space.tick_ms.unsigned();
         let entry = |action: &Action| {
-            let of = move_of(space, action);
-            (of.table.as_str().to_owned(), of.entry(u64::from(action.begins) * tick, &action.places))
+            let action_type = move_of(space, action);
+            (action_type.table.as_str().to_owned(), action_type.entry(u64::from(action.begins) * tick, &action.places))
         };
         base.with_entries(&space.with, self.0.iter().map(entry))
     }
 
     /// Its actions, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.
-    pub fn told(&self, space: &AttackSpace) -> String {
+    pub fn describe(&self, space: &AttackSpace) -> String {
         let tick = space.tick_ms.unsigned();
-        let tell = |action: &Action| {
-            let of = move_of(space, action);
+        let text_of = |action: &Action| {
+            let action_type = move_of(space, action);
             let begins = u64::from(action.begins) * tick;
-            let mut text = format!("{} at {:.2} s", of.name.as_str(), begins as f64 / 1000.0);
-            let mut values = of.ranges().zip(&action.places).map(|(range, place)| range.at(*place));
-            if of.lasts_ms.is_some() {
+            let mut text = format!("{} at {:.2} s", action_type.name.as_str(), begins as f64 / 1000.0);
+            let mut values = action_type.ranges().zip(&action.places).map(|(range, place)| range.value_at(*place));
+            if action_type.lasts_ms.is_some() {
                 // Writing to a string does not fail.
                 let _ = write!(text, " for {} s", seconds(values.next().unwrap_or_default()));
             }
-            for (number, value) in of.varies.iter().zip(values) {
+            for (number, value) in action_type.varies.iter().zip(values) {
                 let _ = write!(text, " ({} = {value})", number.key.as_str());
             }
             text
         };
-        if self.0.is_empty() { "nothing".to_owned() } else { self.0.iter().map(tell).collect::<Vec<_>>().join(", ") }
+        if self.0.is_empty() { "nothing".to_owned() } else { self.0.iter().map(text_of).collect::<Vec<_>>().join(", ") }
     }
 }
 

@@ -1,5 +1,5 @@
-//! From a found sequence to its clearest form: the fewest actions, at canonical moments, with the smallest numbers that keep
-//! class and cause; and the margin of each number.
+//! Reduction of a found sequence to its clearest form: the fewest actions, at canonical moments, with the smallest numbers
+//! that keep class and cause; and the margin of each number.
 //!
 //! The order of tries is fixed, and each step takes the first success rather than a better one, so equivalent sequences end
 //! as the same sequence. Where a single action suffices at a moment that the run without an attack has, the search for it
@@ -49,7 +49,7 @@ struct Shrinker<'a> {
 }
 
 impl SearchConfig {
-    /// Shrinks a sequence that `test` found for `cause`; `moments` are those of the run without any sequence.
+    /// Shrinks a sequence that `test` found for `cause`; `moments` belong to the run without any sequence.
     ///
     /// # Errors
     /// Why a sequence cannot be run.
@@ -61,7 +61,7 @@ impl SearchConfig {
         moments: &Moments,
     ) -> Result<Shrunk, String> {
         let mut shrinker = Shrinker { config: self, test, cause, tried: BTreeMap::from([(sequence.clone(), true)]) };
-        let mut actions = match shrinker.alone(moments)? {
+        let mut actions = match shrinker.single_move(moments)? {
             Some(actions) => actions,
             None => shrinker.canonical(sequence, moments)?,
         };
@@ -75,8 +75,8 @@ impl SearchConfig {
     }
 }
 
-/// The actions with another in place of action `i`: each keeps its place here, wherever it stands in time.
-fn with(actions: &[Action], i: usize, action: Action) -> Vec<Action> {
+/// The actions with another in place of action `i`: each keeps its place here, wherever it is in time.
+fn replace_action(actions: &[Action], i: usize, action: Action) -> Vec<Action> {
     let mut actions = actions.to_vec();
     actions[i] = action;
     actions
@@ -109,10 +109,10 @@ impl Shrinker<'_> {
 
     /// The earliest move of the attack space that does it by itself, at its strongest, at the first moment of the attack space or at a
     /// change of mode.
-    fn alone(&mut self, moments: &Moments) -> Result<Option<Vec<Action>>, String> {
+    fn single_move(&mut self, moments: &Moments) -> Result<Option<Vec<Action>>, String> {
         let (first, _) = self.config.space.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
-        let mut actions: Vec<Action> = begins.into_iter().flat_map(|at| self.strongest(at)).collect();
+        let mut actions: Vec<Action> = begins.into_iter().flat_map(|moment| self.strongest(moment)).collect();
         actions.sort_by_key(|action| (action.kind, action.begins));
         self.first(actions.into_iter().map(|action| vec![action]))
     }
@@ -124,11 +124,11 @@ impl Shrinker<'_> {
         loop {
             let before = kinds(&actions);
             let together = self.together(&actions, moments)?;
-            let apart = together.is_none();
+            let separate = together.is_none();
             actions = together.unwrap_or(actions);
             for i in 0..actions.len() {
                 actions = self.simplest(actions, i)?;
-                if apart {
+                if separate {
                     actions = self.canonical_moment(actions, i, moments)?;
                 }
             }
@@ -141,8 +141,8 @@ impl Shrinker<'_> {
         Ok(self.together(&actions, moments)?.unwrap_or(actions))
     }
 
-    /// The same action types, all at their strongest, at the first canonical moments that suffice. The requirement on one of
-    /// several depends on the others: taken together, only their types are left of the way they were found.
+    /// An equal set of action types, all at their strongest, at the first canonical moments that suffice. The requirement on
+    /// one of several depends on the others: taken together, only their types are left of the way they were found.
     fn together(&mut self, actions: &[Action], moments: &Moments) -> Result<Option<Vec<Action>>, String> {
         let (first, _) = self.config.space.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
@@ -150,8 +150,8 @@ impl Shrinker<'_> {
         for action in actions {
             let places = move_of(&self.config.space, action).strongest();
             let later = |sequence: Vec<Action>| {
-                let next = |at: &u32| Action { begins: *at, kind: action.kind, places: places.clone() };
-                begins.iter().map(|at| [&sequence[..], &[next(at)]].concat()).collect::<Vec<_>>()
+                let next = |moment: &u32| Action { begins: *moment, kind: action.kind, places: places.clone() };
+                begins.iter().map(|moment| [&sequence[..], &[next(moment)]].concat()).collect::<Vec<_>>()
             };
             sequences = sequences.into_iter().flat_map(later).take(MOST_TOGETHER).collect();
         }
@@ -169,9 +169,9 @@ impl Shrinker<'_> {
 
     /// The earliest move of the attack space that does it in place of action `i`, at its strongest; else the action itself.
     fn simplest(&mut self, actions: Vec<Action>, i: usize) -> Result<Vec<Action>, String> {
-        let others = self.strongest(actions[i].begins).into_iter().take(actions[i].kind + 1);
-        let others: Vec<_> = others.map(|other| with(&actions, i, other)).collect();
-        Ok(self.first(others)?.unwrap_or(actions))
+        let other_actions = self.strongest(actions[i].begins).into_iter().take(actions[i].kind + 1);
+        let rest: Vec<_> = other_actions.map(|other| replace_action(&actions, i, other)).collect();
+        Ok(self.first(rest)?.unwrap_or(actions))
     }
 
     /// Action `i` at the first moment that does it: the first of the attack space, then each change of mode in order; else the
@@ -179,12 +179,12 @@ impl Shrinker<'_> {
     fn canonical_moment(&mut self, actions: Vec<Action>, i: usize, moments: &Moments) -> Result<Vec<Action>, String> {
         let found = actions[i].begins;
         let (first, _) = self.config.space.begins();
-        let moved = |begins: u32| with(&actions, i, Action { begins, ..actions[i].clone() });
+        let moved = |begins: u32| replace_action(&actions, i, Action { begins, ..actions[i].clone() });
         let candidates = std::iter::once(first).chain(moments.changes.iter().copied());
-        if let Some(actions) = self.first(candidates.filter(|at| *at <= found).map(moved))? {
+        if let Some(actions) = self.first(candidates.filter(|moment| *moment <= found).map(moved))? {
             return Ok(actions);
         }
-        let before = moments.changes.iter().rev().find(|at| **at < found).copied().unwrap_or(first);
+        let before = moments.changes.iter().rev().find(|moment| **moment < found).copied().unwrap_or(first);
         self.edge(before, found, moved).map(moved)
     }
 
@@ -193,29 +193,29 @@ impl Shrinker<'_> {
         let mut margins = Vec::new();
         for n in 0..actions[i].places.len() {
             let action = actions[i].clone();
-            let at = |place: u32| {
+            let candidate = |place: u32| {
                 let mut places = action.places.clone();
                 places[n] = place;
-                with(&actions, i, Action { places, ..action.clone() })
+                replace_action(&actions, i, Action { places, ..action.clone() })
             };
-            let weakest = self.holds(&AttackSequence::new(at(0)))?;
-            let place = if weakest { 0 } else { self.edge(0, action.places[n], at)? };
+            let weakest = self.holds(&AttackSequence::new(candidate(0)))?;
+            let place = if weakest { 0 } else { self.edge(0, action.places[n], candidate)? };
             margins.push(self.margin(&action, n, place));
-            actions = at(place);
+            actions = candidate(place);
         }
         Ok((actions, margins))
     }
 
     fn margin(&self, action: &Action, n: usize, place: u32) -> Margin {
-        let of = move_of(&self.config.space, action);
-        let lasts = of.lasts_ms.is_some();
-        let range = of.ranges().nth(n).expect("invariant: an action has a place for each range of its move");
-        let key = || of.varies[n - usize::from(lasts)].key.as_str().to_owned();
+        let action_type = move_of(&self.config.space, action);
+        let lasts = action_type.lasts_ms.is_some();
+        let range = action_type.ranges().nth(n).expect("invariant: an action has a place for each range of its move");
+        let key = || action_type.varies[n - usize::from(lasts)].key.as_str().to_owned();
         Margin {
-            of: of.name.as_str().to_owned(),
+            of: action_type.name.as_str().to_owned(),
             number: if lasts && n == 0 { "duration_ms".to_owned() } else { key() },
-            holds: range.at(place),
-            fails: place.checked_sub(1).map(|weaker| range.at(weaker)),
+            holds: range.value_at(place),
+            fails: place.checked_sub(1).map(|weaker| range.value_at(weaker)),
         }
     }
 
@@ -235,7 +235,7 @@ impl Shrinker<'_> {
     /// Each move, at its strongest, to begin then.
     fn strongest(&self, begins: u32) -> Vec<Action> {
         let moves = self.config.space.moves.iter().enumerate();
-        moves.map(|(kind, of)| Action { begins, kind, places: of.strongest() }).collect()
+        moves.map(|(kind, action_type)| Action { begins, kind, places: action_type.strongest() }).collect()
     }
 }
 
@@ -257,7 +257,7 @@ mod tests {
     }
 
     fn kind(config: &SearchConfig, name: &str) -> usize {
-        config.space.moves.iter().position(|of| of.name.as_str() == name).unwrap()
+        config.space.moves.iter().position(|action_type| action_type.name.as_str() == name).unwrap()
     }
 
     /// Every sequence with a silence of half a second and a delay of at least 300 ms in it, at any time, is a finding.
@@ -269,12 +269,12 @@ mod tests {
             (kind(&config, "command-stall"), kind(&config, "hold-up"), kind(&config, "copy"));
         let cause = Cause { outcome: Outcome::Unsafe, broken: "both".to_owned() };
         let test = |tried: &Tried| {
-            let has = |kind: usize, n: usize, least: f64| {
+            let has_kind = |kind: usize, n: usize, least: f64| {
                 let ranges: Vec<Range> = config.space.moves[kind].ranges().copied().collect();
-                let mut of = tried.sequence.actions().iter().filter(|action| action.kind == kind);
-                of.any(|action| ranges[n].at(action.places[n]) >= least)
+                let mut same_kind = tried.sequence.actions().iter().filter(|action| action.kind == kind);
+                same_kind.any(|action| ranges[n].value_at(action.places[n]) >= least)
             };
-            (has(silence, 0, 500.0) && has(delay, 1, 300.0)).then(|| cause.clone())
+            (has_kind(silence, 0, 500.0) && has_kind(delay, 1, 300.0)).then(|| cause.clone())
         };
         let action = |kind: usize, begins: u32, places: &[u32]| Action { kind, begins, places: places.to_vec() };
         let found = [
@@ -285,8 +285,8 @@ mod tests {
         let shrunk =
             found.map(|actions| config.shrink(&AttackSequence::new(actions), &test, &cause, &moments).unwrap());
         assert_eq!(shrunk[0].sequence, shrunk[1].sequence);
-        let told = shrunk[0].sequence.told(&config.space);
-        assert_eq!(told, "hold-up at 0.50 s for 0.05 s (by_ms = 300), command-stall at 0.50 s for 0.50 s");
+        let text = shrunk[0].sequence.describe(&config.space);
+        assert_eq!(text, "hold-up at 0.50 s for 0.05 s (by_ms = 300), command-stall at 0.50 s for 0.50 s");
         assert!(shrunk.iter().all(|shrunk| shrunk.executions <= 100), "{shrunk:?}");
         let edge = |margin: &Margin| (margin.number.clone(), margin.holds, margin.fails);
         let edges: Vec<_> = shrunk[0].margins.iter().map(edge).collect();

@@ -86,7 +86,7 @@ pub struct Counted {
 }
 
 impl Counted {
-    pub(super) fn of(tried: &Tried, test: Test<'_>) -> Self {
+    pub(super) fn new(tried: &Tried, test: Test<'_>) -> Self {
         Self {
             outcome: tried.trial.outcome,
             cause: test(tried),
@@ -106,15 +106,16 @@ impl Tried {
 }
 
 impl SearchConfig {
-    /// Of `scenario`, which is run once without any sequence.
+    /// Configuration for `scenario`, which is run once without any sequence.
     ///
     /// # Errors
     /// Why it cannot be run.
     pub fn new(scenario: Scenario, setup: Setup, seed: u64, space: AttackSpace) -> Result<Self, String> {
-        let nothing = AttackSequence::default().in_scenario(&space, &scenario)?;
-        let kept = nothing.duration_s.get() <= LONGEST_BASELINE_S;
-        let baseline =
-            kept.then(|| baseline(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
+        let empty_scenario = AttackSequence::default().in_scenario(&space, &scenario)?;
+        let is_short = empty_scenario.duration_s.get() <= LONGEST_BASELINE_S;
+        let baseline = is_short
+            .then(|| baseline(&empty_scenario, &setup, seed).map(Arc::new).map_err(|e| e.to_string()))
+            .transpose()?;
         Ok(Self { scenario, setup, seed, space, baseline })
     }
 
@@ -127,9 +128,12 @@ impl SearchConfig {
         for (kind, of) in self.space.moves.iter().enumerate() {
             for places in [vec![0; of.ranges().count()], of.strongest()] {
                 let sequence = AttackSequence::new(vec![Action { begins, kind, places }]);
-                sequence.in_scenario(&self.space, &self.scenario).map_err(|why| {
+                sequence.in_scenario(&self.space, &self.scenario).map_err(|reason| {
                     let (space, scenario) = (self.space.name.as_str(), self.scenario.name.as_str());
-                    format!("action type {} of attack space {space} does not fit `{scenario}`: {why}", of.name.as_str())
+                    format!(
+                        "action type {} of attack space {space} does not fit `{scenario}`: {reason}",
+                        of.name.as_str()
+                    )
                 })?;
             }
         }
@@ -137,20 +141,25 @@ impl SearchConfig {
     }
 
     /// The scenario of a found sequence, to be run until it no longer ends in one of the classes `found`; INVALID and
-    /// UNSAFE are never fine. `why` describes the finding.
+    /// UNSAFE are never fine. `reason` describes the finding.
     ///
     /// # Errors
     ///
     /// The action that does not fit.
-    pub fn as_regression(&self, sequence: &AttackSequence, found: &[Outcome], why: &str) -> Result<Scenario, String> {
+    pub fn as_regression(
+        &self,
+        sequence: &AttackSequence,
+        found: &[Outcome],
+        reason: &str,
+    ) -> Result<Scenario, String> {
         let mut scenario = sequence.in_scenario(&self.space, &self.scenario)?;
-        let never =
+        let is_never =
             |outcome: &Outcome| found.contains(outcome) || matches!(outcome, Outcome::Invalid | Outcome::Unsafe);
-        scenario.expect(Outcome::ALL.into_iter().filter(|outcome| !never(outcome)));
-        let sequence = sequence.told(&self.space);
+        scenario.expect(Outcome::ALL.into_iter().filter(|outcome| !is_never(outcome)));
+        let sequence = sequence.describe(&self.space);
         scenario.describe(
             &format!("Found: {sequence}"),
-            &format!("Found by a search over attack space {}: {sequence}. {why}", self.space.name.as_str()),
+            &format!("Found by a search over attack space {}: {sequence}. {reason}", self.space.name.as_str()),
         );
         Ok(scenario)
     }
@@ -170,7 +179,7 @@ impl SearchConfig {
         let run = conclude(topology, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
         let approaches = oracle::approaches(&run.evidence);
-        let coverage = coverage::of(&run.evidence, &approaches);
+        let coverage = coverage::measure(&run.evidence, &approaches);
         trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
         let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();
         Ok(Tried {
@@ -203,9 +212,9 @@ mod tests {
         let scenario = load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
-        let kept =
+        let interval =
             |seconds: f64| SearchConfig::new(scenario.soak(seconds, 0.0), setup.clone(), 1, space.clone()).unwrap();
-        let (short, long) = (kept(LONGEST_BASELINE_S), kept(LONGEST_BASELINE_S + 1.0));
+        let (short, long) = (interval(LONGEST_BASELINE_S), interval(LONGEST_BASELINE_S + 1.0));
         assert!(short.baseline.is_some() && long.baseline.is_none());
         assert_eq!(long.try_sequence(&AttackSequence::default()).unwrap().trial.outcome, Outcome::Nominal);
     }

@@ -17,31 +17,31 @@ const VARIATIONS: u32 = 3;
 impl Drawer<'_> {
     /// A variation of the sequence nearest to a limit: half of them moved by the distance, where that is a length of time.
     pub(super) fn nearer(&mut self, near: &Near) -> AttackSequence {
-        match self.below(4) {
+        match self.uniform_below(4) {
             0 => self.changed(&near.known),
             1 => self.nudged(&near.known),
             _ => self.aimed(near).unwrap_or_else(|| self.nudged(&near.known)),
         }
     }
 
-    /// The same sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
+    /// The sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
     fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
         let limit = near.limit.length_ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.space().tick_ms.unsigned();
-        let beyond = BEYOND[self.below(BEYOND.len() as u32) as usize];
-        let by_ms = (missing as f64).max(1.0) + f64::from(beyond) * tick as f64;
+        let excess = BEYOND[self.uniform_below(BEYOND.len() as u32) as usize];
+        let by_ms = (missing as f64).max(1.0) + f64::from(excess) * tick as f64;
         let mut actions = near.known.sequence.actions().to_vec();
-        let some = self.below(actions.len() as u32) as usize;
-        let of = move_of(self.space(), &actions[some]);
-        let numbers: Vec<usize> = (0..actions[some].places.len()).filter(|n| of.counts_time(*n)).collect();
-        let ranges: Vec<_> = of.ranges().copied().collect();
-        let later = self.below(2) == 0;
+        let some = self.uniform_below(actions.len() as u32) as usize;
+        let action_type = move_of(self.space(), &actions[some]);
+        let numbers: Vec<usize> = (0..actions[some].places.len()).filter(|n| action_type.counts_time(*n)).collect();
+        let ranges: Vec<_> = action_type.ranges().copied().collect();
+        let later = self.uniform_below(2) == 0;
         let moved = |from: u32, step: f64| {
             let steps = (by_ms / step).ceil() as u32;
             if later { from.saturating_add(steps) } else { from.saturating_sub(steps) }
         };
-        match (self.below(1 + numbers.len() as u32) as usize).checked_sub(1).map(|i| numbers[i]) {
+        match (self.uniform_below(1 + numbers.len() as u32) as usize).checked_sub(1).map(|i| numbers[i]) {
             None => {
                 let (first, last) = self.space().begins();
                 actions[some].begins = moved(actions[some].begins, tick as f64).clamp(first, last);
@@ -51,12 +51,12 @@ impl Drawer<'_> {
         Some(AttackSequence::new(actions))
     }
 
-    /// The same sequence with one number or moment moved a little, at every scale alike.
+    /// The sequence with one number or moment moved a little, at every scale alike.
     fn nudged(&mut self, known: &Known) -> AttackSequence {
         let mut actions = known.sequence.actions().to_vec();
-        let some = self.below(actions.len() as u32) as usize;
+        let some = self.uniform_below(actions.len() as u32) as usize;
         let ranges: Vec<_> = move_of(self.space(), &actions[some]).ranges().copied().collect();
-        match (self.below(1 + ranges.len() as u32) as usize).checked_sub(1) {
+        match (self.uniform_below(1 + ranges.len() as u32) as usize).checked_sub(1) {
             None => {
                 let (first, last) = self.space().begins();
                 actions[some].begins = self.moved(actions[some].begins, NUDGE).clamp(first, last);
@@ -72,15 +72,15 @@ impl Drawer<'_> {
     /// Up or down by 1, 2, 4 and so on, at most by `most`.
     fn moved(&mut self, from: u32, most: u32) -> u32 {
         let scales = most.ilog2() + 1;
-        let by = 1_u32 << self.below(scales);
-        if self.below(2) == 0 { from.saturating_add(by) } else { from.saturating_sub(by) }
+        let scale = 1_u32 << self.uniform_below(scales);
+        if self.uniform_below(2) == 0 { from.saturating_add(scale) } else { from.saturating_sub(scale) }
     }
 
-    /// The same sequence with one thing changed.
+    /// The sequence with one thing changed.
     pub(super) fn changed(&mut self, known: &Known) -> AttackSequence {
         let mut actions = known.sequence.actions().to_vec();
-        let some = self.below(actions.len() as u32) as usize;
-        match (self.below(5), actions.get(some).cloned()) {
+        let some = self.uniform_below(actions.len() as u32) as usize;
+        match (self.uniform_below(5), actions.get(some).cloned()) {
             (0, _) if (actions.len() as u32) < self.longest() => actions.push(self.action(&known.moments)),
             (1, Some(_)) if actions.len() > 1 => drop(actions.remove(some)),
             (2 | 0, Some(action)) => actions[some] = Action { begins: self.moment(&known.moments), ..action },
@@ -102,11 +102,11 @@ impl Drawer<'_> {
             return None;
         }
         let n = self.by_weight(&weights);
-        let kept = self.climb().parents(n);
-        let mut near = self.parent(&kept)?;
+        let parents = self.climb().parents(n);
+        let mut near = self.parent(&parents)?;
         // The distance is that of the parent alone: nothing else is moved by it.
         let mut aim = true;
-        if self.below(3) == 0
+        if self.uniform_below(3) == 0
             && let Some(other) = self.on_any_hill()
         {
             near.known.sequence = self.joined(&near.known, &other.known);
@@ -114,14 +114,14 @@ impl Drawer<'_> {
         }
         // One variation, and every other time one more: a step on a plateau may need two at once.
         for _ in 0..VARIATIONS {
-            let aimed = if aim && self.below(3) == 0 { self.aimed(&near) } else { None };
+            let aimed = if aim && self.uniform_below(3) == 0 { self.aimed(&near) } else { None };
             near.known.sequence = match aimed {
                 Some(aimed) => aimed,
-                None if self.below(2) == 0 => self.changed(&near.known),
+                None if self.uniform_below(2) == 0 => self.changed(&near.known),
                 None => self.nudged(&near.known),
             };
             aim = false;
-            if self.below(2) == 0 {
+            if self.uniform_below(2) == 0 {
                 break;
             }
         }
@@ -129,18 +129,18 @@ impl Drawer<'_> {
     }
 
     /// The nearer of two.
-    fn parent(&mut self, kept: &[Near]) -> Option<Near> {
-        let n = kept.len() as u32;
-        let nearer = self.below(n).min(self.below(n));
-        kept.get(nearer as usize).cloned()
+    fn parent(&mut self, parents: &[Near]) -> Option<Near> {
+        let n = parents.len() as u32;
+        let nearer = self.uniform_below(n).min(self.uniform_below(n));
+        parents.get(nearer as usize).cloned()
     }
 
     /// One of the nearest to any limit.
     fn on_any_hill(&mut self) -> Option<Near> {
         let hills = self.climb().weights().len() as u32;
-        let n = self.below(hills) as usize;
-        let kept = self.climb().kept(n).to_vec();
-        self.parent(&kept)
+        let n = self.uniform_below(hills) as usize;
+        let nearest = self.climb().nearest(n).to_vec();
+        self.parent(&nearest)
     }
 
     /// The actions of both, each once, without any that are too many: steps towards several limits may be needed together.
@@ -149,8 +149,8 @@ impl Drawer<'_> {
         actions.sort();
         actions.dedup();
         while actions.len() > self.longest() as usize {
-            let gone = self.below(actions.len() as u32) as usize;
-            actions.swap_remove(gone);
+            let dropped = self.uniform_below(actions.len() as u32) as usize;
+            actions.swap_remove(dropped);
         }
         AttackSequence::new(actions)
     }
@@ -175,7 +175,7 @@ mod tests {
         let bounds = Bounds::GROUND;
         let mut drawer = Drawer::new(&space, &bounds, Strategy::Guided, 1, Moments::default(), &Approaches::new());
         // Held up for 1 s by 500 ms, 2.5 s into the run, 100 ms short of the limit.
-        let kind = space.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
+        let kind = space.moves.iter().position(|action_type| action_type.name.as_str() == "hold-up").unwrap();
         let action = Action { begins: 250, kind, places: vec![95, 49] };
         let sequence = AttackSequence::new(vec![action.clone()]);
         let way = AT_LIMIT - 100 * (AT_LIMIT / bounds.to_hold_safe_ms as u32);
@@ -185,11 +185,11 @@ mod tests {
         for _ in 0..200 {
             let aimed = drawer.aimed(&near(Limit::Uplink)).unwrap();
             let now = &aimed.actions()[0];
-            let by = [now.begins.abs_diff(action.begins), now.places[0].abs_diff(95), now.places[1].abs_diff(49)];
-            assert_eq!(by.iter().filter(|by| **by > 0).count(), 1, "{aimed:?}");
-            let by = by.iter().sum::<u32>();
-            assert!((10..=18).contains(&by), "{by} ticks, where 100 ms were missing");
-            moved.insert((now.begins != action.begins, now.places[0] != 95, now > &action, by));
+            let changes = [now.begins.abs_diff(action.begins), now.places[0].abs_diff(95), now.places[1].abs_diff(49)];
+            assert_eq!(changes.iter().filter(|change| **change > 0).count(), 1, "{aimed:?}");
+            let change = changes.iter().sum::<u32>();
+            assert!((10..=18).contains(&change), "{change} ticks, where 100 ms were missing");
+            moved.insert((now.begins != action.begins, now.places[0] != 95, now > &action, change));
         }
         assert_eq!(moved.len(), 2 * 3 * BEYOND.len(), "every time, both ways, each a little more: {moved:?}");
         assert!(drawer.aimed(&near(Limit::Fence)).is_none(), "a distance is not a time to move by");

@@ -39,7 +39,7 @@ fn main() {
 fn bare(config: &SimConfig) -> f64 {
     let mut world = World::new(Arc::new(config.scene.clone()));
     let mut plant =
-        Plant::of(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed).expect("a body");
+        Plant::from_body(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed).expect("a body");
     let before = cpu();
     for k in 1..=SECONDS * 100 {
         let now = Instant(k * STEP.0);
@@ -61,8 +61,8 @@ fn drive(mut sim: Sim, seconds: u64) -> f64 {
     let before = cpu();
     for k in 1..=seconds * 20 {
         let now = Instant(k * 50_000);
-        while let Some(at) = sim.deadline().filter(|at| *at <= now) {
-            sim.handle(at, &Input::Timeout);
+        while let Some(time) = sim.deadline().filter(|time| *time <= now) {
+            sim.handle(time, &Input::Timeout);
             while sim.output().is_some() {}
         }
         let set_point = wire::drive::SetPoint::Course { speed_mm_s: 2000, curvature_um: 100_000 };

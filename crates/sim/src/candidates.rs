@@ -19,7 +19,7 @@ use wire::time::{Instant, Span};
 use crate::chaff;
 use crate::fault::{Effect, Faults, imaging};
 use crate::noise::{Noise, Stream};
-use crate::occlusion::{Eye, Part, Scan, Sight, around, corners, overlap};
+use crate::occlusion::{Eye, Part, Scan, Sight, bounding_box, corners, overlap};
 use crate::past::Past;
 use crate::plant::{Plant, State};
 use crate::scene::Object;
@@ -73,8 +73,8 @@ impl Default for NoiseModel {
 }
 
 impl NoiseModel {
-    /// The same with so many times as many things that are confused or are not there; of the rest of the noise each reading's
-    /// [`Effect`] tells.
+    /// The model with so many times as many things that are confused or are not there; of the rest of the noise each
+    /// reading's [`Effect`] tells.
     pub(crate) fn times(self, factor: f32) -> Self {
         let chance = |p: f32| (p * factor).min(1.0);
         Self { false_positive: chance(self.false_positive), confusion: chance(self.confusion), ..self }
@@ -264,12 +264,14 @@ impl Stages {
         effect: &Effect,
     ) -> List<DepthSample, 32> {
         let sample = |(index, detection): (usize, &Detection)| {
-            let here: Vec<&Seen<'_>> = seen.iter().filter(|s| overlap(&s.bounds, &detection.bounds)).collect();
-            let metres = match here[..] {
+            let overlapping: Vec<&Seen<'_>> = seen.iter().filter(|s| overlap(&s.bounds, &detection.bounds)).collect();
+            let metres = match overlapping[..] {
                 [] => None,
                 [one] if one.share >= 1.0 => Some(one.depth),
-                [..] if here.iter().any(|s| passes_for_a_vehicle(s.object)) => eye.median_depth(&detection.bounds),
-                [..] => here.iter().map(|s| s.depth).min_by(f32::total_cmp),
+                [..] if overlapping.iter().any(|s| passes_for_a_vehicle(s.object)) => {
+                    eye.median_depth(&detection.bounds)
+                }
+                [..] => overlapping.iter().map(|s| s.depth).min_by(f32::total_cmp),
             };
             // Drawn whether it is needed or not, so that the noise of what follows stays what it is.
             let nowhere = depth::REACH * self.depth.uniform();
@@ -363,7 +365,7 @@ pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Pl
     if projected.iter().any(Option::is_none) {
         return None;
     }
-    around(camera, projected.iter().flatten())
+    bounding_box(camera, projected.iter().flatten())
 }
 
 /// LiDAR returns from an object.
@@ -383,18 +385,18 @@ fn meet(scan: &Scan<'_>, index: usize, object: &Object) -> Option<Met> {
             let origin = scan.state.to_world(Vector::new(0.0, 0.0, scan.beams.up_m));
             let centre = scan.world.placements()[index].centre;
             let hit = sight(scan.view, origin, centre, ObjectId(index as u16))?;
-            let towards = centre - origin;
-            let centroid = scan.state.to_body(origin + towards * (0.75 * hit.distance + 0.25));
+            let direction = centre - origin;
+            let centroid = scan.state.to_body(origin + direction * (0.75 * hit.distance + 0.25));
             let [length, width, height] = object.size;
             Some(Met {
                 cluster: sized(length.max(width) * 900.0, height * 850.0),
                 centroid,
-                range: towards.length() * hit.distance,
+                range: direction.length() * hit.distance,
             })
         }
         Sight::Part(points) => {
-            let span = |of: fn(&Vector) -> f32| {
-                let all = || points.iter().map(of);
+            let span = |extent_along: fn(&Vector) -> f32| {
+                let all = || points.iter().map(extent_along);
                 all().fold(f32::MIN, f32::max) - all().fold(f32::MAX, f32::min)
             };
             let (along, across) = (span(|p| p.x), span(|p| p.y));
@@ -417,8 +419,8 @@ fn hidden(camera: &Camera, effect: &Effect, bounds: &PixelBox) -> bool {
 }
 
 /// True if an occlusion covers the LiDAR's beam to a place in the body frame.
-fn shadowed(effect: &Effect, at: Vector) -> bool {
-    let degrees = libm::atan2f(at.y, at.x).to_degrees();
+fn shadowed(effect: &Effect, place: Vector) -> bool {
+    let degrees = libm::atan2f(place.y, place.x).to_degrees();
     let azimuth = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     azimuth < 360.0 * f32::from(effect.occluded) / 1000.0
 }

@@ -1,6 +1,6 @@
 //! The sim's ends of the shared-memory channels: its publications, and the gates before its commands.
 //!
-//! The gates always stand in full, whatever a run's policy waives elsewhere: the plant is one of the oracle's
+//! The gates are always complete, whatever a run's policy waives elsewhere: the plant is one of the oracle's
 //! witnesses. Refusals are counted by reason; the first ones are also written down one by one.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -56,12 +56,12 @@ pub(crate) struct Channels {
 
 impl Channels {
     /// `driver` is the unit's autonomy, the only one the plant obeys.
-    pub(crate) fn new(keys: ChannelKeys, (own, boot): (NodeId, Boot), driver: NodeId) -> Self {
-        let sender = |topic, key| Sender::new(topic, own, boot, key);
+    pub(crate) fn new(keys: ChannelKeys, (own_node, boot): (NodeId, Boot), driver: NodeId) -> Self {
+        let sender = |topic, key| Sender::new(topic, own_node, boot, key);
         Channels {
             frames: sender(Topic::Frames, keys.frames),
             candidates: sender(Topic::Candidates, keys.candidates),
-            navigation: Sender::to_readers(Topic::Navigation, own, boot, keys.navigation.to_vec()),
+            navigation: Sender::to_readers(Topic::Navigation, own_node, boot, keys.navigation.to_vec()),
             policy: Policy::default(),
             drive: BusGate::new(Topic::Drive, driver, keys.drive, FRESHNESS),
             act: BusGate::new(Topic::Act, driver, keys.act, FRESHNESS),

@@ -1,6 +1,6 @@
 //! Sensor faults as scenario data: sensor, disturbance, start and duration.
 //!
-//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::at`] folds the active
+//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::effect_at`] folds the active
 //! faults into one [`Effect`] for a sensor; `lib` writes start, end and every affected frame to the audit trail, which
 //! is the actor's half of the receipt.
 
@@ -21,7 +21,7 @@ pub const MAX_FAULTS: usize = 32;
 pub const MAX_SKEW: u8 = 32;
 /// The most weak detections that one frame can be given: as many as a stage's list has room for.
 pub const MAX_CHAFF: u8 = 32;
-/// By how much of 255 a perturbation changes a byte at most.
+/// Largest change of a byte by a perturbation, of 255.
 pub const MAX_STRENGTH: u8 = 100;
 
 /// The greatest factor on a speed, permille, however many faults multiply it.
@@ -53,7 +53,7 @@ pub enum Disturbance {
     },
     /// The scene's perturbation is added to the image (colour only).
     Perturbation {
-        /// By how much of 255 a byte is changed at most, up to [`MAX_STRENGTH`].
+        /// Largest change of a byte, of 255, up to [`MAX_STRENGTH`].
         strength: u8,
     },
     /// Its noise is this many times the usual.
@@ -122,10 +122,10 @@ pub struct Fault {
     pub start_ms: u64,
     /// Duration, milliseconds.
     pub duration_ms: u64,
-    /// The step it is a part of, under which it is told and called, where that has a name.
+    /// The step it is a part of, under which it is reported and called, where that has a name.
     #[serde(default)]
     pub step: Option<StepName>,
-    /// So many milliseconds after its step is called it starts, `start_ms` at the earliest; without it, at its time.
+    /// A given number of milliseconds after its step is called it starts, `start_ms` at the earliest; without it, at its time.
     #[serde(default)]
     pub waits_ms: Option<u64>,
 }
@@ -194,7 +194,7 @@ pub struct Effect {
     pub dropout: bool,
     /// Repeats its last content.
     pub freeze: bool,
-    /// By how many frames it is late.
+    /// Delay, frames.
     pub skew: u8,
     /// Number of additional weak detections.
     pub chaff: u8,
@@ -210,7 +210,7 @@ pub struct Effect {
     pub displaced_us: i64,
     /// Factor on its speed, permille.
     pub scale: i64,
-    /// By how much its speed is too great, mm/s.
+    /// Excess of its speed, mm/s.
     pub fast_mm_s: i64,
 }
 
@@ -246,7 +246,7 @@ impl Effect {
 pub struct Faults {
     all: Arc<[Fault]>,
     noise: f32,
-    /// Of each fault that wanders, by index; empty for others.
+    /// Way of each fault that wanders, by index; empty for others.
     ways: Arc<[Way]>,
 }
 
@@ -262,7 +262,7 @@ impl Faults {
         }
     }
 
-    /// The same, with the way of each that wanders drawn from `seed`.
+    /// The faults with the way of each that wanders drawn from `seed`.
     #[must_use]
     pub(crate) fn wandering(self, seed: u64) -> Self {
         let way = |(index, fault): (usize, &Fault)| {
@@ -272,9 +272,9 @@ impl Faults {
         Self { ways: self.all.iter().enumerate().map(way).collect(), ..self }
     }
 
-    /// The same with sensors that are always so many times as noisy.
+    /// The faults with sensors that are always so many times as noisy.
     #[must_use]
-    pub(crate) fn over(self, noise: f32) -> Self {
+    pub(crate) fn with_noise(self, noise: f32) -> Self {
         Self { noise, ..self }
     }
 
@@ -283,8 +283,8 @@ impl Faults {
         &self.all
     }
 
-    /// The same without faults of this kind on this sensor; indices stay.
-    pub(crate) fn without(&self, sensor: Sensor, kind: FaultKind) -> Self {
+    /// The faults without faults of this kind on this sensor; indices stay.
+    pub(crate) fn without_fault(&self, sensor: Sensor, kind: FaultKind) -> Self {
         let calm = |fault: &Fault| match (fault.sensor, fault.kind()) == (sensor, kind) {
             true => Fault { duration_ms: 0, ..*fault },
             false => *fault,
@@ -316,22 +316,22 @@ impl Faults {
     }
 
     /// Effect on `sensor` this long after the start of the run.
-    pub fn at(&self, run: Span, sensor: Sensor) -> Effect {
+    pub fn effect_at(&self, run: Span, sensor: Sensor) -> Effect {
         let active = self.all.iter().enumerate().filter(|(_, f)| f.sensor == sensor && f.active(run));
         active.fold(Effect { noise: self.noise, ..Effect::NONE }, |effect, (index, fault)| {
-            let strayed = self.ways.get(index).map_or([0, 0], |way| way.at(Span(run.0 - fault.begins().0)));
-            effect.with(fault, run).strayed(strayed)
+            let strayed = self.ways.get(index).map_or([0, 0], |way| way.displacement(Span(run.0 - fault.begins().0)));
+            effect.with_fault(fault, run).strayed(strayed)
         })
     }
 }
 
 /// Effects on colour, depth, thermal and LiDAR.
 pub(crate) fn imaging(faults: &Faults, run: Span) -> [Effect; 4] {
-    [Sensor::Rgb, Sensor::Depth, Sensor::Thermal, Sensor::Lidar].map(|s| faults.at(run, s))
+    [Sensor::Rgb, Sensor::Depth, Sensor::Thermal, Sensor::Lidar].map(|s| faults.effect_at(run, s))
 }
 
 impl Effect {
-    fn with(mut self, fault: &Fault, run: Span) -> Effect {
+    fn with_fault(mut self, fault: &Fault, run: Span) -> Effect {
         match fault.disturbance {
             Disturbance::Dropout => self.dropout = true,
             Disturbance::Freeze => self.freeze = true,
@@ -370,7 +370,7 @@ impl Effect {
         self
     }
 
-    /// The same with a place so much further away, millimetres.
+    /// The effect with a place so much further away, millimetres.
     fn strayed(mut self, by_mm: [i32; 2]) -> Effect {
         self.displaced_mm[0] += i64::from(by_mm[0]);
         self.displaced_mm[1] += i64::from(by_mm[1]);
@@ -394,18 +394,18 @@ mod tests {
             waits_ms: None,
         };
         let faults = Faults::new(&[fault]).unwrap();
-        assert_eq!(faults.at(Span::ms(3000), Sensor::Localisation).displaced_mm, [1000, -200]);
-        assert_eq!(faults.at(Span::ms(3000), Sensor::Odometry), Effect::NONE);
-        assert_eq!(faults.at(Span::ms(5000), Sensor::Localisation), Effect::NONE);
+        assert_eq!(faults.effect_at(Span::ms(3000), Sensor::Localisation).displaced_mm, [1000, -200]);
+        assert_eq!(faults.effect_at(Span::ms(3000), Sensor::Odometry), Effect::NONE);
+        assert_eq!(faults.effect_at(Span::ms(5000), Sensor::Localisation), Effect::NONE);
     }
 
-    /// Of odometry the way goes on from where it was led.
+    /// Odometry goes on from where it was led.
     #[test]
     fn odometry_is_too_fast_while_its_fault_lasts() {
         let fast = |disturbance: Disturbance, ms: u64| {
             let (sensor, start_ms, duration_ms) = (Sensor::Odometry, 1000, 4000);
             let fault = Fault { sensor, disturbance, start_ms, duration_ms, step: None, waits_ms: None };
-            let effect = Faults::new(&[fault]).unwrap().at(Span::ms(ms), Sensor::Odometry);
+            let effect = Faults::new(&[fault]).unwrap().effect_at(Span::ms(ms), Sensor::Odometry);
             (effect.fast_mm_s, effect.scaled(2000), effect.displaced_mm)
         };
         let drift = Disturbance::Drift { east_mm_s: 500, north_mm_s: 0 };
@@ -422,7 +422,7 @@ mod tests {
         let (sensor, disturbance) = (Sensor::Thermal, Disturbance::Dropout);
         let fault = Fault { sensor, disturbance, start_ms: 1000, duration_ms: 500, step, waits_ms: Some(100) };
         let mut faults = Faults::new(&[fault]).unwrap();
-        let blind = |faults: &Faults, ms: u64| faults.at(Span::ms(ms), Sensor::Thermal).dropout;
+        let blind = |faults: &Faults, ms: u64| faults.effect_at(Span::ms(ms), Sensor::Thermal).dropout;
         assert!(!blind(&faults, 1200));
         faults.call(StepName::new("other").unwrap(), Span::ms(1300));
         assert!(!blind(&faults, 1500));
@@ -436,8 +436,8 @@ mod tests {
     fn noise_fault_multiplies_the_present_noise() {
         let (sensor, disturbance) = (Sensor::Rgb, Disturbance::Noise { factor: 4 });
         let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1000, step: None, waits_ms: None };
-        let faults = Faults::new(&[fault]).unwrap().over(0.5);
-        let noise = |ms, sensor| faults.at(Span::ms(ms), sensor).noise;
+        let faults = Faults::new(&[fault]).unwrap().with_noise(0.5);
+        let noise = |ms, sensor| faults.effect_at(Span::ms(ms), sensor).noise;
         assert_eq!([noise(500, sensor), noise(1500, sensor), noise(500, Sensor::Lidar)], [2.0, 0.5, 0.5]);
     }
 

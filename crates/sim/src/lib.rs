@@ -61,7 +61,7 @@ use crate::channel::Channels;
 use crate::fault::{Disturbance, Fault, Faults, imaging};
 use crate::fidelity::Fidelity;
 use crate::limits::SceneError;
-use crate::plant::{Motion, Plant, SetPoint};
+use crate::plant::{BodyMotion, Plant, SetPoint};
 use crate::scene::Scene;
 use crate::sensor::Imagers;
 use crate::sensor::bearings::Bearers;
@@ -154,7 +154,7 @@ impl Eyes {
     /// The encoded readings of this frame, under these faults.
     fn read(
         &mut self,
-        (frame, at): (FrameId, Instant),
+        (frame, time): (FrameId, Instant),
         world: &World,
         plant: &Plant,
         faults: &Faults,
@@ -163,11 +163,11 @@ impl Eyes {
         match self {
             Eyes::Rendered(imagers) => {
                 imagers.measure(frame.0, world, plant, faults, run);
-                frames(imagers, frame, at, imaging(faults, run).map(|effect| !effect.dropout))
+                frames(imagers, frame, time, imaging(faults, run).map(|effect| !effect.dropout))
             }
-            Eyes::Unrendered(stages) => encode(&stages.observe((frame, at), world, plant, faults, run)),
+            Eyes::Unrendered(stages) => encode(&stages.observe((frame, time), world, plant, faults, run)),
             Eyes::Bearings(bearers) => match plant.sky() {
-                Some((attitude, sky)) => encode(&bearers.read((frame, at), (attitude, &sky), faults, run)),
+                Some((attitude, sky)) => encode(&bearers.read((frame, time), (attitude, &sky), faults, run)),
                 None => Vec::new(),
             },
         }
@@ -202,14 +202,14 @@ impl Sim {
         }
         let Fidelity { noise, .. } = config.fidelity;
         config.fidelity.check()?;
-        let faults = Faults::new(&config.faults)?.over(noise).wandering(config.seed);
+        let faults = Faults::new(&config.faults)?.with_noise(noise).wandering(config.seed);
         // What has nothing to add must not say that it added something.
         let adds = |fault: &Fault| matches!(fault.disturbance, Disturbance::Perturbation { .. });
         if let (Some(index), None) = (config.faults.iter().position(adds), &config.scene.perturbation) {
             return Err(SceneError::FaultDoesNotApply { index });
         }
         let mut world = World::new(Arc::new(config.scene.clone()));
-        let plant = Plant::of(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed)?;
+        let plant = Plant::from_body(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed)?;
         let Sensors { camera, lidar } = config.sensors;
         let eyes = if let Body::Satellite(numbers) = &config.body {
             let height_m = plant.flight(&world).map_or(1.0, |flight| flight.place[2]);
@@ -241,7 +241,7 @@ impl Sim {
         Ok(sim)
     }
 
-    /// The same sim in a forked world: from here on, the same inputs give the same outputs in both. A sim mints no
+    /// Copy of the sim for a forked world: from here on, the same inputs give the same outputs in both. A sim mints no
     /// authority, so it ignores the world's id; it is an argument because every core's fork has it.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Sim {
@@ -279,7 +279,7 @@ impl Sim {
         (&self.world, &self.plant)
     }
 
-    /// Time at which so many steps will have been made.
+    /// Time at which a given number of steps will have been made.
     fn time_of(&self, steps: u64) -> Instant {
         self.start + Span(steps * STEP.0)
     }
@@ -293,32 +293,32 @@ impl Sim {
         }
         while !self.stopped && self.steps < last {
             self.steps += 1;
-            let at = self.time_of(self.steps);
+            let time = self.time_of(self.steps);
             let velocity = self.plant.state(&self.world).velocity;
-            let lapsed = self.plant.step(at, &mut self.world).is_some();
+            let lapsed = self.plant.step(time, &mut self.world).is_some();
             self.witness.touch(&self.plant.touches(&self.world), velocity);
             if lapsed {
-                self.witness.lease(at, &self.world, &self.plant, &mut self.out);
+                self.witness.lease(time, &self.world, &self.plant, &mut self.out);
             }
-            self.publish(at);
+            self.publish(time);
         }
     }
 
-    fn publish(&mut self, at: Instant) {
-        let run = at.since(self.start);
+    fn publish(&mut self, time: Instant) {
+        let run = time.since(self.start);
         if self.steps.is_multiple_of(NAVIGATION_STEPS) {
-            self.navigate(at, run);
+            self.navigate(time, run);
         }
         if self.steps.is_multiple_of(FRAME_STEPS) {
-            self.look(at, run);
-            self.witness.state(at, &self.world, &self.plant, false, &mut self.out);
-            self.witness.imposed(at, &self.faults.at(run, Sensor::Localisation), &mut self.out);
+            self.look(time, run);
+            self.witness.state(time, &self.world, &self.plant, false, &mut self.out);
+            self.witness.imposed(time, &self.faults.effect_at(run, Sensor::Localisation), &mut self.out);
         }
     }
 
-    fn navigate(&mut self, at: Instant, run: Span) {
+    fn navigate(&mut self, time: Instant, run: Span) {
         let next = FrameId(self.frame.0 + 1);
-        self.witness.faults(at, run, (&self.faults, false), next, &mut self.out);
+        self.witness.faults(time, run, (&self.faults, false), next, &mut self.out);
         let (state, flight) = (self.plant.state(&self.world), self.plant.flight(&self.world));
         let sunlit = self.plant.sky().map(|(_, sky)| sky.sun.is_some());
         let reading = self.steps / NAVIGATION_STEPS;
@@ -326,23 +326,23 @@ impl Sim {
             let (fix, odometry) = navigators.read(reading, &state, faults, run);
             let fix = fix.filter(|_| flight.as_ref().is_none_or(|flight| flight.placed));
             let spatial = flight.as_ref().map(|flight| altimeters.read(reading, (&state, flight, sunlit), faults, run));
-            encode(&Navigation { stamp: at, fix, odometry, spatial })
+            encode(&Navigation { stamp: time, fix, odometry, spatial })
         };
         let otherwise = |calm: &Faults| read(&mut self.navigators.clone(), &mut self.altimeters.clone(), calm);
-        let otherwise = self.witness.otherwise(at, run, (&self.faults, false), otherwise);
+        let counterfactual = self.witness.counterfactual(time, run, (&self.faults, false), otherwise);
         let body = read(&mut self.navigators, &mut self.altimeters, &self.faults);
-        let bytes = self.channels.navigation.seal(at, &body);
-        self.witness.altered(at, otherwise, &body, &bytes, &mut self.out);
+        let bytes = self.channels.navigation.seal(time, &body);
+        self.witness.altered(time, counterfactual, &body, &bytes, &mut self.out);
         self.out.push_back(Output::Bus { topic: Topic::Navigation, bytes });
     }
 
-    fn look(&mut self, at: Instant, run: Span) {
+    fn look(&mut self, time: Instant, run: Span) {
         self.frame = FrameId(self.frame.0 + 1);
-        self.witness.faults(at, run, (&self.faults, true), self.frame, &mut self.out);
+        self.witness.faults(time, run, (&self.faults, true), self.frame, &mut self.out);
         let (frame, world, plant) = (self.frame, &self.world, &self.plant);
-        let read = |eyes: &mut Eyes, faults: &Faults| eyes.read((frame, at), world, plant, faults, run);
-        let otherwise = |calm: &Faults| read(&mut self.eyes.clone(), calm);
-        let otherwise = self.witness.otherwise(at, run, (&self.faults, true), otherwise);
+        let read = |eyes: &mut Eyes, faults: &Faults| eyes.read((frame, time), world, plant, faults, run);
+        let reading = |calm: &Faults| read(&mut self.eyes.clone(), calm);
+        let counterfactual = self.witness.counterfactual(time, run, (&self.faults, true), reading);
         let body = read(&mut self.eyes, &self.faults);
         let (topic, channel) = match &self.eyes {
             Eyes::Rendered(imagers) => {
@@ -350,14 +350,14 @@ impl Sim {
                 let altered = || rgb.perturbation.is_some() || imagers.show_a_print(&self.world);
                 if self.frame.0.is_multiple_of(PICTURED_EVERY) && altered() {
                     let event = Event::Pictured { frame: self.frame, hash: wire_hash(&imagers.rgb) };
-                    self.witness.write(at, event, &mut self.out);
+                    self.witness.write(time, event, &mut self.out);
                 }
                 (Topic::Frames, &mut self.channels.frames)
             }
             Eyes::Unrendered(_) | Eyes::Bearings(_) => (Topic::Candidates, &mut self.channels.candidates),
         };
-        let bytes = channel.seal(at, &body);
-        self.witness.altered(at, otherwise, &body, &bytes, &mut self.out);
+        let bytes = channel.seal(time, &body);
+        self.witness.altered(time, counterfactual, &body, &bytes, &mut self.out);
         self.out.push_back(Output::Bus { topic, bytes });
     }
 
@@ -383,7 +383,7 @@ impl Sim {
     }
 
     fn follow(&mut self, now: Instant, drive: &Drive) -> Result<(), Refusal> {
-        let motion = Motion::from(drive.set_point);
+        let motion = BodyMotion::from(drive.set_point);
         if !self.plant.accept(now, SetPoint { motion, until: drive.stamp + drive.lease }) {
             return Err(Refusal::Schema { at: 1 });
         }
@@ -432,7 +432,7 @@ impl Core for Sim {
             let steps = s.until.since(self.start).0.div_ceil(STEP.0);
             self.time_of(steps.max(self.steps + 1))
         });
-        Some(lapse.map_or(reading, |at| at.min(reading)))
+        Some(lapse.map_or(reading, |time| time.min(reading)))
     }
 
     fn output(&mut self) -> Option<Output> {

@@ -44,7 +44,7 @@ pub enum SceneError {
     Orbit,
 }
 
-pub(crate) fn within(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {
+pub(crate) fn check_range(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {
     if (low..=high).contains(&got) { Ok(()) } else { Err(SceneError::OutOfRange { field, got, low, high }) }
 }
 

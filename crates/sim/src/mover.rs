@@ -26,12 +26,12 @@ pub(super) struct Mover {
     pub(super) back: bool,
     /// Time for which it has stood before the unit.
     stood: Span,
-    /// Steps before it departs, and those of one round, of a path that is closed.
+    /// Steps before it departs, and the steps of one round, of a path that is closed.
     round: Option<[i64; 2]>,
 }
 
 impl Mover {
-    /// Of the object with this index, in steps of length `step`.
+    /// Mover of the object with this index, in steps of length `step`.
     pub(super) fn new(index: usize, object: &Object, body: RigidBodyHandle, step: Span) -> Self {
         let steps = |seconds: f64| libm::round(seconds * 1e6 / step.0 as f64) as i64;
         let round = object.round().map(|round| round.map(steps));
@@ -51,12 +51,12 @@ impl Mover {
         unit: Option<&UnitBody>,
         passed: Span,
     ) {
-        let stands = unit.is_some_and(|unit| unit.stops(object, centre, facing));
+        let is_blocked = unit.is_some_and(|unit| unit.stops(object, centre, facing));
         // Whoever follows a unit that rolls away by millimetres has stood all the same.
-        self.stood = if stands { self.stood + passed } else { Span(self.stood.0.saturating_sub(passed.0)) };
+        self.stood = if is_blocked { self.stood + passed } else { Span(self.stood.0.saturating_sub(passed.0)) };
         if self.stood >= WAITS {
             (self.stood, self.back) = (Span(0), !self.back);
-        } else if !stands {
+        } else if !is_blocked {
             self.gone += if self.back { -1 } else { 1 };
             // A closed path leads on behind its first point. Without that, one that meets the unit there could go neither way.
             if let Some([_, steps]) = self.round.filter(|[departs, _]| self.back && self.gone < *departs) {
@@ -77,8 +77,8 @@ pub(super) struct UnitBody {
 }
 
 impl UnitBody {
-    /// Of the dynamic body; none of one without a box.
-    pub(super) fn of(physics: &PhysicsWorld) -> Option<Self> {
+    /// Body of the dynamic rigid body; none without a box.
+    pub(super) fn from_physics(physics: &PhysicsWorld) -> Option<Self> {
         let body = physics.bodies.iter().map(|(_, body)| body).find(|body| body.is_dynamic())?;
         let shape = body.colliders().iter().find_map(|shape| physics.colliders.get(*shape)?.shape().as_cuboid())?;
         Some(UnitBody { at: body.translation(), rotation: *body.rotation(), half: shape.half_extents })
@@ -89,8 +89,8 @@ impl UnitBody {
         let facing = Vector::new(facing[0], facing[1], 0.0);
         let ahead = (self.at - centre).dot(facing) > 0.0;
         let front = centre + facing * (object.size[0] / 2.0);
-        let away = self.at - front;
-        let yields = object.yields && libm::hypotf(away.x, away.y) < STOPS_BEFORE;
+        let vector = self.at - front;
+        let yields = object.yields && libm::hypotf(vector.x, vector.y) < STOPS_BEFORE;
         ahead && (yields || self.is_touched_from(front, object.size))
     }
 
@@ -98,8 +98,8 @@ impl UnitBody {
     fn is_touched_from(&self, front: Vector, [_, width, height]: [f32; 3]) -> bool {
         let local = self.rotation.inverse() * (front - self.at);
         let reach = width / 2.0 + ROOM;
-        let beside = local.x.abs() < self.half.x + reach && local.y.abs() < self.half.y + reach;
-        beside && local.z.abs() < self.half.z + height / 2.0
+        let is_near = local.x.abs() < self.half.x + reach && local.y.abs() < self.half.y + reach;
+        is_near && local.z.abs() < self.half.z + height / 2.0
     }
 }
 

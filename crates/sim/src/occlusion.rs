@@ -20,7 +20,7 @@ const GAP: usize = 2;
 
 /// A sensor's view of an object.
 pub(crate) enum Sight<P> {
-    /// No other object stands in front of it.
+    /// No other object is in front of it.
     Whole,
     /// A part.
     Part(P),
@@ -59,18 +59,18 @@ pub(crate) fn overlap(a: &PixelBox, b: &PixelBox) -> bool {
 const ROUNDING_M: f32 = 0.05;
 
 /// Ray parameter at which an unobstructed ray enters an object's box, its sides further out by `spare`; 0 from inside.
-fn entry((object, spare): (&Object, f32), place: &Placement, from: Vector, towards: Vector) -> Option<f32> {
+fn entry((object, spare): (&Object, f32), place: &Placement, from: Vector, direction: Vector) -> Option<f32> {
     let [cos, sin] = place.facing;
     let local = |v: Vector| [v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z];
-    let (from, towards) = (local(from - place.centre), local(towards));
+    let (from, direction) = (local(from - place.centre), local(direction));
     let (mut enters, mut leaves) = (0.0f32, f32::MAX);
     for axis in 0..3 {
         let half = object.size[axis] / 2.0 + spare;
-        if towards[axis] == 0.0 {
+        if direction[axis] == 0.0 {
             leaves = if from[axis].abs() > half { -1.0 } else { leaves };
             continue;
         }
-        let ends = [-half, half].map(|side| (side - from[axis]) / towards[axis]);
+        let ends = [-half, half].map(|side| (side - from[axis]) / direction[axis]);
         (enters, leaves) = (enters.max(ends[0].min(ends[1])), leaves.min(ends[0].max(ends[1])));
     }
     (enters <= leaves).then_some(enters)
@@ -94,14 +94,14 @@ impl Boxes<'_> {
     /// Ray parameter at which a ray enters the box of object `index`, its sides further out by `spare`.
     fn enters(&self, index: usize, spare: f32, ray: Ray) -> Option<f32> {
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        entry((object, spare), place, ray.from, ray.towards).filter(|at| *at <= ray.reach)
+        entry((object, spare), place, ray.from, ray.towards).filter(|distance| *distance <= ray.reach)
     }
 
-    /// The first of `among` that a ray meets, with the ray parameter there; `None` where that is the ground or nothing.
-    fn first(&self, among: impl Iterator<Item = usize>, ray: Ray) -> Option<(usize, f32)> {
+    /// The first of `indices` that a ray meets, with the ray parameter there; `None` where that is the ground or nothing.
+    fn first(&self, indices: impl Iterator<Item = usize>, ray: Ray) -> Option<(usize, f32)> {
         let mut nearest: Option<(usize, f32)> = None;
         let mut is_round = false;
-        for index in among {
+        for index in indices {
             let object = &self.world.scene().objects[index];
             let is_person = object.class == Class::Person;
             // A short person is a ball that reaches beyond the box.
@@ -146,54 +146,56 @@ struct Silhouette {
 }
 
 impl Silhouette {
-    fn of(camera: &Camera, state: &State, (object, place): (&Object, &Placement)) -> Self {
+    fn project(camera: &Camera, state: &State, (object, place): (&Object, &Placement)) -> Self {
         let projected = corners(object, place).map(|corner| project(camera, state, corner));
         let ahead: Vec<([f32; 2], f32)> = projected.into_iter().flatten().collect();
         let depths = [(f32::MAX, f32::min as fn(f32, f32) -> f32), (0.0, f32::max)];
-        let mut depths = depths.map(|(start, of)| ahead.iter().map(|(_, depth)| *depth).fold(start, of));
+        let mut depths = depths.map(|(start, fold)| ahead.iter().map(|(_, depth)| *depth).fold(start, fold));
         if (1..8).contains(&ahead.len()) {
             depths[0] = 0.0;
         }
         let bounds = match ahead.len() {
             0 => None,
-            8 => around(camera, &ahead),
+            8 => bounding_box(camera, &ahead),
             _ => Some(PixelBox { x0: 0, y0: 0, x1: camera.width, y1: camera.height }),
         };
         Silhouette { bounds, depths }
     }
 
     fn overlaps(&self, bounds: &PixelBox) -> bool {
-        self.bounds.is_some_and(|own| overlap(&own, bounds))
+        self.bounds.is_some_and(|own_bounds| overlap(&own_bounds, bounds))
     }
 
     fn contains(&self, [column, row]: [f32; 2]) -> bool {
-        let within = |low: u16, at: f32, high: u16| f32::from(low) <= at && at <= f32::from(high);
-        self.bounds.is_some_and(|own| within(own.x0, column, own.x1) && within(own.y0, row, own.y1))
+        let inside = |low: u16, value: f32, high: u16| f32::from(low) <= value && value <= f32::from(high);
+        self.bounds.is_some_and(|own_bounds| {
+            inside(own_bounds.x0, column, own_bounds.x1) && inside(own_bounds.y0, row, own_bounds.y1)
+        })
     }
 }
 
 impl<'a> Eye<'a> {
     pub(crate) fn new(camera: &'a Camera, state: &'a State, world: &'a World, view: &'a View<'a>) -> Self {
         let objects = world.scene().objects.iter().zip(world.placements());
-        let silhouettes = objects.map(|object| Silhouette::of(camera, state, object)).collect();
+        let silhouettes = objects.map(|object| Silhouette::project(camera, state, object)).collect();
         Eye { camera, state, world, view, silhouettes }
     }
 
     /// The camera's view of object `index` with the full box `bounds`.
     pub(crate) fn part(&self, index: usize, bounds: &PixelBox) -> Sight<Part> {
-        let mut among = self.nearer_than(self.silhouettes[index].depths[1], bounds);
-        if among.iter().all(|other| *other == index) {
+        let mut indices = self.nearer_than(self.silhouettes[index].depths[1], bounds);
+        if indices.iter().all(|other| *other == index) {
             return Sight::Whole;
         }
-        if !among.contains(&index) {
-            among.push(index);
+        if !indices.contains(&index) {
+            indices.push(index);
         }
         let boxes = Boxes { world: self.world, view: self.view };
-        let grid = Grid::over(bounds);
-        let rays: Vec<Ray> = grid.points().map(|at| self.ray(at)).collect();
+        let grid = Grid::covering(bounds);
+        let rays: Vec<Ray> = grid.points().map(|place| self.ray(place)).collect();
         let first = |(at, ray): ([f32; 2], &Ray)| {
-            let here = |other: &usize| *other == index || self.silhouettes[*other].contains(at);
-            boxes.first(among.iter().copied().filter(here), *ray)
+            let is_same = |other: &usize| *other == index || self.silhouettes[*other].contains(at);
+            boxes.first(indices.iter().copied().filter(is_same), *ray)
         };
         let hits: Vec<Option<(usize, f32)>> = grid.points().zip(&rays).map(first).collect();
         let covers = |(hit, ray): &(&Option<(usize, f32)>, &Ray)| {
@@ -203,11 +205,11 @@ impl<'a> Eye<'a> {
         if covered == 0 {
             return Sight::Whole;
         }
-        let own = |cell: &usize| hits[*cell].is_some_and(|(met, _)| met == index);
-        let all = (0..hits.len()).filter(own).count();
-        let largest = grid.largest(|cell| own(&cell));
+        let is_hit = |cell: &usize| hits[*cell].is_some_and(|(met, _)| met == index);
+        let all = (0..hits.len()).filter(is_hit).count();
+        let largest = grid.largest(|cell| is_hit(&cell));
         let depth = median(largest.iter().filter_map(|cell| Some(hits[*cell]?.1)).collect());
-        let Some((bounds, depth)) = grid.around(&largest).zip(depth) else { return Sight::Nothing };
+        let Some((bounds, depth)) = grid.cells_box(&largest).zip(depth) else { return Sight::Nothing };
         Sight::Part(Part { bounds, share: largest.len() as f32 / (all + covered) as f32, depth })
     }
 
@@ -216,10 +218,10 @@ impl<'a> Eye<'a> {
         let half = |low: u16, high: u16| (low + (high - low) / 4, high - (high - low) / 4);
         let ((x0, x1), (y0, y1)) = (half(bounds.x0, bounds.x1), half(bounds.y0, bounds.y1));
         let middle = PixelBox { x0, y0, x1, y1 };
-        let (among, boxes) = (self.nearer_than(f32::MAX, &middle), Boxes { world: self.world, view: self.view });
-        let grid = Grid::over(&middle);
-        let depths = grid.points().map(|at| self.ray(at)).filter_map(|ray| {
-            let met = boxes.first(among.iter().copied(), ray).map(|(_, distance)| distance);
+        let (indices, boxes) = (self.nearer_than(f32::MAX, &middle), Boxes { world: self.world, view: self.view });
+        let grid = Grid::covering(&middle);
+        let depths = grid.points().map(|place| self.ray(place)).filter_map(|ray| {
+            let met = boxes.first(indices.iter().copied(), ray).map(|(_, distance)| distance);
             met.or_else(|| Some(self.view.cast(ray.from, ray.towards, REACH)?.distance))
         });
         median(depths.collect())
@@ -228,16 +230,22 @@ impl<'a> Eye<'a> {
     /// The objects of which a part may be nearer than `depth` within `bounds`.
     fn nearer_than(&self, depth: f32, bounds: &PixelBox) -> Vec<usize> {
         let silhouettes = self.silhouettes.iter().enumerate();
-        silhouettes.filter(|(_, own)| own.depths[0] < depth && own.overlaps(bounds)).map(|(index, _)| index).collect()
+        silhouettes
+            .filter(|(_, own_silhouette)| own_silhouette.depths[0] < depth && own_silhouette.overlaps(bounds))
+            .map(|(index, _)| index)
+            .collect()
     }
 
-    fn ray(&self, at: [f32; 2]) -> Ray {
-        Ray { from: eye(self.camera, self.state), towards: self.state.rotation * ray(self.camera, at), reach: REACH }
+    fn ray(&self, place: [f32; 2]) -> Ray {
+        Ray { from: eye(self.camera, self.state), towards: self.state.rotation * ray(self.camera, place), reach: REACH }
     }
 }
 
 /// The box around image points, each with its depth.
-pub(crate) fn around<'a>(camera: &Camera, points: impl IntoIterator<Item = &'a ([f32; 2], f32)>) -> Option<PixelBox> {
+pub(crate) fn bounding_box<'a>(
+    camera: &Camera,
+    points: impl IntoIterator<Item = &'a ([f32; 2], f32)>,
+) -> Option<PixelBox> {
     let (mut low, mut high) = ([f32::MAX; 2], [f32::MIN; 2]);
     for (at, _) in points {
         for axis in 0..2 {
@@ -256,7 +264,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn over(bounds: &PixelBox) -> Self {
+    fn covering(bounds: &PixelBox) -> Self {
         let sides = [bounds.x1 - bounds.x0, bounds.y1 - bounds.y0];
         let step = sides.map(|side| side.div_ceil(RAYS).max(1));
         let cells = [0, 1].map(|axis| usize::from(sides[axis].div_ceil(step[axis])));
@@ -286,9 +294,11 @@ impl Grid {
                 }
                 group.push(cell);
                 let (column, row) = (cell % columns, cell / columns);
-                let beside = [(column > 0, cell.wrapping_sub(1)), (column + 1 < columns, cell + 1)];
+                let neighbours = [(column > 0, cell.wrapping_sub(1)), (column + 1 < columns, cell + 1)];
                 let above = [(row > 0, cell.wrapping_sub(columns)), (row + 1 < rows, cell + columns)];
-                next.extend(beside.into_iter().chain(above).filter(|(is_there, _)| *is_there).map(|(_, cell)| cell));
+                next.extend(
+                    neighbours.into_iter().chain(above).filter(|(is_there, _)| *is_there).map(|(_, cell)| cell),
+                );
             }
             if group.len() > largest.len() {
                 largest = group;
@@ -298,19 +308,19 @@ impl Grid {
     }
 
     /// The box around cells.
-    fn around(&self, cells: &[usize]) -> Option<PixelBox> {
-        let span = |of: &dyn Fn(usize) -> usize| {
-            Some((cells.iter().map(|c| of(*c)).min()?, cells.iter().map(|c| of(*c)).max()?))
+    fn cells_box(&self, cells: &[usize]) -> Option<PixelBox> {
+        let span = |bound: &dyn Fn(usize) -> usize| {
+            Some((cells.iter().map(|c| bound(*c)).min()?, cells.iter().map(|c| bound(*c)).max()?))
         };
         let (left, right) = span(&|cell| cell % self.cells[0])?;
         let (top, bottom) = span(&|cell| cell / self.cells[0])?;
         let PixelBox { x0, y0, x1, y1 } = self.bounds;
-        let at = |low: u16, step: u16, cell: usize, most: u16| (low + step * cell as u16).min(most);
+        let edge = |low: u16, step: u16, cell: usize, most: u16| (low + step * cell as u16).min(most);
         Some(PixelBox {
-            x0: at(x0, self.step[0], left, x1),
-            y0: at(y0, self.step[1], top, y1),
-            x1: at(x0, self.step[0], right + 1, x1),
-            y1: at(y0, self.step[1], bottom + 1, y1),
+            x0: edge(x0, self.step[0], left, x1),
+            y0: edge(y0, self.step[1], top, y1),
+            x1: edge(x0, self.step[0], right + 1, x1),
+            y1: edge(y0, self.step[1], bottom + 1, y1),
         })
     }
 }
@@ -332,37 +342,37 @@ pub(crate) struct Scan<'a> {
 impl<'a> Scan<'a> {
     pub(crate) fn new(beams: &'a Lidar, state: &'a State, world: &'a World, view: &'a View<'a>) -> Self {
         let objects = world.scene().objects.iter().zip(world.placements());
-        let extents = objects.map(|(object, place)| Extent::of(object, place, state, beams.up_m)).collect();
+        let extents = objects.map(|(object, place)| Extent::from_object(object, place, state, beams.up_m)).collect();
         Scan { beams, state, world, view, extents }
     }
 
     /// Points of the beams that return from object `index`, body frame; of returns that cover separates, the larger group.
     pub(crate) fn returns(&self, index: usize) -> Sight<Vec<Vector>> {
-        let own = &self.extents[index];
-        let before = |other: &usize| *other != index && self.extents[*other].may_cover(own);
-        let mut among: Vec<usize> = (0..self.extents.len()).filter(before).collect();
-        if own.is_around() || among.is_empty() {
+        let own_extent = &self.extents[index];
+        let before = |other: &usize| *other != index && self.extents[*other].may_cover(own_extent);
+        let mut indices: Vec<usize> = (0..self.extents.len()).filter(before).collect();
+        if own_extent.is_around() || indices.is_empty() {
             return Sight::Whole;
         }
-        among.push(index);
+        indices.push(index);
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
         let boxes = Boxes { world: self.world, view: self.view };
         let from = self.state.to_world(Vector::new(0.0, 0.0, self.beams.up_m));
         let rings = (0..self.beams.rings).map(|ring| libm::sincosf(self.elevation(ring)));
-        let elevations: Vec<(f32, f32)> = rings.filter(|(sin, cos)| own.is_at_slope(sin / cos)).collect();
+        let elevations: Vec<(f32, f32)> = rings.filter(|(sin, cos)| own_extent.is_at_slope(sin / cos)).collect();
         let (mut groups, mut last, mut covered): (Vec<Vec<Vector>>, Option<usize>, bool) = (Vec::new(), None, false);
-        for (k, azimuth) in self.azimuths(own).enumerate() {
+        for (k, azimuth) in self.azimuths(own_extent).enumerate() {
             let (sin_a, cos_a) = libm::sincosf(azimuth);
-            let here = |other: &usize| *other == index || self.extents[*other].spans(azimuth);
-            let here: Vec<usize> = among.iter().copied().filter(here).collect();
+            let is_same = |other: &usize| *other == index || self.extents[*other].spans(azimuth);
+            let others_here: Vec<usize> = indices.iter().copied().filter(is_same).collect();
             for (sin_e, cos_e) in &elevations {
                 let towards = self.state.rotation * Vector::new(cos_e * cos_a, cos_e * sin_a, *sin_e);
                 // A beam past it says nothing of it, and neither does what is behind it.
                 if entry((object, ROUNDING_M), place, from, towards).is_none() {
                     continue;
                 }
-                let ray = Ray { from, towards, reach: own.farthest + 1.0 };
-                let Some((met, distance)) = boxes.first(here.iter().copied(), ray) else { continue };
+                let ray = Ray { from, towards, reach: own_extent.farthest + 1.0 };
+                let Some((met, distance)) = boxes.first(others_here.iter().copied(), ray) else { continue };
                 if met == index {
                     if last.is_none_or(|before| k - before > 1 + GAP) {
                         groups.push(Vec::new());
@@ -389,10 +399,12 @@ impl<'a> Scan<'a> {
     }
 
     /// The beams' azimuths within an extent, from its right to its left.
-    fn azimuths(&self, own: &Extent) -> impl Iterator<Item = f32> {
+    fn azimuths(&self, own_extent: &Extent) -> impl Iterator<Item = f32> {
         let step = core::f32::consts::TAU / f32::from(self.beams.azimuths);
-        let (first, last) =
-            (libm::ceilf((own.middle + own.right) / step), libm::floorf((own.middle + own.left) / step));
+        let (first, last) = (
+            libm::ceilf((own_extent.middle + own_extent.right) / step),
+            libm::floorf((own_extent.middle + own_extent.left) / step),
+        );
         let count = (last - first + 1.0).clamp(0.0, f32::from(self.beams.azimuths)) as u16;
         (0..count).map(move |k| (first + f32::from(k)) * step)
     }
@@ -416,7 +428,7 @@ struct Extent {
 }
 
 impl Extent {
-    fn of(object: &Object, place: &Placement, state: &State, up_m: f32) -> Self {
+    fn from_object(object: &Object, place: &Placement, state: &State, up_m: f32) -> Self {
         let centre = state.to_body(place.centre);
         let middle = azimuth(centre);
         let half = Vector::new(object.size[0], object.size[1], object.size[2]).length() / 2.0;
@@ -429,7 +441,7 @@ impl Extent {
             let turn = wrapped(azimuth(corner) - middle);
             (extent.right, extent.left) = (extent.right.min(turn), extent.left.max(turn));
             extent.farthest = extent.farthest.max(corner.length());
-            // Of points between corners a nearer one is steeper and a farther one flatter.
+            // A nearer point between corners is steeper and a farther one flatter.
             let slopes =
                 distances.map(|distance| [-ROUNDING_M, ROUNDING_M].map(|spare| (corner.z - up_m + spare) / distance));
             extent.slopes[0] = slopes.as_flattened().iter().copied().fold(extent.slopes[0], f32::min);
@@ -463,7 +475,7 @@ fn azimuth(body: Vector) -> f32 {
     libm::atan2f(body.y, body.x)
 }
 
-/// The same turn within half a turn of none.
+/// An equal turn within half a turn of none.
 fn wrapped(turn: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     match turn {
@@ -480,7 +492,7 @@ mod tests {
     use super::*;
     use crate::candidates::bounds;
     use crate::render::{Label, render, settled};
-    use crate::scene::{Scene, Start};
+    use crate::scene::{Scene, StartPose};
 
     /// A parked vehicle, and walls.
     fn scene(walls: &[([f32; 2], [f32; 3])]) -> Scene {
@@ -488,9 +500,9 @@ mod tests {
         let wall = objects.remove(3);
         objects.truncate(1);
         (objects[0].path, objects[0].heading) = (vec![[8.0, -3.0]], 1.2);
-        objects.extend(walls.iter().map(|(at, size)| Object {
+        objects.extend(walls.iter().map(|(place, size)| Object {
             class: Class::Obstacle,
-            path: vec![*at],
+            path: vec![*place],
             size: *size,
             heading: 0.0,
             ..wall.clone()
@@ -498,7 +510,7 @@ mod tests {
         Scene { objects, ..Scene::default() }
     }
 
-    fn labelled(scene: &Scene, pose: Start) -> Option<Label> {
+    fn labelled(scene: &Scene, pose: StartPose) -> Option<Label> {
         render(&wire::platform::Sensors::GROUND, scene, pose, 5)
             .unwrap()
             .labels
@@ -506,7 +518,7 @@ mod tests {
             .find(|label| label.object == ObjectId(0))
     }
 
-    /// Of the same scene from the same place, pixel by pixel. A cell of the grid is the least that can be told.
+    /// Compared on equal scene from the same place, pixel by pixel. A cell of the grid is the least that can be distinguished.
     #[test]
     fn covered_vehicle_matches_its_rendered_part() {
         let walls: [&[([f32; 2], [f32; 3])]; 5] = [
@@ -518,21 +530,21 @@ mod tests {
         ];
         let mut parts = 0;
         for (walls, east) in walls.iter().flat_map(|walls| [-14.0, -9.0, -7.0].map(|east| (*walls, east))) {
-            let (scene, pose) = (scene(walls), Start { east, north: -5.0, heading: 0.0 });
+            let (scene, pose) = (scene(walls), StartPose { east, north: -5.0, heading: 0.0 });
             let (world, plant) = settled(&scene, pose).unwrap();
             let (state, view, camera) = (plant.state(&world), world.view(plant.body()), Camera::GROUND);
             let whole = bounds(&camera, &state, &scene.objects[0], &world.placements()[0]).unwrap();
             let eye = Eye::new(&camera, &state, &world, &view);
-            let alone = labelled(&self::scene(&[]), pose).unwrap();
+            let single_label = labelled(&self::scene(&[]), pose).unwrap();
             let shown = labelled(&scene, pose);
             match (eye.part(0, &whole), shown) {
-                (Sight::Whole, Some(shown)) => assert_eq!(shown.pixels, alone.pixels, "{walls:?} {east}"),
+                (Sight::Whole, Some(shown)) => assert_eq!(shown.pixels, single_label.pixels, "{walls:?} {east}"),
                 (Sight::Part(part), Some(shown)) => {
                     let cell = (whole.x1 - whole.x0).max(whole.y1 - whole.y0).div_ceil(RAYS);
                     let (a, b) = (part.bounds, shown.bounds);
                     let off = [a.x0.abs_diff(b.x0), a.x1.abs_diff(b.x1), a.y0.abs_diff(b.y0), a.y1.abs_diff(b.y1)];
                     assert!(off.iter().all(|off| *off <= cell), "{walls:?} {east}: {a:?} {b:?}");
-                    let share = shown.pixels as f32 / alone.pixels as f32;
+                    let share = shown.pixels as f32 / single_label.pixels as f32;
                     assert!((part.share - share).abs() < 0.05, "{walls:?} {east}: {} {share}", part.share);
                     parts += 1;
                 }
@@ -546,9 +558,9 @@ mod tests {
     /// None comes from behind a wall.
     #[test]
     fn beams_return_from_uncovered_parts_only() {
-        let of = |walls: &[([f32; 2], [f32; 3])]| {
+        let depths_of = |walls: &[([f32; 2], [f32; 3])]| {
             let scene = scene(walls);
-            let (world, plant) = settled(&scene, Start { east: -2.0, north: -5.0, heading: 0.0 }).unwrap();
+            let (world, plant) = settled(&scene, StartPose { east: -2.0, north: -5.0, heading: 0.0 }).unwrap();
             let (state, view) = (plant.state(&world), world.view(plant.body()));
             match Scan::new(&Lidar::GROUND, &state, &world, &view).returns(0) {
                 Sight::Whole => "whole".to_owned(),
@@ -557,9 +569,9 @@ mod tests {
                 Sight::Part(points) => format!("part, past the edge: {}", points.iter().all(|p| azimuth(*p) > 0.15)),
             }
         };
-        assert_eq!(of(&[]), "whole");
-        assert_eq!(of(&[([1.0, 4.0], [0.5, 1.0, 2.0])]), "whole");
-        assert_eq!(of(&[([4.0, -6.0], [0.5, 4.0, 3.0])]), "part, past the edge: true");
-        assert_eq!(of(&[([3.0, -4.0], [0.5, 8.0, 4.0])]), "nothing");
+        assert_eq!(depths_of(&[]), "whole");
+        assert_eq!(depths_of(&[([1.0, 4.0], [0.5, 1.0, 2.0])]), "whole");
+        assert_eq!(depths_of(&[([4.0, -6.0], [0.5, 4.0, 3.0])]), "part, past the edge: true");
+        assert_eq!(depths_of(&[([3.0, -4.0], [0.5, 8.0, 4.0])]), "nothing");
     }
 }

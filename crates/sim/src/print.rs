@@ -31,7 +31,7 @@ impl Print {
         (fields.len() == ROWS * COLUMNS).then_some(Print { fields, heat: Vec::new() })
     }
 
-    /// The same, heated: each field to so many steps of [`STEPS_PER_K`] above the ground, row-major, and the rest as cold as
+    /// The print heated: each field to a given number of steps of [`STEPS_PER_K`] above the ground, row-major, and the rest as cold as
     /// the ground. `None` unless the lengths match.
     #[must_use]
     pub fn heated(self, heat: Vec<u8>) -> Option<Self> {
@@ -67,8 +67,8 @@ pub(crate) fn field([along, across, up]: [f32; 3]) -> Option<usize> {
         return None;
     }
     let place = if long > broad { across } else { along };
-    let of = |share: f32, most: usize| ((0.5 + 0.5 * share).clamp(0.0, 0.999) * most as f32) as usize;
-    Some(of(-up, ROWS) * COLUMNS + of(place, COLUMNS))
+    let steps = |share: f32, most: usize| ((0.5 + 0.5 * share).clamp(0.0, 0.999) * most as f32) as usize;
+    Some(steps(-up, ROWS) * COLUMNS + steps(place, COLUMNS))
 }
 
 /// A pixel's part of an object's print.

@@ -15,7 +15,7 @@ use crate::fidelity::Fidelity;
 use crate::limits::SceneError;
 use crate::plant::Plant;
 use crate::print::Skin;
-use crate::scene::{Scene, Start};
+use crate::scene::{Scene, StartPose};
 use crate::sensor::{Imagers, rgb};
 use crate::world::{STEP, Surface, World};
 
@@ -59,7 +59,7 @@ pub struct Labelled {
 }
 
 /// The world of `scene` with a unit that stands at `pose`, come to rest.
-pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError> {
+pub fn settled(scene: &Scene, pose: StartPose) -> Result<(World, Plant), SceneError> {
     let scene = Scene { start: pose, ..scene.clone() };
     scene.check()?;
     let mut world = World::new(Arc::new(scene));
@@ -71,7 +71,7 @@ pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError>
 }
 
 /// The frame that `sensors`, over a vehicle that stands at `pose`, would take of `scene` at the start of a run. `seed` seeds the noise.
-pub fn render(sensors: &Sensors, scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
+pub fn render(sensors: &Sensors, scene: &Scene, pose: StartPose, seed: u64) -> Result<Labelled, SceneError> {
     let faults = Faults::new(&[])?;
     let (world, plant) = settled(scene, pose)?;
     let mut imagers = Imagers::new(sensors.camera, sensors.lidar, seed);
@@ -126,7 +126,7 @@ mod tests {
         let mut scene = Scene { objects: Scene::default().objects.split_off(2), ..Scene::default() };
         scene.objects[0].print = print;
         let [east, north] = scene.objects[0].path[0];
-        render(&Sensors::GROUND, &scene, Start { east: east - 8.0, north, heading: 0.0 }, 5).unwrap()
+        render(&Sensors::GROUND, &scene, StartPose { east: east - 8.0, north, heading: 0.0 }, 5).unwrap()
     }
 
     /// The attacker's computed image equals the rendered one, to the rounding of a byte.
@@ -147,8 +147,8 @@ mod tests {
             });
             let [before, after] = [&neutral, &printed].map(|frame| &frame.rgb[3 * k..][..3]);
             for ((before, after), shift) in before.iter().zip(after).zip(reckoned) {
-                let came = f32::from(*after) - f32::from(*before);
-                assert!((came - shift).abs() <= 1.01, "pixel {k}: {came} {shift}");
+                let change = f32::from(*after) - f32::from(*before);
+                assert!((change - shift).abs() <= 1.01, "pixel {k}: {change} {shift}");
             }
             shown += usize::from(skin.is_some());
         }

@@ -1,6 +1,6 @@
 //! A drive through a scene with the truth beside every frame, for scoring perception over time.
 //!
-//! Each frame is sensed both ways at one instant: rendered, and by the noise model that stands in for rendering. The
+//! Each frame is sensed both ways at one instant: rendered, and by the noise model that replaces rendering. The
 //! unit gets no commands; it follows one set-point from standstill. Use of the frames is the caller's.
 
 use rapier3d::prelude::Vector;
@@ -14,7 +14,7 @@ use crate::fault::Faults;
 use crate::limits::SceneError;
 use crate::plant::{Plant, SetPoint};
 use crate::render::{Labelled, labelled, settled};
-use crate::scene::{Scene, Start};
+use crate::scene::{Scene, StartPose};
 use crate::sensor::Imagers;
 use crate::sensor::localisation::Navigators;
 use crate::world::{Placement, STEP, World};
@@ -34,7 +34,7 @@ pub struct Shot {
     /// The noise model's output in its place.
     pub stand_in: Candidates,
     /// True pose of the unit.
-    pub pose: Start,
+    pub pose: StartPose,
     /// Localisation and odometry of this instant.
     pub navigation: Navigation,
     /// Place of each object of the scene, metres east and north.
@@ -60,7 +60,7 @@ pub struct Ride {
 }
 
 impl Ride {
-    /// Through `scene` from its start, at `speed` (m/s) along a `curvature` (1/m); `seed` seeds all noise.
+    /// Ride through `scene` from its start, at `speed` (m/s) along a `curvature` (1/m); `seed` seeds all noise.
     ///
     /// # Errors
     /// The scene cannot be built.
@@ -101,18 +101,18 @@ impl Ride {
         self.imagers.measure(number, &self.world, &self.plant, &self.faults, run);
         let state = self.plant.state(&self.world);
         let (fix, odometry) = self.navigators.read(number, &state, &self.faults, run);
-        let around = |(object, place): (_, &Placement)| {
+        let box_of = |(object, place): (_, &Placement)| {
             let bounds = candidates::bounds(&self.imagers.camera(), &state, object, place)?;
             Some((bounds, (place.centre - state.position).length()))
         };
         let placed = self.world.scene().objects.iter().zip(self.world.placements());
-        let boxes: Vec<Option<(PixelBox, f32)>> = placed.map(around).collect();
+        let boxes: Vec<Option<(PixelBox, f32)>> = placed.map(box_of).collect();
         Shot {
             frame,
             stamp,
             shown: labelled(&self.imagers, &self.world),
             stand_in: self.stages.observe((frame, stamp), &self.world, &self.plant, &self.faults, run),
-            pose: Start { east: state.position.x, north: state.position.y, heading: state.yaw() },
+            pose: StartPose { east: state.position.x, north: state.position.y, heading: state.yaw() },
             navigation: Navigation { stamp, fix, odometry, spatial: None },
             places: self.world.placements().iter().map(|p| flat(p.centre)).collect(),
             hidden: boxes.iter().map(|b| b.is_some_and(|b| hides(&boxes, b))).collect(),
@@ -128,8 +128,8 @@ fn hides(boxes: &[Option<(PixelBox, f32)>], (bounds, far): (PixelBox, f32)) -> b
     covered as f32 > COVERED * bounds.area() as f32
 }
 
-fn flat(at: Vector) -> [f32; 2] {
-    [at.x, at.y]
+fn flat(place: Vector) -> [f32; 2] {
+    [place.x, place.y]
 }
 
 #[cfg(test)]
@@ -149,9 +149,9 @@ mod tests {
             first = first.or(x.navigation.fix);
             last = x.navigation.fix;
         }
-        let gone =
+        let travelled =
             |fix: Option<wire::sensor::Fix>| fix.map(|f| (f64::from(f.pose.x_mm), f64::from(f.pose.y_mm))).unwrap();
-        let ((x0, y0), (x1, y1)) = (gone(first), gone(last));
+        let ((x0, y0), (x1, y1)) = (travelled(first), travelled(last));
         let metres = (x1 - x0).hypot(y1 - y0) / 1000.0;
         assert!((0.4..1.2).contains(&metres), "{metres}");
     }

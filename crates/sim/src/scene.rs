@@ -1,14 +1,14 @@
 //! The scene: the parts of a world, as data.
 //!
 //! A scene is written by a scenario and read by every sim of a run; each unit has its own sim with the same scene and
-//! another [`Start`]. Coordinates are ENU metres, x east and y north of the scene's centre; headings are radians
+//! another [`StartPose`]. Coordinates are ENU metres, x east and y north of the scene's centre; headings are radians
 //! counter-clockwise from east. [`Scene::check`] is the only gate: a scene that passes it can be built without failing.
 //! Leaves physics to `world` and appearance to `sensor`.
 
 use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
 
-use crate::limits::{SceneError, count, within};
+use crate::limits::{SceneError, check_range, count};
 use crate::perturbation::{self, Perturbation};
 use crate::print::{self, Print};
 use crate::weather::Weather;
@@ -27,7 +27,7 @@ pub type Point = [f32; 2];
 /// Start pose of a unit, at standstill.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Start {
+pub struct StartPose {
     /// Metres east.
     pub east: f32,
     /// Metres north.
@@ -105,7 +105,7 @@ pub struct Disguise {
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Start pose of this sim's unit.
-    pub start: Start,
+    pub start: StartPose,
     /// Waypoints of the mission; sim only passes them on.
     pub route: Vec<Point>,
     /// Geofence: a simple polygon, in order, not closed by a repeated point.
@@ -128,7 +128,7 @@ pub struct Scene {
 impl Default for Scene {
     /// A loop of about 60 m inside a fence of 80 m × 80 m, with one object of each class.
     fn default() -> Self {
-        let still = |class, size, kelvin, colour, at, heading| Object {
+        let object = |class, size, kelvin, colour, place, heading| Object {
             class,
             size,
             kelvin,
@@ -136,7 +136,7 @@ impl Default for Scene {
             colour,
             disguise: Disguise::default(),
             print: None,
-            path: vec![at],
+            path: vec![place],
             heading,
             speed: 0.0,
             departs: 0.0,
@@ -147,17 +147,17 @@ impl Default for Scene {
             path: vec![[18.0, 4.0], [18.0, 20.0], [6.0, 20.0]],
             speed: 1.2,
             closed: true,
-            ..still(Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40], [0.0, 0.0], 0.0)
+            ..object(Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40], [0.0, 0.0], 0.0)
         };
         Scene {
-            start: Start { east: -10.0, north: -5.0, heading: 0.0 },
+            start: StartPose { east: -10.0, north: -5.0, heading: 0.0 },
             route: vec![[8.0, -6.0], [10.0, 4.0], [0.0, 8.0], [-10.0, 6.0], [-12.0, -4.0]],
             geofence: vec![[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]],
             objects: vec![
-                still(Class::Vehicle, [4.2, 1.8, 1.6], 318.0, [60, 80, 150], [22.0, -6.0], 1.2),
+                object(Class::Vehicle, [4.2, 1.8, 1.6], 318.0, [60, 80, 150], [22.0, -6.0], 1.2),
                 walker,
-                still(Class::Decoy, [4.2, 1.8, 1.6], 289.0, [70, 85, 140], [18.0, -15.0], 0.7),
-                still(Class::Obstacle, [1.5, 1.5, 1.2], 288.0, [110, 100, 90], [2.0, 18.0], 0.3),
+                object(Class::Decoy, [4.2, 1.8, 1.6], 289.0, [70, 85, 140], [18.0, -15.0], 0.7),
+                object(Class::Obstacle, [1.5, 1.5, 1.2], 288.0, [110, 100, 90], [2.0, 18.0], 0.3),
             ],
             ground: Ground { seed: 1, amplitude: 0.35, wavelength: 22.0, kelvin: 288.0 },
             weather: Weather::CLEAR,
@@ -179,14 +179,14 @@ impl Scene {
     /// Refuses scenes that could not be built or have no bound.
     pub fn check(&self) -> Result<(), SceneError> {
         point("start", [self.start.east, self.start.north])?;
-        within("start.heading", self.start.heading, -7.0, 7.0)?;
+        check_range("start.heading", self.start.heading, -7.0, 7.0)?;
         count("route", self.route.len(), 0, MAX_POINTS)?;
         self.route.iter().try_for_each(|p| point("route", *p))?;
         count("geofence", self.geofence.len(), 3, MAX_POINTS)?;
         self.geofence.iter().try_for_each(|p| point("geofence", *p))?;
-        within("ground.amplitude", self.ground.amplitude, 0.0, 1.0)?;
-        within("ground.wavelength", self.ground.wavelength, 10.0, 200.0)?;
-        within("ground.kelvin", self.ground.kelvin, 200.0, 350.0)?;
+        check_range("ground.amplitude", self.ground.amplitude, 0.0, 1.0)?;
+        check_range("ground.wavelength", self.ground.wavelength, 10.0, 200.0)?;
+        check_range("ground.kelvin", self.ground.kelvin, 200.0, 350.0)?;
         self.weather.check()?;
         self.wind.check()?;
         let fields = perturbation::ROWS * perturbation::COLUMNS;
@@ -208,15 +208,15 @@ impl Scene {
     }
 
     /// Signed distance to the geofence in metres: positive inside.
-    pub fn margin(&self, at: Point) -> f32 {
+    pub fn margin(&self, place: Point) -> f32 {
         let n = self.geofence.len();
         let mut nearest = f32::MAX;
         let mut inside = false;
         for i in 0..n {
             let (a, b) = (self.geofence[i], self.geofence[(i + 1) % n]);
-            nearest = nearest.min(distance_to_segment(at, a, b));
-            let crosses = (a[1] > at[1]) != (b[1] > at[1]);
-            if crosses && at[0] < (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1]) + a[0] {
+            nearest = nearest.min(distance_to_segment(place, a, b));
+            let crosses = (a[1] > place[1]) != (b[1] > place[1]);
+            if crosses && place[0] < (b[0] - a[0]) * (place[1] - a[1]) / (b[1] - a[1]) + a[0] {
                 inside = !inside;
             }
         }
@@ -226,20 +226,20 @@ impl Scene {
 
 impl Object {
     fn check(&self) -> Result<(), SceneError> {
-        self.size.iter().try_for_each(|s| within("object.size", *s, 0.1, 20.0))?;
+        self.size.iter().try_for_each(|s| check_range("object.size", *s, 0.1, 20.0))?;
         let fields = print::ROWS * print::COLUMNS;
         self.print.iter().try_for_each(|p| count("object.print", p.fields().len(), fields, fields))?;
         let heat = self.print.iter().map(|print| print.heat().len()).filter(|heat| *heat > 0);
         heat.into_iter().try_for_each(|heat| count("object.print.heat", heat, fields, fields))?;
-        within("object.kelvin", self.kelvin, 200.0, 650.0)?;
+        check_range("object.kelvin", self.kelvin, 200.0, 650.0)?;
         let [begins, ends] = self.heated.unwrap_or_default();
-        within("object.heated", begins, 0.0, 86_400.0)?;
-        within("object.heated", ends, begins, 86_400.0)?;
+        check_range("object.heated", begins, 0.0, 86_400.0)?;
+        check_range("object.heated", ends, begins, 86_400.0)?;
         count("object.path", self.path.len(), 1, MAX_POINTS)?;
         self.path.iter().try_for_each(|p| point("object.path", *p))?;
-        within("object.heading", self.heading, -7.0, 7.0)?;
-        within("object.speed", self.speed, 0.0, 15.0)?;
-        within("object.departs", self.departs, 0.0, 86_400.0)
+        check_range("object.heading", self.heading, -7.0, 7.0)?;
+        check_range("object.speed", self.speed, 0.0, 15.0)?;
+        check_range("object.departs", self.departs, 0.0, 86_400.0)
     }
 
     /// The class that its paint is of.
@@ -255,8 +255,8 @@ impl Object {
     /// Share of its warmth above or below the ground that it has `seconds` after the start.
     pub fn heat_share(&self, seconds: f64) -> f32 {
         let share = |[begins, ends]: [f32; 2]| {
-            let (gone, takes) = (seconds - f64::from(begins), f64::from(ends - begins));
-            if gone < takes { (gone / takes).max(0.0) as f32 } else { 1.0 }
+            let (travelled, takes) = (seconds - f64::from(begins), f64::from(ends - begins));
+            if travelled < takes { (travelled / takes).max(0.0) as f32 } else { 1.0 }
         };
         self.heated.map_or(1.0, share)
     }
@@ -291,15 +291,15 @@ impl Object {
         let legs = self.legs();
         let leg = |i: usize| (self.path[i], self.path[(i + 1) % self.path.len()]);
         let total = self.way();
-        let gone = (seconds - f64::from(self.departs)).max(0.0) * f64::from(self.speed);
-        let mut left = if self.closed && total > 0.0 { gone % total } else { gone.min(total) };
+        let travelled = (seconds - f64::from(self.departs)).max(0.0) * f64::from(self.speed);
+        let mut left = if self.closed && total > 0.0 { travelled % total } else { travelled.min(total) };
         for i in 0..legs {
             let (a, b) = leg(i);
             let len = length((a, b));
             if left <= len && len > 0.0 || i + 1 == legs {
                 let share = if len > 0.0 { (left / len).min(1.0) as f32 } else { 0.0 };
-                let at = [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share];
-                return (at, libm::atan2f(b[1] - a[1], b[0] - a[0]));
+                let position = [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share];
+                return (position, libm::atan2f(b[1] - a[1], b[0] - a[0]));
             }
             left -= len;
         }
@@ -321,8 +321,8 @@ fn distance_to_segment(p: Point, a: Point, b: Point) -> f32 {
 }
 
 fn point(field: &'static str, p: Point) -> Result<(), SceneError> {
-    within(field, p[0], -HALF_EXTENT, HALF_EXTENT)?;
-    within(field, p[1], -HALF_EXTENT, HALF_EXTENT)
+    check_range(field, p[0], -HALF_EXTENT, HALF_EXTENT)?;
+    check_range(field, p[1], -HALF_EXTENT, HALF_EXTENT)
 }
 
 #[cfg(test)]
@@ -350,9 +350,9 @@ mod tests {
         let mut object = Scene::default().objects[0].clone();
         assert_eq!(object.heat_share(0.0), 1.0, "without times it is warm all along");
         object.heated = Some([2.0, 4.0]);
-        assert_eq!([0.0, 2.0, 3.0, 4.0, 9.0].map(|at| object.heat_share(at)), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!([0.0, 2.0, 3.0, 4.0, 9.0].map(|age_s| object.heat_share(age_s)), [0.0, 0.0, 0.5, 1.0, 1.0]);
         object.heated = Some([2.0, 2.0]);
-        assert_eq!([1.9, 2.0].map(|at| object.heat_share(at)), [0.0, 1.0]);
+        assert_eq!([1.9, 2.0].map(|age_s| object.heat_share(age_s)), [0.0, 1.0]);
         let mut scene = Scene::default();
         scene.objects[0].heated = Some([4.0, 2.0]);
         assert!(matches!(scene.check(), Err(SceneError::OutOfRange { field: "object.heated", .. })));

@@ -30,7 +30,7 @@ pub struct Imagers {
     sweep: camera::Sweep,
     lidar: lidar::Lidar,
     noise: [Noise; 4],
-    /// Of colour and of thermal.
+    /// Past frames of colour and of thermal.
     past: [Past<Vec<u8>>; 2],
     /// Row-major, 3 bytes a pixel.
     pub rgb: Vec<u8>,

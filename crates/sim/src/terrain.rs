@@ -28,8 +28,8 @@ impl Terrain {
         let half_cells = ((scene.reach() + BEYOND).max(SIDE / 2.0) / CELL).ceil() as usize;
         let cells = 2 * half_cells;
         let n = cells + 1;
-        let at = |i: usize| (i as f32 - half_cells as f32) * CELL;
-        let heights: Vec<f32> = (0..n * n).map(|k| relief(ground, at(k % n), at(k / n))).collect();
+        let coordinate = |i: usize| (i as f32 - half_cells as f32) * CELL;
+        let heights: Vec<f32> = (0..n * n).map(|k| relief(ground, coordinate(k % n), coordinate(k / n))).collect();
         let highest = heights.iter().copied().fold(f32::MIN, f32::max);
         Terrain { cells, heights, highest }
     }
@@ -45,7 +45,7 @@ impl Terrain {
     }
 
     /// Height in metres of the grid point `row` from the south and `column` from the west.
-    pub fn at(&self, row: usize, column: usize) -> f32 {
+    pub fn height_at(&self, row: usize, column: usize) -> f32 {
         self.heights[row * (self.cells + 1) + column]
     }
 
@@ -58,8 +58,8 @@ impl Terrain {
     pub fn height(&self, east: f32, north: f32) -> f32 {
         let (i, s) = self.cell(north);
         let (j, t) = self.cell(east);
-        let south = self.at(i, j) + (self.at(i, j + 1) - self.at(i, j)) * t;
-        let north = self.at(i + 1, j) + (self.at(i + 1, j + 1) - self.at(i + 1, j)) * t;
+        let south = self.height_at(i, j) + (self.height_at(i, j + 1) - self.height_at(i, j)) * t;
+        let north = self.height_at(i + 1, j) + (self.height_at(i + 1, j + 1) - self.height_at(i + 1, j)) * t;
         south + (north - south) * s
     }
 

@@ -40,12 +40,12 @@ pub(crate) struct Witness {
     unit: UnitId,
     leased: bool,
     touches: BTreeSet<ObjectId>,
-    /// Collisions that are not yet told, with the speed towards each object, mm/s.
+    /// Collisions that are not yet reported, with the speed towards each object, mm/s.
     collided: BTreeMap<ObjectId, i32>,
     faults_active: [bool; MAX_FAULTS],
-    /// True if the step that this fault is the first of is told to have begun and not to have ended.
+    /// True if the step that this fault is the first of is reported to have begun and not to have ended.
     steps_open: [bool; MAX_FAULTS],
-    /// Time at which a message that this fault changed was told of last.
+    /// Time at which a message that this fault changed was reported last.
     told: [Option<Instant>; MAX_FAULTS],
 }
 
@@ -64,7 +64,7 @@ impl Witness {
         }
     }
 
-    /// The same witness in a forked world.
+    /// Copy of the witness for a forked world.
     pub(crate) fn fork(&self) -> Witness {
         let journal = self.journal.as_ref().map(Journal::fork);
         let Witness { unit, leased, faults_active, steps_open, told, .. } = *self;
@@ -151,13 +151,14 @@ impl Witness {
         if let Some(flight) = plant.flight(world) {
             self.write(now, Note::Moves { unit: self.unit, motion: motion(&flight) }, out);
         }
-        if let Some(kept) = plant.kept(world) {
-            let [safe, asked, energy, clearance] = [kept.safe, kept.asked, kept.energy, kept.clearance].map(permille);
+        if let Some(margins) = plant.safety_margins(world) {
+            let [safe, asked, energy, clearance] =
+                [margins.safe, margins.asked, margins.energy, margins.clearance].map(permille);
             self.write(now, Note::Margins { unit: self.unit, safe, asked, energy, clearance }, out);
         }
     }
 
-    /// By how much localisation is displaced, while it is.
+    /// Displacement of localisation, while it lasts.
     pub(crate) fn imposed(&mut self, now: Instant, effect: &Effect, out: &mut VecDeque<Output>) {
         let mm = |axis: i64| axis.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
         let [east_mm, north_mm] = effect.displaced_mm.map(mm);
@@ -168,20 +169,20 @@ impl Witness {
     }
 
     /// This reading without each of the active faults that are due for a report; `read` makes it.
-    pub(crate) fn otherwise(
+    pub(crate) fn counterfactual(
         &self,
         now: Instant,
         run: Span,
         (faults, imaging): (&Faults, bool),
         read: impl Fn(&Faults) -> Vec<u8>,
     ) -> Vec<Otherwise> {
-        let due = |index: usize| self.told[index].is_none_or(|told| now.since(told) >= ALTERED_EVERY);
+        let due = |index: usize| self.told[index].is_none_or(|time| now.since(time) >= ALTERED_EVERY);
         let of_these =
             |fault: &Fault| self.journal.is_some() && is_imaging(fault.sensor) == imaging && fault.active(run);
         let due = faults.all().iter().enumerate().filter(|(index, fault)| of_these(fault) && due(*index));
         due.map(|(index, fault)| {
             let (sensor, kind) = (fault.sensor, fault.kind());
-            Otherwise { index, sensor, kind, body: read(&faults.without(sensor, kind)) }
+            Otherwise { index, sensor, kind, body: read(&faults.without_fault(sensor, kind)) }
         })
         .collect()
     }
@@ -190,12 +191,12 @@ impl Witness {
     pub(crate) fn altered(
         &mut self,
         now: Instant,
-        otherwise: Vec<Otherwise>,
+        counterfactuals: Vec<Otherwise>,
         body: &[u8],
         bytes: &[u8],
         out: &mut VecDeque<Output>,
     ) {
-        for Otherwise { index, sensor, kind, .. } in otherwise.into_iter().filter(|o| o.body != body) {
+        for Otherwise { index, sensor, kind, .. } in counterfactuals.into_iter().filter(|o| o.body != body) {
             self.told[index] = Some(now);
             self.write(now, Note::Altered { sensor, kind, hash: wire_hash(bytes) }, out);
         }
@@ -214,7 +215,7 @@ impl Witness {
         self.write(now, event, out);
     }
 
-    /// A step is told once, however many of its faults there are: it begins with the first of them, here `active`, and ends
+    /// A step is reported once, however many of its faults there are: it begins with the first of them, here `active`, and ends
     /// when none of them is or will be.
     fn step(
         &mut self,
@@ -226,10 +227,10 @@ impl Witness {
     ) {
         let mut of_step = faults.all().iter().enumerate().filter(|(_, f)| f.step == Some(step));
         let Some((first, fault)) = of_step.next() else { return };
-        let over = |fault: &Fault| fault.waits_ms.is_none() && run >= fault.ends();
+        let has_ended = |fault: &Fault| fault.waits_ms.is_none() && run >= fault.ends();
         let begun = match (self.steps_open[first], active) {
             (false, true) => true,
-            (true, false) if over(fault) && of_step.all(|(_, f)| over(f)) => false,
+            (true, false) if has_ended(fault) && of_step.all(|(_, f)| has_ended(f)) => false,
             (_, _) => return,
         };
         self.steps_open[first] = begun;

@@ -10,7 +10,7 @@ use crate::noise::{Noise, Stream};
 
 /// Time after which a bias is forgotten but for 1/e, seconds: that of PX4's simulated receiver.
 const TAU_S: f64 = 60.0;
-/// The most steps of a way, an hour's: a longer fault stays where it led.
+/// Most steps of a way, one hour: a longer fault stays at the last place.
 const MOST: u64 = 72_000;
 /// Places in the stream of noise for one way: at most [`MOST`] steps of twelve words, of 2^20 words a place.
 const PLACES: u64 = 2;
@@ -20,25 +20,25 @@ const PLACES: u64 = 2;
 pub(crate) struct Way(Vec<[i32; 2]>);
 
 impl Way {
-    /// Of the fault `index` for `duration_ms`, with this deviation after a long time.
+    /// Way of the fault `index` for `duration_ms`, with this deviation after a long time.
     pub(crate) fn new(seed: u64, index: usize, deviation_mm: u32, duration_ms: u64) -> Self {
         let mut noise = Noise::new(seed, Stream::Wander);
         noise.seek(index as u64 * PLACES);
         let step_s = NAVIGATION_PERIOD.0 as f64 / 1e6;
-        let kept = libm::exp(-step_s / TAU_S);
-        let added = f64::from(deviation_mm) * libm::sqrt(1.0 - kept * kept);
+        let share = libm::exp(-step_s / TAU_S);
+        let added = f64::from(deviation_mm) * libm::sqrt(1.0 - share * share);
         let steps = (duration_ms * 1000 / NAVIGATION_PERIOD.0).min(MOST);
-        let mut at = [0.0; 2];
+        let mut place = [0.0; 2];
         let way = (0..=steps).map(|_| {
-            let here = at.map(|mm: f64| mm as i32);
-            at = at.map(|mm| mm * kept + added * f64::from(noise.normal()));
+            let here = place.map(|mm: f64| mm as i32);
+            place = place.map(|mm| mm * share + added * f64::from(noise.normal()));
             here
         });
         Way(way.collect())
     }
 
     /// Displacement so long after the start of the fault, millimetres.
-    pub(crate) fn at(&self, since: Span) -> [i32; 2] {
+    pub(crate) fn displacement(&self, since: Span) -> [i32; 2] {
         let step = (since.0 / NAVIGATION_PERIOD.0) as usize;
         self.0.get(step).or(self.0.last()).copied().unwrap_or_default()
     }
@@ -51,13 +51,16 @@ mod tests {
     #[test]
     fn way_starts_at_nought_and_repeats_for_a_seed() {
         let way = |seed, index| Way::new(seed, index, 6_000, 40_000);
-        let at = |way: &Way, ms| way.at(Span::ms(ms));
+        let displacement = |way: &Way, ms| way.displacement(Span::ms(ms));
         let (one, same) = (way(1, 0), way(1, 0));
-        assert_eq!(at(&one, 0), [0, 0]);
-        assert_eq!([10_000, 39_999, 90_000].map(|ms| at(&one, ms)), [10_000, 39_999, 90_000].map(|ms| at(&same, ms)));
-        assert_ne!(at(&one, 10_000), at(&way(2, 0), 10_000));
-        assert_ne!(at(&one, 10_000), at(&way(1, 1), 10_000));
-        assert_eq!(at(&Way::default(), 10), [0, 0]);
+        assert_eq!(displacement(&one, 0), [0, 0]);
+        assert_eq!(
+            [10_000, 39_999, 90_000].map(|ms| displacement(&one, ms)),
+            [10_000, 39_999, 90_000].map(|ms| displacement(&same, ms))
+        );
+        assert_ne!(displacement(&one, 10_000), displacement(&way(2, 0), 10_000));
+        assert_ne!(displacement(&one, 10_000), displacement(&way(1, 1), 10_000));
+        assert_eq!(displacement(&Way::default(), 10), [0, 0]);
     }
 
     /// After some minutes the mean square over many seeds is the stated one; of neighbouring steps the difference is small.
@@ -65,7 +68,8 @@ mod tests {
     fn deviation_and_memory_are_those_stated() {
         let ways: Vec<Way> = (0..200).map(|seed| Way::new(seed, 0, 1_000, 300_000)).collect();
         let square = |ms: u64| {
-            let all = ways.iter().flat_map(|way| way.at(Span::ms(ms))).map(|mm| f64::from(mm) * f64::from(mm));
+            let all =
+                ways.iter().flat_map(|way| way.displacement(Span::ms(ms))).map(|mm| f64::from(mm) * f64::from(mm));
             libm::sqrt(all.sum::<f64>() / (2.0 * ways.len() as f64))
         };
         assert!((850.0..1_150.0).contains(&square(300_000)), "{}", square(300_000));

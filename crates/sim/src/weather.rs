@@ -3,11 +3,11 @@
 //! [`Weather::CLEAR`] changes no reading by a single bit. The optics are textbook laws with few figures: contrast falls
 //! with distance by Koschmieder's law (5 % of it is left at the visibility), a laser's return twice as fast. Values
 //! that the laws do not give are named assumptions beside their constants. Only the rendered sensors know weather; the
-//! noise model that stands for them has been fitted to none, so a scene with weather is refused there.
+//! noise model that represents them has been fitted to none, so a scene with weather is refused there.
 
 use serde::{Deserialize, Serialize};
 
-use crate::limits::{SceneError, within};
+use crate::limits::{SceneError, check_range};
 
 /// `-ln 0.05`: extinction per metre is this over the visibility (Koschmieder 1924, with a contrast threshold of 5 %).
 const KOSCHMIEDER: f32 = 2.996;
@@ -53,10 +53,10 @@ impl Weather {
     }
 
     pub(crate) fn check(&self) -> Result<(), SceneError> {
-        within("weather.light", self.light, 0.02, 1.5)?;
-        within("weather.visibility_m", self.visibility_m.unwrap_or(1e3), 5.0, 1e5)?;
-        within("weather.rain_mm_h", self.rain_mm_h, 0.0, HEAVY)?;
-        within("weather.smear_px", f32::from(self.smear_px), 0.0, 16.0)
+        check_range("weather.light", self.light, 0.02, 1.5)?;
+        check_range("weather.visibility_m", self.visibility_m.unwrap_or(1e3), 5.0, 1e5)?;
+        check_range("weather.rain_mm_h", self.rain_mm_h, 0.0, HEAVY)?;
+        check_range("weather.smear_px", f32::from(self.smear_px), 0.0, 16.0)
     }
 
     fn rain_per_m(&self) -> f32 {
@@ -67,7 +67,7 @@ impl Weather {
         self.visibility_m.map_or(0.0, |metres| KOSCHMIEDER / metres)
     }
 
-    /// Share of the light that comes through so many metres of air.
+    /// Share of the light that comes through a given number of metres of air.
     pub(crate) fn clarity(&self, metres: f32) -> f32 {
         libm::expf(-(self.fog_per_m() + self.rain_per_m()) * metres)
     }

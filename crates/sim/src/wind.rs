@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::limits::{SceneError, within};
+use crate::limits::{SceneError, check_range};
 
 /// Wind over a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -22,9 +22,9 @@ impl Wind {
     /// # Errors
     /// A value that is no number or out of range.
     pub fn check(&self) -> Result<(), SceneError> {
-        within("wind.east_m_s", self.east_m_s, -20.0, 20.0)?;
-        within("wind.north_m_s", self.north_m_s, -20.0, 20.0)?;
-        within("wind.gust_m_s", self.gust_m_s, 0.0, 10.0)?;
-        within("wind.length_m", self.length_m, 0.0, 1000.0)
+        check_range("wind.east_m_s", self.east_m_s, -20.0, 20.0)?;
+        check_range("wind.north_m_s", self.north_m_s, -20.0, 20.0)?;
+        check_range("wind.gust_m_s", self.gust_m_s, 0.0, 10.0)?;
+        check_range("wind.length_m", self.length_m, 0.0, 1000.0)
     }
 }

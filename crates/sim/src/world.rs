@@ -106,7 +106,7 @@ impl World {
     pub fn step(&mut self) {
         self.steps += 1;
         let scene = Arc::clone(&self.scene);
-        let unit = UnitBody::of(&self.physics);
+        let unit = UnitBody::from_physics(&self.physics);
         for k in 0..self.movers.len() {
             let Mover { object: index, body, .. } = self.movers[k];
             let object = &scene.objects[index];
@@ -166,9 +166,9 @@ impl World {
             .collect()
     }
 
-    /// Opens the world for ray casts that do not see `own`, the body that carries the sensor.
-    pub fn view(&self, own: RigidBodyHandle) -> View<'_> {
-        let filter = QueryFilter::default().exclude_rigid_body(own);
+    /// Opens the world for ray casts that do not see `own_handle`, the body that carries the sensor.
+    pub fn view(&self, own_handle: RigidBodyHandle) -> View<'_> {
+        let filter = QueryFilter::default().exclude_rigid_body(own_handle);
         View { queries: self.physics.query_pipeline_with_filter(filter) }
     }
 
@@ -240,7 +240,7 @@ fn ground_collider(terrain: &Terrain) -> ColliderBuilder {
     let mut heights = Array2::repeat(n, n, 0.0);
     for row in 0..n {
         for column in 0..n {
-            heights[(row, column)] = terrain.at(n - 1 - row, column);
+            heights[(row, column)] = terrain.height_at(n - 1 - row, column);
         }
     }
     let quarter = Rotation::from_xyzw(HALF_SQRT, 0.0, 0.0, HALF_SQRT);
@@ -287,7 +287,7 @@ mod tests {
         walked_along((vec![[east, north], [east, north + 25.0]], false), yields, seconds, speed)
     }
 
-    /// The same on this path, closed or not, from its first point on.
+    /// The view from points along this path, closed or not, from its first point on.
     fn walked_along((path, closed): (Vec<[f32; 2]>, bool), yields: bool, seconds: u64, speed: f32) -> (f32, usize) {
         let mut scene = Scene::default();
         let mut walker = scene.objects.iter().find(|object| object.moves()).unwrap().clone();
@@ -319,8 +319,8 @@ mod tests {
         let start = Scene::default().start;
         let [east, north] = [start.east, start.north - 2.5];
         let round = || (vec![[east, north], [east, north + 9.0], [east + 9.0, north + 9.0], [east + 9.0, north]], true);
-        let (stands, _) = walked_along(round(), true, 9, 0.0);
-        assert!(stands.abs() < 0.5, "{stands}");
+        let (steps, _) = walked_along(round(), true, 9, 0.0);
+        assert!(steps.abs() < 0.5, "{steps}");
         let (goes, touches) = walked_along(round(), true, 24, 0.0);
         assert!(goes > 2.0 && touches == 0, "{goes} {touches}");
     }

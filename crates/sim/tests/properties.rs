@@ -10,7 +10,7 @@ use sim::fault::{Disturbance, Fault, Faults};
 use sim::limits::SceneError;
 use sim::perturbation::{COLUMNS, Perturbation, ROWS};
 use sim::plant::STANDSTILL;
-use sim::scene::{Scene, Start};
+use sim::scene::{Scene, StartPose};
 use sim::{ChannelKeys, Sim, SimConfig};
 use wire::bus::{ChannelKey, Sender};
 use wire::codec::encode;
@@ -60,7 +60,7 @@ fn vehicle_follows_set_points_and_stops_after_lease() {
     assert!(plant.state(world).speed().abs() < STANDSTILL);
     let lapse = events(&after)
         .into_iter()
-        .find_map(|(at, e)| matches!(e, Any::Instrument(Note::Truth { leased: false, .. })).then_some(at));
+        .find_map(|(time, e)| matches!(e, Any::Instrument(Note::Truth { leased: false, .. })).then_some(time));
     let lapse = lapse.expect("the lapse is written down");
     // The last set-point is made at 4.0 s of the run, with a lease of 300 ms.
     assert_eq!(lapse.since(START), Span::ms(4_300));
@@ -72,14 +72,14 @@ fn collision_is_told_once_with_the_speed_before_it() {
     config.scene.objects.truncate(1);
     config.scene.objects[0].path = vec![[-4.0, -5.0]];
     let log = Rig::new(config).run(6_000, Some((2000, 0)));
-    let told: Vec<(ObjectId, i32)> = events(&log)
+    let collisions: Vec<(ObjectId, i32)> = events(&log)
         .into_iter()
         .filter_map(|(_, e)| match e {
             Any::Instrument(Note::Collided { object, speed_mm_s, .. }) => Some((object, speed_mm_s)),
             _ => None,
         })
         .collect();
-    assert!(matches!(told[..], [(ObjectId(0), 1_500..)]), "{told:?}");
+    assert!(matches!(collisions[..], [(ObjectId(0), 1_500..)]), "{collisions:?}");
 }
 
 #[test]
@@ -104,8 +104,9 @@ fn depth_colour_and_heat_show_one_object() {
     scene.objects[0].size = [4.0, 4.0, 4.0];
     scene.objects[0].colour = [220, 10, 10];
     scene.objects[0].kelvin = 340.0;
-    let frame = sim::render(&wire::platform::Sensors::GROUND, &scene, Start { east: 0.0, north: 0.0, heading: 0.0 }, 1)
-        .unwrap();
+    let frame =
+        sim::render(&wire::platform::Sensors::GROUND, &scene, StartPose { east: 0.0, north: 0.0, heading: 0.0 }, 1)
+            .unwrap();
     let u16_at = |plane: &[u8], k: usize| u16::from_le_bytes([plane[2 * k], plane[2 * k + 1]]);
     let label = frame.labels[0];
     assert_eq!(label.object, ObjectId(0));
@@ -164,8 +165,8 @@ fn spoilt(rendered: bool, sensor: Sensor, disturbance: Disturbance) -> SimConfig
     config
 }
 
-/// Of the messages on `topic`: which of them, and the fault that is told to have changed it.
-fn told(log: &[Output], topic: Topic) -> Vec<(usize, Sensor, FaultKind)> {
+/// Faults reported in the messages on `topic`: which of them, and the fault that is reported to have changed it.
+fn faults_reported(log: &[Output], topic: Topic) -> Vec<(usize, Sensor, FaultKind)> {
     let messages = log.iter().filter_map(|o| match o {
         Output::Bus { topic: of, bytes } if *of == topic => Some(wire_hash(bytes)),
         _ => None,
@@ -173,7 +174,7 @@ fn told(log: &[Output], topic: Topic) -> Vec<(usize, Sensor, FaultKind)> {
     let messages: Vec<u64> = messages.collect();
     let altered = events(log).into_iter().filter_map(|(_, e)| match e {
         Any::Instrument(Note::Altered { sensor, kind, hash }) => {
-            Some((messages.iter().position(|of| *of == hash).expect("a message"), sensor, kind))
+            Some((messages.iter().position(|message| *message == hash).expect("a message"), sensor, kind))
         }
         _ => None,
     });
@@ -208,9 +209,9 @@ fn first_changed_message_of_a_fault_is_reported() {
         let log = Rig::new(spoilt(rendered, sensor, disturbance)).run(1_500, None);
         let differ: Vec<bool> =
             bodies(&clean, topic).iter().zip(bodies(&log, topic)).map(|(clean, got)| *clean != got).collect();
-        let told: Vec<usize> = told(&log, topic).into_iter().map(|(message, ..)| message).collect();
-        assert_eq!(told.first().copied(), differ.iter().position(|differs| *differs), "{sensor:?} {disturbance:?}");
-        assert!(told.iter().all(|message| differ[*message]), "{sensor:?} {disturbance:?}: {told:?}");
+        let counts: Vec<usize> = faults_reported(&log, topic).into_iter().map(|(message, ..)| message).collect();
+        assert_eq!(counts.first().copied(), differ.iter().position(|differs| *differs), "{sensor:?} {disturbance:?}");
+        assert!(counts.iter().all(|message| differ[*message]), "{sensor:?} {disturbance:?}: {counts:?}");
     }
 }
 
@@ -227,8 +228,10 @@ fn hidden_fault_is_not_reported_as_effective() {
         waits_ms: None,
     };
     config.faults.push(jump);
-    let kinds: Vec<FaultKind> =
-        told(&Rig::new(config).run(1_500, None), Topic::Navigation).into_iter().map(|(.., kind)| kind).collect();
+    let kinds: Vec<FaultKind> = faults_reported(&Rig::new(config).run(1_500, None), Topic::Navigation)
+        .into_iter()
+        .map(|(.., kind)| kind)
+        .collect();
     assert_eq!(kinds, [FaultKind::Dropout]);
 }
 
@@ -274,10 +277,10 @@ fn past_and_chaff_work_on_unrendered_lists() {
         let spoilt = (6..13).contains(&clean[at].frame.0);
         assert_eq!(late[at].thermal, clean[if spoilt { at - 5 } else { at }].thermal);
         assert_eq!((&late[at].rgb, &late[at].lidar), (&clean[at].rgb, &clean[at].lidar));
-        let (own, got) = (clean[at].rgb.as_deref().unwrap(), full[at].rgb.as_deref().unwrap());
-        assert_eq!(got.len(), if spoilt { 32 } else { own.len() });
-        assert_eq!(&got[..own.len()], own, "what the stage is surer of is not displaced");
-        assert!(got[own.len()..].iter().all(|weak| (500..=650).contains(&weak.score)));
+        let (own_detections, got) = (clean[at].rgb.as_deref().unwrap(), full[at].rgb.as_deref().unwrap());
+        assert_eq!(got.len(), if spoilt { 32 } else { own_detections.len() });
+        assert_eq!(&got[..own_detections.len()], own_detections, "what the stage is surer of is not displaced");
+        assert!(got[own_detections.len()..].iter().all(|weak| (500..=650).contains(&weak.score)));
     }
 }
 
@@ -344,14 +347,14 @@ fn multi_sensor_step_begins_and_ends_once() {
         config.faults.push(Fault { sensor, disturbance, start_ms, duration_ms, step, waits_ms: None });
     }
     let log = Rig::new(config).run(2_500, None);
-    let told: Vec<(u64, bool)> = events(&log)
+    let steps: Vec<(u64, bool)> = events(&log)
         .into_iter()
-        .filter_map(|(at, e)| match e {
-            Any::Instrument(Note::Step { begun, .. }) => Some((at.since(START).0 / 1000, begun)),
+        .filter_map(|(time, e)| match e {
+            Any::Instrument(Note::Step { begun, .. }) => Some((time.since(START).0 / 1000, begun)),
             _ => None,
         })
         .collect();
-    assert_eq!(told, [(500, true), (1600, false)]);
+    assert_eq!(steps, [(500, true), (1600, false)]);
 }
 
 #[test]
@@ -435,9 +438,9 @@ impl Rig {
             let until = self.now + Span::ms(50);
             loop {
                 let wish = self.wake_every_ms.map(|ms| self.now + Span::ms(ms)).or(self.sim.deadline());
-                let Some(at) = wish.filter(|at| *at <= until) else { break };
-                self.now = at;
-                self.sim.handle(at, &Input::Timeout);
+                let Some(time) = wish.filter(|time| *time <= until) else { break };
+                self.now = time;
+                self.sim.handle(time, &Input::Timeout);
                 log.extend(self.drain());
             }
             self.now = until;
@@ -473,7 +476,7 @@ impl Rig {
     fn drain(&mut self) -> Vec<Output> {
         let out: Vec<Output> = std::iter::from_fn(|| self.sim.output()).collect();
         if self.wake_every_ms.is_none() {
-            assert!(events(&out).iter().all(|(at, _)| *at == self.now), "at {:?}: {:?}", self.now, events(&out));
+            assert!(events(&out).iter().all(|(time, _)| *time == self.now), "at {:?}: {:?}", self.now, events(&out));
         }
         out
     }

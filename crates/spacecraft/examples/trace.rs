@@ -3,14 +3,15 @@
 //!
 //! `cargo run --release -p spacecraft --example trace -- orbit|sun|field|slew`
 
-use spacecraft::attitude::quaternion::{NONE, about, angle};
+use spacecraft::attitude::quaternion::{NONE, angle, from_axis_angle};
 use spacecraft::attitude::{Body, Environment, State, step};
 use spacecraft::date::Date;
 use spacecraft::earth::{
-    Place, Tangent, eclipsed, look, magnetic_field, passes, seen_from_ground, sun_direction, to_earth_fixed, to_teme,
+    GeodeticPlace, Tangent, eclipsed, look, magnetic_field, passes, seen_from_ground, sun_direction, to_earth_fixed,
+    to_teme,
 };
 use spacecraft::orbit::{Elements, Orbit};
-use spacecraft::pointing::{Controller, Limits, Reference};
+use spacecraft::pointing::{Controller, Reference, TurnLimits};
 
 use serde_json::{Value, json};
 
@@ -18,24 +19,24 @@ const LINE_1: &str = "1 99999U 25001A   25172.50000000  .00002000  00000-0  1000
 const LINE_2: &str = "2 99999  97.5000 250.0000 0010000  90.0000 270.0000 15.18000000    10";
 
 fn main() {
-    let asked = std::env::args().nth(1).unwrap_or_default();
-    let said = match asked.as_str() {
+    let requested = std::env::args().nth(1).unwrap_or_default();
+    let value = match requested.as_str() {
         "orbit" => orbit(),
         "sun" => sun(),
         "field" => field(),
         "slew" => slews(),
         _ => json!({ "expected": ["orbit", "sun", "field", "slew"] }),
     };
-    println!("{said}");
+    println!("{value}");
 }
 
 fn orbit() -> Value {
     let orbit = Orbit::new(&Elements::new(LINE_1, LINE_2)).expect("invariant: the elements above are an orbit");
-    let station = Tangent::new(Place::of_degrees(52.5, 13.4, 40.0));
+    let station = Tangent::new(GeodeticPlace::of_degrees(52.5, 13.4, 40.0));
     let states: Vec<Value> = (0..=1440)
         .map(|minute| {
             let seconds = f64::from(minute) * 60.0 + 3.7;
-            let (state, date) = (orbit.at(seconds), orbit.epoch().after(seconds));
+            let (state, date) = (orbit.state_at(seconds), orbit.epoch().plus_seconds(seconds));
             let seen = seen_from_ground(&state, date);
             let look = look(&station, &state, date);
             json!({ "s": seconds, "r": state.position_m, "v": state.velocity_m_s, "fixed": seen.position_m,
@@ -52,7 +53,7 @@ fn orbit() -> Value {
 fn sun() -> Value {
     let first = Date::of_day(2020, 1, 1);
     let directions = (0..3650).map(|day| {
-        let date = first.after(f64::from(day) * 86_400.0 + 4321.0);
+        let date = first.plus_seconds(f64::from(day) * 86_400.0 + 4321.0);
         json!({ "jd": date.julian(), "sun": sun_direction(date) })
     });
     directions.collect()
@@ -76,17 +77,17 @@ fn field() -> Value {
 
 /// Through 77° at 10 Hz from this state, in these surroundings with this dipole: by feedback alone, or led within
 /// limits.
-fn slew(mut state: State, limits: Option<Limits>, around: &Environment, dipole: [f64; 3]) -> Value {
+fn slew(mut state: State, limits: Option<TurnLimits>, environment: &Environment, dipole: [f64; 3]) -> Value {
     let (body, controller) = (Body::default(), Controller::default());
-    let goal = Reference::at_rest(about([1.0, -0.5, 2.0], 77.0_f64.to_radians()));
+    let goal = Reference::at_rest(from_axis_angle([1.0, -0.5, 2.0], 77.0_f64.to_radians()));
     let (start, mut reference) = (state, Reference::at_rest(NONE));
     let mut steps = Vec::new();
     for i in 0..1200 {
-        let next = limits.map_or(goal, |limits| reference.towards(&goal, &limits, 0.1));
+        let next = limits.map_or(goal, |limits| reference.step_towards(&goal, &limits, 0.1));
         let wanted = if limits.is_some() { reference.leading_to(&next) } else { goal };
         let torques = controller.torques(&body, &state, &wanted);
         reference = next;
-        step(&mut state, &body, torques, dipole, around, 0.1);
+        step(&mut state, &body, torques, dipole, environment, 0.1);
         steps.push(
             json!({ "t": f64::from(i + 1) * 0.1, "torques": torques, "q": state.attitude, "w": state.rates_rad_s,
                            "h": state.wheels_n_m_s, "left": angle(state.attitude, goal.attitude) }),
@@ -95,16 +96,16 @@ fn slew(mut state: State, limits: Option<Limits>, around: &Environment, dipole: 
     let wheel = body.wheels[0];
     json!({ "inertia": body.inertia_kg_m2, "wheel": wheel.inertia_kg_m2, "max_torque": wheel.max_torque_n_m,
             "max_momentum": wheel.max_momentum_n_m_s, "w": start.rates_rad_s, "h": start.wheels_n_m_s,
-            "field": around.field_t, "position": around.position_m, "dipole": dipole, "steps": steps })
+            "field": environment.field_t, "position": environment.position_m, "dipole": dipole, "steps": steps })
 }
 
-/// From rest by feedback alone; from rest within limits; out of a tumble with loaded wheels, where gyroscopic torques
-/// count; the same with gravity gradient and torquers.
+/// Turns from rest by feedback alone; from rest within limits; out of a tumble with loaded wheels, where gyroscopic
+/// torques count; the same with gravity gradient and torquers.
 fn slews() -> Value {
-    let (rest, nothing) = (State::at_rest(NONE), Environment::default());
-    let limits = Some(Limits { rate_rad_s: 0.03, acceleration_rad_s2: 0.005 });
+    let (rest, empty_environment) = (State::at_rest(NONE), Environment::default());
+    let limits = Some(TurnLimits { rate_rad_s: 0.03, acceleration_rad_s2: 0.005 });
     let loaded = State { rates_rad_s: [0.03, -0.02, 0.025], wheels_n_m_s: [0.003, -0.004, 0.002], ..rest };
-    let around = Environment { field_t: [1.1e-5, -2.3e-5, 3.1e-5], position_m: [4.2e6, 3.9e6, -3.8e6] };
-    json!({ "direct": slew(rest, None, &nothing, [0.0; 3]), "led": slew(rest, limits, &nothing, [0.0; 3]),
-            "loaded": slew(loaded, None, &nothing, [0.0; 3]), "outside": slew(loaded, None, &around, [0.2, -0.1, 0.15]) })
+    let environment = Environment { field_t: [1.1e-5, -2.3e-5, 3.1e-5], position_m: [4.2e6, 3.9e6, -3.8e6] };
+    json!({ "direct": slew(rest, None, &empty_environment, [0.0; 3]), "led": slew(rest, limits, &empty_environment, [0.0; 3]),
+            "loaded": slew(loaded, None, &empty_environment, [0.0; 3]), "outside": slew(loaded, None, &environment, [0.2, -0.1, 0.15]) })
 }

@@ -25,13 +25,13 @@ pub struct Date {
 }
 
 impl Date {
-    /// Of a Julian date and seconds after it.
+    /// Date from a Julian date and seconds after it.
     pub fn new(julian: f64, seconds: f64) -> Self {
         let midnight = (julian - 0.5).floor() + 0.5;
-        Date { midnight, second: (julian - midnight) * DAY_S }.after(seconds)
+        Date { midnight, second: (julian - midnight) * DAY_S }.plus_seconds(seconds)
     }
 
-    /// Of a day of the Gregorian calendar, 1901 to 2099, at midnight (Vallado, *Fundamentals of Astrodynamics*,
+    /// Date of a day of the Gregorian calendar, 1901 to 2099, at midnight (Vallado, *Fundamentals of Astrodynamics*,
     /// algorithm 14).
     pub fn of_day(year: i32, month: i32, day: i32) -> Self {
         let years = 367 * year - 7 * (year + (month + 9) / 12) / 4;
@@ -40,14 +40,14 @@ impl Date {
     }
 
     /// The date `seconds` later.
-    pub fn after(self, seconds: f64) -> Self {
+    pub fn plus_seconds(self, seconds: f64) -> Self {
         let second = self.second + seconds;
         let days = (second / DAY_S).floor();
         Date { midnight: self.midnight + days, second: second - days * DAY_S }
     }
 
     /// Seconds from `other` to this one.
-    pub fn since(self, other: Date) -> f64 {
+    pub fn seconds_since(self, other: Date) -> f64 {
         (self.midnight - other.midnight) * DAY_S + (self.second - other.second)
     }
 
@@ -64,7 +64,7 @@ impl Date {
 
 /// Julian date of `seconds` after an epoch.
 pub fn julian_date(epoch: Date, seconds: f64) -> Date {
-    epoch.after(seconds)
+    epoch.plus_seconds(seconds)
 }
 
 /// Greenwich mean sidereal time of 1982, radians in [0, 2π): the turn from TEME to the Earth-fixed frame (Aoki et al.,
@@ -84,7 +84,7 @@ mod tests {
     /// Vallado, *Fundamentals of Astrodynamics*, example 3-5: 1992-08-20 12:14 UT1 is 152.578787810°.
     #[test]
     fn sidereal_time_is_that_of_the_textbook() {
-        let date = Date::of_day(1992, 8, 20).after(12.0 * 3600.0 + 14.0 * 60.0);
+        let date = Date::of_day(1992, 8, 20).plus_seconds(12.0 * 3600.0 + 14.0 * 60.0);
         assert!((gmst(date).to_degrees() - 152.578_787_810).abs() < 1e-7);
     }
 
@@ -92,19 +92,19 @@ mod tests {
     fn calendar_days_have_their_julian_dates() {
         assert_eq!(Date::of_day(2000, 1, 1).julian(), 2_451_544.5);
         assert_eq!(Date::of_day(2025, 1, 1).julian(), 2_460_676.5);
-        assert_eq!(Date::of_day(2024, 2, 29).after(DAY_S), Date::of_day(2024, 3, 1));
+        assert_eq!(Date::of_day(2024, 2, 29).plus_seconds(DAY_S), Date::of_day(2024, 3, 1));
     }
 
     #[test]
     fn a_date_keeps_a_nanosecond() {
-        let date = Date::of_day(2025, 6, 1).after(50_000.0);
-        assert!((date.after(1e-9).since(date) - 1e-9).abs() < 1e-11);
+        let date = Date::of_day(2025, 6, 1).plus_seconds(50_000.0);
+        assert!((date.plus_seconds(1e-9).seconds_since(date) - 1e-9).abs() < 1e-11);
     }
 
     #[test]
     fn time_turns_the_earth_evenly() {
-        let date = Date::of_day(2025, 6, 1).after(50_000.0);
-        let turned = gmst(date.after(0.01)) - gmst(date);
+        let date = Date::of_day(2025, 6, 1).plus_seconds(50_000.0);
+        let turned = gmst(date.plus_seconds(0.01)) - gmst(date);
         assert!((turned - 7.292_115e-7).abs() < 1e-12, "{turned}");
     }
 }

@@ -4,7 +4,7 @@
 //! Greenwich and z to the pole; *body* axes are the satellite's, +z the payload's line of sight. Quaternions are scalar
 //! first and turn body axes into TEME unless stated otherwise. Units are SI; angles are radians.
 //!
-//! Numbers that are not stated are those of a 6U cubesat of 10 kg. The crate holds no clock, no randomness and no
+//! Numbers that are not stated belong to a 6U cubesat of 10 kg. The crate holds no clock, no randomness and no
 //! message: who commands, measures and records is left to its callers. Transcendental functions are `libm`'s, so that
 //! machines agree.
 

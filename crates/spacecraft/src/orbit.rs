@@ -3,7 +3,7 @@
 //! SGP4 (Hoots and Roehrich, *Spacetrack Report No. 3*, 1980; Vallado et al., *Revisiting Spacetrack Report #3*, AIAA
 //! 2006-6753) with the WGS 72 numbers that element sets are fitted with. It is evaluated at nodes, whole multiples of
 //! 10 s after the epoch, and interpolated between them by a cubic Hermite polynomial: the state is a smooth function of
-//! time alone, whoever asked for what before. Nodes are rounded to 0.1 mm and 0.1 µm/s, so that a last bit which
+//! time alone, independent of earlier requests. Nodes are rounded to 0.1 mm and 0.1 µm/s, so that a last bit which
 //! differs between machines seldom remains.
 //!
 //! Manoeuvres are left out. A set of a day ago is off by about a kilometre, which no propagation makes good.
@@ -41,7 +41,7 @@ pub struct Elements {
 }
 
 impl Elements {
-    /// Of two lines.
+    /// Elements from two lines.
     pub fn new(line_1: &str, line_2: &str) -> Self {
         Elements { line_1: line_1.into(), line_2: line_2.into() }
     }
@@ -100,7 +100,7 @@ impl Clone for Orbit {
 }
 
 impl Orbit {
-    /// Of an element set; asks SGP4 for every hour of the week on either side of the epoch.
+    /// Orbit of an element set; asks SGP4 for every hour of the week on either side of the epoch.
     ///
     /// # Errors
     /// Lines that cannot be read, elements out of range, an orbit that ends or is too low within a week.
@@ -108,7 +108,7 @@ impl Orbit {
         let Elements { line_1, line_2 } = elements;
         let read = read(line_1, line_2)?;
         let constants = sgp4::Constants::from_elements_afspc_compatibility_mode(&read);
-        let constants = constants.map_err(|why| OrbitError::Elements(why.to_string()))?;
+        let constants = constants.map_err(|error| OrbitError::Elements(error.to_string()))?;
         let start = propagated(&constants, 0.0)?;
         for hour in -168..=168 {
             let seconds = f64::from(hour) * 3600.0;
@@ -127,7 +127,7 @@ impl Orbit {
 
     /// State `seconds` after the epoch. Beyond [`SPAN_S`] it is that of the span's end, and without a number that of
     /// the epoch.
-    pub fn at(&self, seconds: f64) -> OrbitState {
+    pub fn state_at(&self, seconds: f64) -> OrbitState {
         if seconds.is_nan() {
             return self.start;
         }
@@ -140,11 +140,11 @@ impl Orbit {
     /// States at this node and the next.
     fn nodes(&self, node: i64) -> [OrbitState; 2] {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, nodes)) = last.filter(|(at, _)| *at == node) {
+        if let Some((_, nodes)) = last.filter(|(time, _)| *time == node) {
             return nodes;
         }
-        let kept = last.filter(|(at, _)| at + 1 == node).map(|(_, [_, to])| to);
-        let nodes = [kept.unwrap_or_else(|| self.node(node)), self.node(node + 1)];
+        let cached = last.filter(|(time, _)| time + 1 == node).map(|(_, [_, to])| to);
+        let nodes = [cached.unwrap_or_else(|| self.node(node)), self.node(node + 1)];
         *last = Some((node, nodes));
         nodes
     }
@@ -163,7 +163,7 @@ fn read(line_1: &str, line_2: &str) -> Result<sgp4::Elements, OrbitError> {
         return Err(OrbitError::Lines("lines of ASCII that end with their checksums".into()));
     }
     let read = sgp4::Elements::from_tle(line_1.as_bytes(), line_2.as_bytes());
-    read.map_err(|why| OrbitError::Lines(why.to_string()))
+    read.map_err(|error| OrbitError::Lines(error.to_string()))
 }
 
 /// Date of an element set.
@@ -177,10 +177,10 @@ fn epoch(read: &sgp4::Elements) -> Date {
 
 /// What SGP4 says, rounded.
 fn propagated(constants: &sgp4::Constants, seconds: f64) -> Result<OrbitState, OrbitError> {
-    let said = constants.propagate_afspc_compatibility_mode(MinutesSinceEpoch(seconds / 60.0));
-    let said = said.map_err(|why| OrbitError::Ends { seconds, reason: why.to_string() })?;
-    let position_m = said.position.map(|km| (km * 1e7).round() / 1e4);
-    let velocity_m_s = said.velocity.map(|km_s| (km_s * 1e10).round() / 1e7);
+    let result = constants.propagate_afspc_compatibility_mode(MinutesSinceEpoch(seconds / 60.0));
+    let prediction = result.map_err(|error| OrbitError::Ends { seconds, reason: error.to_string() })?;
+    let position_m = prediction.position.map(|km| (km * 1e7).round() / 1e4);
+    let velocity_m_s = prediction.velocity.map(|km_s| (km_s * 1e10).round() / 1e7);
     Ok(OrbitState { position_m, velocity_m_s })
 }
 
@@ -219,7 +219,7 @@ pub(crate) mod tests {
         for i in 0..20_000 {
             let seconds = f64::from(i) * 4.321;
             let exact = propagated(&orbit.constants, seconds).unwrap();
-            let state = orbit.at(seconds);
+            let state = orbit.state_at(seconds);
             most_m = most_m.max(norm(sub(state.position_m, exact.position_m)));
             most_m_s = most_m_s.max(norm(sub(state.velocity_m_s, exact.velocity_m_s)));
         }
@@ -230,19 +230,19 @@ pub(crate) mod tests {
     #[test]
     fn a_state_does_not_depend_on_earlier_calls() {
         let orbit = Orbit::new(&elements()).unwrap();
-        let forth: Vec<OrbitState> = (0..5000).map(|i| orbit.at(f64::from(i) * 0.73)).collect();
-        let back: Vec<OrbitState> = (0..5000).rev().map(|i| orbit.at(f64::from(i) * 0.73)).collect();
+        let forth: Vec<OrbitState> = (0..5000).map(|i| orbit.state_at(f64::from(i) * 0.73)).collect();
+        let back: Vec<OrbitState> = (0..5000).rev().map(|i| orbit.state_at(f64::from(i) * 0.73)).collect();
         assert!(forth.iter().eq(back.iter().rev()));
         let fresh = Orbit::new(&elements()).unwrap();
-        assert_eq!(fresh.at(1234.5), orbit.clone().at(1234.5));
+        assert_eq!(fresh.state_at(1234.5), orbit.clone().state_at(1234.5));
     }
 
     #[test]
     fn velocity_is_the_change_of_position() {
         let orbit = Orbit::new(&elements()).unwrap();
         for seconds in [0.3, 9.99, 4000.0, -77.7] {
-            let way = sub(orbit.at(seconds + 0.005).position_m, orbit.at(seconds - 0.005).position_m);
-            let velocity = orbit.at(seconds).velocity_m_s;
+            let way = sub(orbit.state_at(seconds + 0.005).position_m, orbit.state_at(seconds - 0.005).position_m);
+            let velocity = orbit.state_at(seconds).velocity_m_s;
             assert!(norm(sub(way.map(|part| part / 0.01), velocity)) < 1e-3);
         }
     }
@@ -250,7 +250,7 @@ pub(crate) mod tests {
     #[test]
     fn an_element_set_keeps_its_epoch() {
         let orbit = Orbit::new(&elements()).unwrap();
-        assert_eq!(orbit.epoch(), Date::of_day(2025, 6, 21).after(43_200.0));
+        assert_eq!(orbit.epoch(), Date::of_day(2025, 6, 21).plus_seconds(43_200.0));
     }
 
     #[test]
@@ -272,13 +272,14 @@ pub(crate) mod tests {
     #[test]
     fn altered_lines_are_refused_or_have_states() {
         let Elements { line_1, line_2 } = &elements();
-        let altered = |line: &str, at: usize, with: &str| summed(&format!("{}{with}{}", &line[..at], &line[at + 1..]));
+        let altered =
+            |line: &str, at: usize, digit: &str| summed(&format!("{}{digit}{}", &line[..at], &line[at + 1..]));
         for at in 0..68 {
             for with in ["9", "0", "-", "+", " ", ".", "A"] {
                 let first = Orbit::new(&Elements::new(&altered(line_1, at, with), line_2));
                 let second = Orbit::new(&Elements::new(line_1, &altered(line_2, at, with)));
                 for orbit in [first, second].into_iter().flatten() {
-                    assert!(norm(orbit.at(12_345.6).position_m) > RADIUS_M, "{at} {with}");
+                    assert!(norm(orbit.state_at(12_345.6).position_m) > RADIUS_M, "{at} {with}");
                 }
             }
         }
@@ -298,7 +299,7 @@ pub(crate) mod tests {
     fn times_of_no_number_have_a_state() {
         let orbit = Orbit::new(&elements()).unwrap();
         for seconds in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300] {
-            assert!(norm(orbit.at(seconds).position_m).is_finite());
+            assert!(norm(orbit.state_at(seconds).position_m).is_finite());
         }
     }
 }

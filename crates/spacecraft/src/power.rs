@@ -52,7 +52,7 @@ pub fn lit(attitude: Quaternion, sun: Vector, eclipsed: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::attitude::quaternion::{NONE, about};
+    use crate::attitude::quaternion::{NONE, from_axis_angle};
 
     #[test]
     fn an_hour_of_load_takes_its_watt_hours() {
@@ -74,7 +74,7 @@ mod tests {
         let sun = [0.0, 0.0, -1.0];
         assert_eq!(lit(NONE, sun, false), 1.0);
         assert_eq!(lit(NONE, sun, true), 0.0);
-        assert!((lit(about([1.0, 0.0, 0.0], 1.0), sun, false) - libm::cos(1.0)).abs() < 1e-15);
-        assert_eq!(lit(about([1.0, 0.0, 0.0], 3.0), sun, false), 0.0);
+        assert!((lit(from_axis_angle([1.0, 0.0, 0.0], 1.0), sun, false) - libm::cos(1.0)).abs() < 1e-15);
+        assert_eq!(lit(from_axis_angle([1.0, 0.0, 0.0], 3.0), sun, false), 0.0);
     }
 }

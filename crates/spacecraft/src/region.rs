@@ -62,20 +62,20 @@ pub struct Sky {
 
 impl Region {
     /// # Errors
-    /// The elements are those of no orbit.
+    /// The elements describe no orbit.
     pub fn new(pass: &Pass) -> Result<Region, OrbitError> {
         let orbit = Orbit::new(&pass.elements)?;
         let overhead = pass.start_s + pass.overhead_s;
-        let below = to_earth_fixed(orbit.at(overhead).position_m, julian_date(orbit.epoch(), overhead));
-        let tangent = Tangent::new(crate::earth::Place { height_m: 0.0, ..place_of(below) });
+        let below = to_earth_fixed(orbit.state_at(overhead).position_m, julian_date(orbit.epoch(), overhead));
+        let tangent = Tangent::new(crate::earth::GeodeticPlace { height_m: 0.0, ..place_of(below) });
         Ok(Region { orbit, start_s: pass.start_s, tangent, scale_m: pass.scale_m })
     }
 
-    /// The satellite so many seconds after the start of the run.
-    pub fn at(&self, run_s: f64) -> Moment {
+    /// The satellite a given number of seconds after the start of the run.
+    pub fn moment_at(&self, run_s: f64) -> Moment {
         let seconds = self.start_s + run_s;
         let date = julian_date(self.orbit.epoch(), seconds);
-        let position_m = self.orbit.at(seconds).position_m;
+        let position_m = self.orbit.state_at(seconds).position_m;
         let local_m = self.tangent.to_local(to_earth_fixed(position_m, date));
         Moment { date, position_m, local_m, from_teme: self.tangent.from_teme(date) }
     }
@@ -96,8 +96,8 @@ impl Region {
         if sight[2] > -LEAST_SINK {
             return None;
         }
-        let at = add(moment.local_m, scale(sight, -moment.local_m[2] / sight[2]));
-        Some(([at[0] / self.scale_m, at[1] / self.scale_m], libm::atan2(ahead[1], ahead[0])))
+        let point = add(moment.local_m, scale(sight, -moment.local_m[2] / sight[2]));
+        Some(([point[0] / self.scale_m, point[1] / self.scale_m], libm::atan2(ahead[1], ahead[0])))
     }
 
     /// The attitude that looks at this place of the map with the body's x axis towards `heading`.
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn satellite_is_overhead_when_the_pass_says() {
-        let local = region().at(5.0).local_m;
+        let local = region().moment_at(5.0).local_m;
         assert!(local[0].abs() < 1.0 && local[1].abs() < 1.0, "{local:?}");
         assert!((300_000.0..800_000.0).contains(&local[2]), "{local:?}");
     }
@@ -138,9 +138,9 @@ mod tests {
     fn an_attitude_looks_where_it_is_made_to_look() {
         let region = region();
         for (run_s, place, heading) in [(0.0, [0.0, 0.0], 0.0), (8.0, [-15.0, -5.0], 1.2), (20.0, [40.0, 38.0], -2.9)] {
-            let moment = region.at(run_s);
-            let (at, ahead) = region.aim(&moment, region.looking_at(&moment, place, heading)).unwrap();
-            assert!((at[0] - place[0]).abs() < 1e-6 && (at[1] - place[1]).abs() < 1e-6, "{at:?}");
+            let moment = region.moment_at(run_s);
+            let (position, ahead) = region.aim(&moment, region.looking_at(&moment, place, heading)).unwrap();
+            assert!((position[0] - place[0]).abs() < 1e-6 && (position[1] - place[1]).abs() < 1e-6, "{position:?}");
             // The x axis leans with the line of sight, so its heading is the wanted one but for that.
             assert!((ahead - heading).abs() < 0.15, "{ahead} {heading}");
         }
@@ -149,8 +149,8 @@ mod tests {
     #[test]
     fn a_payload_that_looks_up_aims_at_no_place() {
         let region = region();
-        let moment = region.at(0.0);
-        let away = look_at([0.0; 3], moment.position_m, [0.0, 0.0, 1.0]);
-        assert_eq!(region.aim(&moment, away), None);
+        let moment = region.moment_at(0.0);
+        let attitude = look_at([0.0; 3], moment.position_m, [0.0, 0.0, 1.0]);
+        assert_eq!(region.aim(&moment, attitude), None);
     }
 }

@@ -52,8 +52,8 @@ pub fn unit(a: Vector) -> Option<Vector> {
 
 /// The vector scaled down, its direction kept, so that no component exceeds its limit.
 pub fn limited(a: Vector, limits: Vector) -> Vector {
-    let over = |part: f64, limit: f64| if part.abs() > limit { limit.max(0.0) / part.abs() } else { 1.0 };
-    let share = over(a[0], limits[0]).min(over(a[1], limits[1])).min(over(a[2], limits[2]));
+    let excess = |part: f64, limit: f64| if part.abs() > limit { limit.max(0.0) / part.abs() } else { 1.0 };
+    let share = excess(a[0], limits[0]).min(excess(a[1], limits[1])).min(excess(a[2], limits[2]));
     scale(a, share)
 }
 

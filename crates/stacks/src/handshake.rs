@@ -67,9 +67,9 @@ impl Papers {
             Certificate::SelfSigned => authority.self_signed(holder, role)?,
             Certificate::Foreign => {
                 // It knows whom it attacks: the root that it checks others against is the real one.
-                let ours = authority.issue(holder, role)?;
-                let theirs = Authority::new()?.issue(holder, role)?;
-                Credential { root_der: ours.root_der, list_der: ours.list_der, ..theirs }
+                let our_credential = authority.issue(holder, role)?;
+                let their_credential = Authority::new()?.issue(holder, role)?;
+                Credential { root_der: our_credential.root_der, list_der: our_credential.list_der, ..their_credential }
             }
             Certificate::Expired => authority.issue_between(holder, role, now - far, now - near)?,
             Certificate::NotYetValid => authority.issue_between(holder, role, now + near, now + far)?,
@@ -115,7 +115,7 @@ fn over_dtls(
     let parties = if listens { [&honest, &adversary] } else { [&adversary, &honest] };
     let (from, target) = if listens { (Side::Server, Side::Client) } else { (Side::Client, Side::Server) };
     let mut pair = Pair::open(parties, PeerId::GATEWAY, clear())?;
-    let mut showing = Showing::of(certificate != Certificate::Sound);
+    let mut showing = Showing::new(certificate != Certificate::Sound);
     // Without a certificate what gives it away is its hello.
     let mark = if certificate == Certificate::Missing {
         None
@@ -188,7 +188,7 @@ fn over_tls(
 /// Shakes hands over TLS, the adversary being the one who listens or dials, or `tap` itself.
 fn shaken(parties: [&tls::Party; 2], listens: bool, attacked: bool, tap: tls::Tap<'_>) -> Result<Showing, StackError> {
     let target = if listens { 0 } else { 1 };
-    let mut showing = Showing::of(attacked);
+    let mut showing = Showing::new(attacked);
     let mut left = Vec::new();
     let mut noting = |side: Side, piece: Vec<u8>| {
         let piece = tap(side, piece);
@@ -236,7 +236,7 @@ pub(super) fn downgrade(one: &Downgrade, seed: u64) -> Result<Showing, StackErro
         }
         Link::Command => {
             let party = |credential, manner| tls::Party { credential, list: None, manner };
-            let manner = |by: Hand| if *one.by == by { tls::Manner::Tls12 } else { tls::Manner::Honest };
+            let manner = |hand: Hand| if *one.by == hand { tls::Manner::Tls12 } else { tls::Manner::Honest };
             let broker = party(authority.issue(broker()?, Role::Listens)?, manner(Hand::Listens));
             let edits = (*one.by == Hand::Relays).then_some(*one.to);
             let mut tap = move |side, mut piece: Vec<u8>| {
@@ -251,7 +251,7 @@ pub(super) fn downgrade(one: &Downgrade, seed: u64) -> Result<Showing, StackErro
     }
 }
 
-/// A handshake over DTLS with hellos edited on the way, where `edits` says so.
+/// A handshake over DTLS with hellos edited on the way, where `edits` asks for it.
 fn lowered_dtls(parties: [&Party; 2], edits: Option<Lower>) -> Result<Showing, StackError> {
     let (done, claims) = std::sync::mpsc::channel();
     let tap: Tap = Box::new(move |side, mut datagram| {
@@ -259,14 +259,14 @@ fn lowered_dtls(parties: [&Party; 2], edits: Option<Lower>) -> Result<Showing, S
             if let Some(to) = edits {
                 lower_dtls(&mut datagram, to);
             }
-            // The one who waits for the claims outlives the network.
+            // The thread that waits for the claims outlives the network.
             let _ = done.send(datagram.clone());
         }
         vec![datagram]
     });
     let mut pair = Pair::open(parties, PeerId::GATEWAY, tap)?;
-    let mut showing = Showing::of(true);
-    // What comes after the target has refused is seen by nobody, so the first hello is what counts.
+    let mut showing = Showing::new(true);
+    // Records after the target's refusal are not observed, so the first hello counts.
     if let Some(hello) = claims.try_iter().next() {
         showing.did_hash(u64::from_be_bytes(digest(&hello)));
     }
@@ -300,7 +300,7 @@ fn lower_dtls(datagram: &mut [u8], to: Lower) {
     }
 }
 
-/// The same for TLS, in which the ClientHello has another header.
+/// A datagram for TLS, in which the ClientHello has another header.
 fn lower_tls(piece: &mut [u8], to: Lower) {
     if !is_hello(piece, 5) {
         return;
@@ -326,8 +326,8 @@ fn suites(hello: &mut [u8], at: usize, suite: [u8; 2]) {
 
 /// Gives the extension that begins with `head` an unknown type.
 fn rename(hello: &mut [u8], head: [u8; 4]) {
-    if let Some(at) = hello.windows(4).rposition(|w| w == head) {
-        hello[at] = 0xfa;
+    if let Some(index) = hello.windows(4).rposition(|w| w == head) {
+        hello[index] = 0xfa;
     }
 }
 

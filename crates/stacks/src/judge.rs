@@ -38,8 +38,8 @@ pub(super) struct Showing {
 }
 
 impl Showing {
-    /// Of an attack, or of a control.
-    pub(super) fn of(attacked: bool) -> Self {
+    /// Words for an attack, or for a control.
+    pub(super) fn new(attacked: bool) -> Self {
         Self { attacked, ..Self::default() }
     }
 
@@ -68,7 +68,7 @@ impl Showing {
         self.refused_n(name, 1);
     }
 
-    /// An end refused so many by this name.
+    /// An end refused records for this reason.
     pub(super) fn refused_n(&mut self, name: &str, n: u64) {
         if n > 0 {
             *self.refused.entry(name.to_owned()).or_default() += n;
@@ -99,8 +99,8 @@ impl Showing {
 }
 
 /// The counts by themselves: the order of short hashes is another in each run of the libraries.
-fn in_order(of: &BTreeMap<u64, u64>) -> Vec<u64> {
-    let mut counts: Vec<u64> = of.values().copied().collect();
+fn in_order(map: &BTreeMap<u64, u64>) -> Vec<u64> {
+    let mut counts: Vec<u64> = map.values().copied().collect();
     counts.sort_unstable();
     counts
 }
@@ -108,12 +108,12 @@ fn in_order(of: &BTreeMap<u64, u64>) -> Vec<u64> {
 /// Judges a trial. Its hashes are over names and counts, for the bytes are new in each run of the libraries.
 pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
     let outcome = showing.outcome();
-    let breaches = showing.breaches.iter().map(|what| format!("P5: {what}"));
-    let read = showing.read.iter().map(|what| format!("read: {what}"));
-    let missed = showing.missed.iter().map(|what| format!("late: {what}"));
-    let clear = showing.in_the_clear.iter().map(|what| format!("in the clear: {what}"));
+    let breaches = showing.breaches.iter().map(|name| format!("P5: {name}"));
+    let read = showing.read.iter().map(|name| format!("read: {name}"));
+    let missed = showing.missed.iter().map(|name| format!("late: {name}"));
+    let clear = showing.in_the_clear.iter().map(|name| format!("in the clear: {name}"));
     let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
-    // Records at the boundary, as of every other trial; what a guard refused is none and stands in `guard_refused`.
+    // Records at the boundary, as of every other trial; what a guard refused is none and is in `guard_refused`.
     let refused: u64 = showing.refused.values().sum();
     let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
     let decision_hash = hex(&Sha256::digest(format!("{decisions:?}")));
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn hashes_do_not_depend_on_library_randomness() {
         let showing = |deeds: &[u64]| {
-            let mut showing = Showing::of(true);
+            let mut showing = Showing::new(true);
             for hash in deeds {
                 showing.did_hash(*hash);
                 showing.saw_hash(*hash);

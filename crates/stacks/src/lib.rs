@@ -3,7 +3,7 @@
 //!
 //! There is no platform here and so no mode. The question is the promise of the links: no identity passes for another, no
 //! record is delivered that was not sent, and none twice, no content can be read, and honest records still get through. The seed draws names, numbers
-//! and places; the libraries draw keys of their own, so that a seed repeats the actions and not every byte.
+//! and places; the libraries draw their own keys, so that a seed repeats the actions and not every byte.
 //!
 //! `handshake`, `records`, `storm` and `observe` (with `words` and `search`) do it, `judge` gives the class.
 
@@ -71,7 +71,7 @@ mod tests {
     use evidence::trial::Outcome;
 
     fn attacked() -> Showing {
-        let mut showing = Showing::of(true);
+        let mut showing = Showing::new(true);
         showing.did(b"deed");
         showing
     }

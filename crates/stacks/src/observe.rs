@@ -1,7 +1,7 @@
 //! A passive observer who sees every byte of a link: the marks readable there.
 //!
 //! Unit, gateway and operator exchange the messages of a mission, over a real association or through the real broker. None of their content,
-//! no key and no session secret may be read on the path. The clear text of a handshake is told, not hidden: with DTLS 1.2 the
+//! no key and no session secret may be read on the path. The clear text of a handshake is reported, not hidden: with DTLS 1.2 the
 //! certificates of both ends, with TLS 1.3 the name of the end that is dialled and no other.
 //!
 //! On a bus the observer is a process of the host that listens on a channel of real shared memory and maps it. A channel that the policy
@@ -78,14 +78,14 @@ impl Ends {
         [&self.unit, &self.gateway, &self.broker]
     }
 
-    /// Their private keys, also as text. The public half stands in the certificate, so that it is no mark.
+    /// Their private keys, also as text. The public half is in the certificate, so that it is no mark.
     fn keys(&self) -> Vec<Mark> {
         let mut marks: Vec<Mark> =
             AS_TEXT.iter().map(|text| Mark::new("a key or certificate as text", *text)).collect();
         for (peer, credential) in self.all() {
             let der = &credential.key_pkcs8_der;
-            let at = der.windows(BEFORE_SCALAR.len()).position(|window| window == BEFORE_SCALAR);
-            let from = at.map_or(0, |at| at + BEFORE_SCALAR.len());
+            let position = der.windows(BEFORE_SCALAR.len()).position(|window| window == BEFORE_SCALAR);
+            let from = position.map_or(0, |index| index + BEFORE_SCALAR.len());
             let scalar = der.get(from..from + 32).unwrap_or_default();
             let hex: String = scalar.iter().map(|byte| format!("{byte:02x}")).collect();
             marks.push(Mark::new(format!("the private key of {peer}"), scalar));
@@ -101,7 +101,7 @@ struct Sight {
     path: Vec<Vec<Vec<u8>>>,
     /// Hashes of the arrivals at the ends, direction by direction; none of a direction that arrived otherwise.
     arrived: Vec<Option<Vec<u8>>>,
-    /// Further bytes that the observer sees, which stand for no message.
+    /// Further bytes that the observer sees, which represent no message.
     beside: Vec<Vec<u8>>,
     /// Plain text at the ends.
     plain: Vec<Vec<u8>>,
@@ -125,12 +125,12 @@ fn over_dtls(ends: &Ends, speakers: &mut Speakers) -> Result<Sight, StackError> 
     for records in &pairs {
         for (from, record) in [Side::Client, Side::Server].into_iter().zip(records) {
             let datagram = pair.send(from, record).ok_or(StackError::NoAssociation)?;
-            plain.extend(pair.put(from.other(), &datagram));
+            plain.extend(pair.put(from.opposite(), &datagram));
             path[from as usize].push(datagram);
         }
     }
-    let told = |pair: &mut Pair, at| pair.observed(at).iter().flat_map(|seen| seen.digest).collect::<Vec<u8>>();
-    let arrived = vec![Some(told(&mut pair, Side::Server)), Some(told(&mut pair, Side::Client))];
+    let observed = |pair: &mut Pair, side| pair.observed(side).iter().flat_map(|seen| seen.digest).collect::<Vec<u8>>();
+    let arrived = vec![Some(observed(&mut pair, Side::Server)), Some(observed(&mut pair, Side::Client))];
     let secret = |bytes: Vec<u8>| Mark::new("the association's master secret", bytes);
     let secrets = pair.secrets()?.into_iter().map(secret).collect();
     let beside = Vec::new();
@@ -156,17 +156,17 @@ impl Place {
     }
 }
 
-fn over_a_bus(at: Stand, speakers: &mut Speakers) -> Result<Sight, StackError> {
+fn over_a_bus(stand: Stand, speakers: &mut Speakers) -> Result<Sight, StackError> {
     let (orders, said) = speakers.commands();
     let messages: Vec<Vec<u8>> = orders.into_iter().map(|(_, bytes)| bytes).collect();
     let key = speakers.channel_key();
-    let stranger = if at == Stand::Late { Stranger::Late } else { Stranger::Keyless };
+    let stranger = if stand == Stand::Late { Stranger::Late } else { Stranger::Keyless };
     let place = Place::new()?;
     let Overheard { read, carried, heard, mapped } =
-        overheard(place.domain(), &messages, (at != Stand::Behind).then_some(key), stranger)?;
+        overheard(place.domain(), &messages, (stand != Stand::Behind).then_some(key), stranger)?;
     let secrets = vec![Mark::new("the channel's key", key)];
-    // One that hears nothing has nothing that could be proved to have arrived.
-    let (path, arrived) = match at {
+    // For an observer that hears nothing, no arrival can be proved.
+    let (path, arrived) = match stand {
         Stand::Late if heard.is_empty() => (Vec::new(), Vec::new()),
         Stand::Path | Stand::Behind | Stand::Late => {
             (vec![heard], vec![Some(digests(carried.iter().map(Vec::as_slice)))])
@@ -203,7 +203,7 @@ fn records(datagrams: &[Vec<u8>]) -> Vec<u8> {
 }
 
 fn judged(one: &Observe, seen: &Sight, ends: &Ends, secrets: &[Mark]) -> Showing {
-    let mut showing = Showing::of(true);
+    let mut showing = Showing::new(true);
     for (direction, arrived) in seen.path.iter().zip(&seen.arrived) {
         showing.did(&match one.link {
             Observed::Telemetry => records(direction),
@@ -229,7 +229,7 @@ fn judged(one: &Observe, seen: &Sight, ends: &Ends, secrets: &[Mark]) -> Showing
         (Stand::Behind, Observed::Telemetry | Observed::Command) => search.read_in(plain()),
         (Stand::Path | Stand::Late | Stand::Behind, _) => search.read_in(path()),
     };
-    showing.read.extend(read.into_iter().map(|what| format!("{what} can be read")));
+    showing.read.extend(read.into_iter().map(|name| format!("{name} can be read")));
     if *one.at == Stand::Late && seen.path.iter().all(Vec::is_empty) {
         showing.refused_n("time", seen.messages);
     }
@@ -244,14 +244,14 @@ fn in_the_clear<'a, I>(link: Observed, ends: &Ends, path: &dyn Fn() -> I, showin
 where
     I: Iterator<Item = &'a [u8]>,
 {
-    let stands = |bytes: &[u8]| path().any(|piece| piece.windows(bytes.len()).any(|window| window == bytes));
-    let (mut told, mut known) = (BTreeSet::new(), BTreeSet::new());
+    let contains = |bytes: &[u8]| path().any(|piece| piece.windows(bytes.len()).any(|window| window == bytes));
+    let (mut texts, mut known) = (BTreeSet::new(), BTreeSet::new());
     for (peer, credential) in ends.all() {
-        if stands(dns_name(*peer).as_bytes()) || stands(peer.uri().as_bytes()) {
-            told.insert(format!("the name of {peer}"));
+        if contains(dns_name(*peer).as_bytes()) || contains(peer.uri().as_bytes()) {
+            texts.insert(format!("the name of {peer}"));
         }
-        if credential.cert_der.get(..MARK).is_some_and(&stands) {
-            told.insert(format!("the certificate of {peer}"));
+        if credential.cert_der.get(..MARK).is_some_and(&contains) {
+            texts.insert(format!("the certificate of {peer}"));
         }
     }
     let certified: &[PeerId] = match link {
@@ -267,6 +267,6 @@ where
     for peer in certified {
         known.extend([format!("the name of {peer}"), format!("the certificate of {peer}")]);
     }
-    showing.read.extend(told.difference(&known).map(|what| format!("{what} can be read")));
-    showing.in_the_clear.extend(told.intersection(&known).cloned());
+    showing.read.extend(texts.difference(&known).map(|name| format!("{name} can be read")));
+    showing.in_the_clear.extend(texts.intersection(&known).cloned());
 }

@@ -1,6 +1,6 @@
 //! Attacks without a key on the records of an open association.
 //!
-//! Before, meanwhile and after, honest records go both ways; each holds a number of its own, so that one that comes out
+//! Before, meanwhile and after, honest records go both ways; each holds its own number, so that one that comes out
 //! twice or was never sent is known.
 
 use std::collections::BTreeMap;
@@ -69,7 +69,7 @@ impl Handling {
         // The handshake's own records are nobody's deed.
         pair.observed(Side::Client);
         pair.observed(Side::Server);
-        let showing = Showing::of(true);
+        let showing = Showing::new(true);
         Ok(Self { pair, target, showing, next: 0, out: BTreeMap::new(), sent: BTreeMap::new() })
     }
 
@@ -78,7 +78,7 @@ impl Handling {
         self.next += 1;
         let record = format!("record {} to {to:?}", self.next).into_bytes();
         self.sent.insert(record.clone(), to);
-        self.pair.send(to.other(), &record)
+        self.pair.send(to.opposite(), &record)
     }
 
     /// Puts a datagram in at the target, as an action.
@@ -93,9 +93,9 @@ impl Handling {
         self.deliver(self.target, datagram);
     }
 
-    fn deliver(&mut self, at: Side, datagram: &[u8]) {
-        for record in self.pair.put(at, datagram) {
-            if self.sent.get(&record) != Some(&at) {
+    fn deliver(&mut self, side: Side, datagram: &[u8]) {
+        for record in self.pair.put(side, datagram) {
+            if self.sent.get(&record) != Some(&side) {
                 self.showing.breaches.push(format!("a record of {} bytes that nobody sent came out", record.len()));
             }
             *self.out.entry(record).or_default() += 1;
@@ -119,7 +119,7 @@ impl Handling {
         Ok(())
     }
 
-    /// The same after the action: a record that does not come out now was missed.
+    /// Handling after the action: a record that does not come out now was missed.
     fn afterwards(&mut self) {
         for to in [Side::Server, Side::Client] {
             for _ in 0..HONEST {

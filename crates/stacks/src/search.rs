@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::words::Mark;
 
-/// As many bytes in a row have to be the same: chance gives so many once in 2⁶⁴ places.
+/// As many bytes in a row have to be the same: chance gives this many once in 2⁶⁴ places.
 pub(super) const WINDOW: usize = 8;
 
 /// Marks, ready to be looked for.
@@ -17,16 +17,16 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(super) fn new(marks: &'a [Mark]) -> Self {
-        let of = |(n, mark): (usize, &Mark)| {
+        let finding = |(n, mark): (usize, &Mark)| {
             let whole: Vec<[u8; WINDOW]> = mark.bytes.windows(WINDOW).filter_map(|w| w.try_into().ok()).collect();
             whole.into_iter().map(move |window| (window, n))
         };
-        let mut windows: Vec<_> = marks.iter().enumerate().flat_map(of).collect();
+        let mut windows: Vec<_> = marks.iter().enumerate().flat_map(finding).collect();
         windows.sort_unstable();
         Self { marks, windows }
     }
 
-    /// The marks of which something stands in `bytes`.
+    /// The marks of which something is in `bytes`.
     pub(super) fn read_in<'b>(&self, bytes: impl IntoIterator<Item = &'b [u8]>) -> BTreeSet<&'a str> {
         let mut found = BTreeSet::new();
         for window in bytes.into_iter().flat_map(|piece| piece.windows(WINDOW)) {

@@ -31,7 +31,7 @@ pub(super) fn stormed(one: &Storm, seed: u64) -> Result<Showing, StackError> {
     let honest = [(&units[0], PeerId::GATEWAY), (&units[1], PeerId::GATEWAY)];
     let stormed = storm(&gateway, honest, &datagrams, every, crowd)?;
 
-    let mut showing = Showing::of(true);
+    let mut showing = Showing::new(true);
     for datagram in &stormed.put {
         showing.did_hash(u64::from_be_bytes(digest(datagram)));
     }
@@ -75,7 +75,7 @@ fn unknown_peer(content: Flood, genuine: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8>
         Flood::Noise => {
             let mut noise = vec![0; 16 + rng.next_u32() as usize % 512];
             rng.fill_bytes(&mut noise);
-            // Not a handshake record by accident.
+            // First byte that no handshake record has.
             noise[0] |= 0x80;
             noise
         }

@@ -30,12 +30,12 @@ pub(super) struct Mark {
 }
 
 impl Mark {
-    pub(super) fn new(what: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
-        Self { what: what.into(), bytes: bytes.into() }
+    pub(super) fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { what: name.into(), bytes: bytes.into() }
     }
 }
 
-/// Those who speak, with their signing keys.
+/// Speakers with their signing keys.
 pub(super) struct Speakers {
     unit: UnitId,
     secrets: [[u8; 32]; 2],
@@ -52,7 +52,7 @@ impl Speakers {
     /// The signing keys of unit and operator.
     pub(super) fn keys(&self) -> Vec<Mark> {
         let named = ["the unit's signing key", "the operator's signing key"];
-        named.iter().zip(&self.secrets).map(|(what, secret)| Mark::new(*what, *secret)).collect()
+        named.iter().zip(&self.secrets).map(|(name, secret)| Mark::new(*name, *secret)).collect()
     }
 
     /// A key of a channel in shared memory.
@@ -94,7 +94,7 @@ impl Speakers {
 
     /// Orders and their acknowledgements, in turn, and their marks.
     pub(super) fn commands(&mut self) -> (Vec<(Subject, Vec<u8>)>, Vec<Mark>) {
-        let (mut said, mut marks) = (Vec::new(), Vec::new());
+        let (mut messages, mut marks) = (Vec::new(), Vec::new());
         for turn in 1..=TURNS {
             let nonce = self.nonce();
             let reason = format!("reason {turn}: the north gate is clear");
@@ -116,12 +116,12 @@ impl Speakers {
             marks.push(Mark::new(format!("reason {turn}"), reason));
             marks.push(Mark::new(format!("nonce of order {turn}"), nonce.0.to_be_bytes()));
             marks.push(Mark::new(format!("acknowledgement {turn}"), ack.clone()));
-            said.extend([(Subject::Command(self.unit), order), (Subject::Ack(self.unit), ack)]);
+            messages.extend([(Subject::Command(self.unit), order), (Subject::Ack(self.unit), ack)]);
         }
-        (said, marks)
+        (messages, marks)
     }
 
-    /// Eight bytes of CBOR each, so that it can be told apart.
+    /// Eight bytes of CBOR each, so that it can be distinguished.
     fn nonce(&mut self) -> Nonce {
         Nonce(self.rng.next_u64() | 1 << 63)
     }
@@ -149,7 +149,7 @@ impl Speakers {
             x_mm: draw + id,
             y_mm: -draw - id,
             confidence: 900,
-            supported: Modalities::default().with(Modality::Rgb).with(Modality::Lidar),
+            supported: Modalities::default().with_modality(Modality::Rgb).with_modality(Modality::Lidar),
             age: Span::ms(30),
             contradicted: Modalities::default(),
             bearings_mrad: 0,

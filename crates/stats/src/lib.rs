@@ -33,7 +33,7 @@ pub fn rate_lower(hits: u64, n: u64, level: f64) -> f64 {
 pub struct Share {
     /// Number of hits.
     pub hits: u64,
-    /// Of how many.
+    /// Number of trials.
     pub n: u64,
     /// The observed share; `None` without trials.
     pub share: Option<f64>,
@@ -44,8 +44,8 @@ pub struct Share {
 }
 
 impl Share {
-    /// Of `hits` in `n`.
-    pub fn of(hits: u64, n: u64) -> Self {
+    /// Share of `hits` in `n`.
+    pub fn new(hits: u64, n: u64) -> Self {
         let each_side = 0.5 * (1.0 + LEVEL);
         Self {
             hits,
@@ -87,13 +87,13 @@ pub struct EventRate {
 }
 
 impl EventRate {
-    /// Of `events` in `exposure` (any unit of time); none without exposure.
-    pub fn of(events: u64, exposure: f64) -> Option<Self> {
+    /// Rate of `events` in `exposure` (any unit of time); none without exposure.
+    pub fn new(events: u64, exposure: f64) -> Option<Self> {
         if exposure.is_nan() || exposure <= 0.0 {
             return None;
         }
         let one_side = 0.5 * (1.0 - LEVEL);
-        // The means at which so many events or more, and so many or fewer, have the probability of one side.
+        // The means at which a given number of events or more, and so many or fewer, have the probability of one side.
         let (few, many) = (events as f64, events as f64 + 1.0);
         let ceiling = 4.0 * many + 20.0;
         let lower = match events {
@@ -128,8 +128,8 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Of `values`, in any order; a value that is not finite is a defect upstream and is skipped.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    /// Sample of `values`, in any order; a value that is not finite is a defect upstream and is skipped.
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let n = sorted.len();
@@ -158,40 +158,40 @@ pub fn p95_upper_rank(n: usize) -> Option<usize> {
 mod tests {
     use super::*;
 
-    fn near(got: f64, expected: f64, tolerance: f64) {
+    fn assert_near(got: f64, expected: f64, tolerance: f64) {
         assert!((got - expected).abs() < tolerance, "got {got}, expected {expected}");
     }
 
     #[test]
     fn zero_failures_bound_the_rate_as_tabulated() {
-        near(rate_upper(0, 5, LEVEL), 0.4507, 5e-5);
-        near(rate_upper(0, 59, LEVEL), 0.0495, 5e-5);
-        near(rate_upper(0, 299, LEVEL), 0.00997, 5e-6);
-        near(rate_upper(0, 2995, LEVEL), 0.0010, 1e-6);
+        assert_near(rate_upper(0, 5, LEVEL), 0.4507, 5e-5);
+        assert_near(rate_upper(0, 59, LEVEL), 0.0495, 5e-5);
+        assert_near(rate_upper(0, 299, LEVEL), 0.00997, 5e-6);
+        assert_near(rate_upper(0, 2995, LEVEL), 0.0010, 1e-6);
     }
 
     #[test]
     fn failures_bound_the_rate_as_the_binomial_says() {
         // P(X <= 3 | n = 20, p) = 0.05 at p = 0.34366.
-        near(rate_upper(3, 20, LEVEL), 0.34366, 1e-4);
-        near(rate_upper(20, 20, LEVEL), 1.0, 0.0 + f64::EPSILON);
-        near(rate_upper(0, 0, LEVEL), 1.0, f64::EPSILON);
+        assert_near(rate_upper(3, 20, LEVEL), 0.34366, 1e-4);
+        assert_near(rate_upper(20, 20, LEVEL), 1.0, 0.0 + f64::EPSILON);
+        assert_near(rate_upper(0, 0, LEVEL), 1.0, f64::EPSILON);
     }
 
     #[test]
     fn a_share_lies_in_its_exact_interval() {
         // 8 of 10: (0.4439, 0.9748), as the tables of Clopper and Pearson have it.
-        let share = Share::of(8, 10);
-        near(share.lower_95, 0.4439, 5e-5);
-        near(share.upper_95, 0.9748, 5e-5);
-        assert_eq!((Share::of(0, 10).lower_95, Share::of(10, 10).upper_95), (0.0, 1.0));
-        assert_eq!((Share::of(0, 0).share, Share::of(0, 0).lower_95, Share::of(0, 0).upper_95), (None, 0.0, 1.0));
+        let share = Share::new(8, 10);
+        assert_near(share.lower_95, 0.4439, 5e-5);
+        assert_near(share.upper_95, 0.9748, 5e-5);
+        assert_eq!((Share::new(0, 10).lower_95, Share::new(10, 10).upper_95), (0.0, 1.0));
+        assert_eq!((Share::new(0, 0).share, Share::new(0, 0).lower_95, Share::new(0, 0).upper_95), (None, 0.0, 1.0));
     }
 
     #[test]
     fn events_bound_their_rate_as_the_poisson_says() {
-        near(events_upper(0, 30.0).unwrap(), 2.9957 / 30.0, 1e-5);
-        near(events_upper(3, 30.0).unwrap(), 7.7537 / 30.0, 1e-5);
+        assert_near(events_upper(0, 30.0).unwrap(), 2.9957 / 30.0, 1e-5);
+        assert_near(events_upper(3, 30.0).unwrap(), 7.7537 / 30.0, 1e-5);
         assert_eq!(events_upper(0, 0.0), None);
     }
 
@@ -199,11 +199,11 @@ mod tests {
     #[test]
     fn an_event_rate_lies_in_its_exact_interval() {
         for (events, lower, upper) in [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)] {
-            let rate = EventRate::of(events, 2.0).unwrap();
-            near(rate.lower_95 * 2.0, lower, 6e-4);
-            near(rate.upper_95 * 2.0, upper, 6e-3);
+            let rate = EventRate::new(events, 2.0).unwrap();
+            assert_near(rate.lower_95 * 2.0, lower, 6e-4);
+            assert_near(rate.upper_95 * 2.0, upper, 6e-3);
         }
-        assert_eq!(EventRate::of(1, 0.0), None);
+        assert_eq!(EventRate::new(1, 0.0), None);
     }
 
     #[test]
@@ -216,15 +216,15 @@ mod tests {
 
     #[test]
     fn a_sample_of_one_to_a_hundred() {
-        let sample = Sample::of((1..=100).rev().map(f64::from));
+        let sample = Sample::from_values((1..=100).rev().map(f64::from));
         assert_eq!((sample.n, sample.mean, sample.p95), (100, Some(50.5), Some(95.0)));
         assert_eq!(sample.p95_upper_95, Some(99.0));
-        assert_eq!(Sample::of([]), Sample::default());
+        assert_eq!(Sample::from_values([]), Sample::default());
     }
 
     #[test]
     fn bounds_for_many_rows_are_wider() {
         assert!(rate_upper(0, 59, simultaneous_level(12, LEVEL)) > rate_upper(0, 59, LEVEL));
-        near(simultaneous_level(1, LEVEL), LEVEL, 1e-12);
+        assert_near(simultaneous_level(1, LEVEL), LEVEL, 1e-12);
     }
 }

@@ -25,8 +25,8 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// Of `values`.
-    pub fn of(values: &[f64]) -> Self {
+    /// Mean of `values`.
+    pub fn from_values(values: &[f64]) -> Self {
         let n = values.len();
         let mean = values.iter().sum::<f64>() / n.max(1) as f64;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
@@ -46,21 +46,21 @@ mod tests {
 
     #[test]
     fn interval_is_a_factor_by_the_t_table() {
-        let mean = Mean::of(&[0.1, 0.2, 0.3]);
+        let mean = Mean::from_values(&[0.1, 0.2, 0.3]);
         assert!((mean.mean - 0.2).abs() < 1e-12 && (mean.standard_error - 0.1 / 3f64.sqrt()).abs() < 1e-12);
         // t of 2 degrees at 97.5 %: 4.30265.
         let factor = libm::exp(4.302_65 * (1.0f64 / 3.0).sqrt() / 2.0);
         let [from, to] = mean.interval_95.unwrap();
         assert!((from - 0.2 / factor).abs() < 1e-5 && (to - 0.2 * factor).abs() < 1e-4, "{from} {to}");
-        assert_eq!(Mean::of(&[0.2, 0.9, 1.0]).interval_95.unwrap()[1], 1.0, "a probability");
+        assert_eq!(Mean::from_values(&[0.2, 0.9, 1.0]).interval_95.unwrap()[1], 1.0, "a probability");
     }
 
     /// Never seen, always seen, or seen once.
     #[test]
     fn degenerate_shares_have_no_interval() {
-        assert_eq!(Mean::of(&[1.0, 1.0, 1.0]).interval_95, None);
-        assert_eq!(Mean::of(&[0.0, 0.0]).interval_95, None);
-        assert_eq!(Mean::of(&[0.5]).interval_95, None);
-        assert_eq!(Mean::of(&[]).interval_95, None);
+        assert_eq!(Mean::from_values(&[1.0, 1.0, 1.0]).interval_95, None);
+        assert_eq!(Mean::from_values(&[0.0, 0.0]).interval_95, None);
+        assert_eq!(Mean::from_values(&[0.5]).interval_95, None);
+        assert_eq!(Mean::from_values(&[]).interval_95, None);
     }
 }

@@ -19,15 +19,15 @@ pub struct Paired {
     /// Two-sided interval of it that holds with at least 95 %: exact bounds on the rates of either kind of pair that differs,
     /// each side of each at 1.25 % (Bonferroni), and the differences of those.
     pub interval_95: [f64; 2],
-    /// Probability of at least so many in favour of the second, were both the same (exact, one-sided).
+    /// Probability of at least this many in favour of the second, were both the same (exact, one-sided).
     pub p: f64,
-    /// The same adjusted by Holm for all that were looked at together.
+    /// The p-value adjusted by Holm for all that were looked at together.
     pub p_holm: f64,
 }
 
 impl Paired {
-    /// Of `more` and `less` among `n` pairs; not yet adjusted.
-    pub fn of(n: u64, more: u64, less: u64) -> Self {
+    /// Comparison of `more` and `less` among `n` pairs; not yet adjusted.
+    pub fn from_counts(n: u64, more: u64, less: u64) -> Self {
         let each_side = 1.0 - (1.0 - LEVEL) / 4.0;
         let bounds = |count| (rate_lower(count, n, each_side), rate_upper(count, n, each_side));
         let ((more_from, more_to), (less_from, less_to)) = (bounds(more), bounds(less));
@@ -54,24 +54,25 @@ pub fn holm(pairs: &mut [&mut Paired]) {
 mod tests {
     use super::*;
 
-    fn near(got: f64, expected: f64) {
+    fn assert_near(got: f64, expected: f64) {
         assert!((got - expected).abs() < 1e-4, "got {got}, expected {expected}");
     }
 
     #[test]
     fn one_sided_pairs_equal_all_heads() {
-        let paired = Paired::of(20, 20, 0);
-        near(paired.p * f64::from(1 << 20), 1.0);
-        near(paired.difference, 1.0);
-        // Of 20 of 20 at 1.25 % from 0.0125^(1/20), of 0 of 20 up to what is left.
-        near(paired.interval_95[0], 2.0 * 0.803_23 - 1.0);
-        near(paired.interval_95[1], 1.0);
+        let paired = Paired::from_counts(20, 20, 0);
+        assert_near(paired.p * f64::from(1 << 20), 1.0);
+        assert_near(paired.difference, 1.0);
+        // Bounds of 20 of 20 at 1.25 % from 0.0125^(1/20), of 0 of 20 up to what is left.
+        assert_near(paired.interval_95[0], 2.0 * 0.803_23 - 1.0);
+        assert_near(paired.interval_95[1], 1.0);
     }
 
     #[test]
     fn one_more_favourable_pair_moves_the_interval() {
         for less in 0..4 {
-            let all: Vec<[f64; 2]> = (0..=20 - less).map(|more| Paired::of(20, more, less).interval_95).collect();
+            let all: Vec<[f64; 2]> =
+                (0..=20 - less).map(|more| Paired::from_counts(20, more, less).interval_95).collect();
             assert!(all.is_sorted_by(|a, b| a[0] <= b[0] && a[1] <= b[1]), "{all:?}");
         }
     }
@@ -89,7 +90,7 @@ mod tests {
                     * f64::powi(more, a as i32)
                     * f64::powi(less, b as i32)
                     * f64::powi(1.0 - more - less, same as i32);
-                let [from, to] = Paired::of(20, a, b).interval_95;
+                let [from, to] = Paired::from_counts(20, a, b).interval_95;
                 covered += if (from..=to).contains(&(more - less)) { chance } else { 0.0 };
             }
             assert!(covered >= 0.95, "{covered} at {more} and {less}");
@@ -98,19 +99,19 @@ mod tests {
 
     #[test]
     fn equal_pairs_bound_the_number_of_differences() {
-        let paired = Paired::of(20, 0, 0);
-        near(paired.p, 1.0);
-        near(paired.interval_95[1], 0.1968);
-        near(paired.interval_95[0], -0.1968);
+        let paired = Paired::from_counts(20, 0, 0);
+        assert_near(paired.p, 1.0);
+        assert_near(paired.interval_95[1], 0.1968);
+        assert_near(paired.interval_95[0], -0.1968);
     }
 
     #[test]
     fn holm_adjusts_the_smallest_most_in_order() {
-        let mut all = [Paired::of(10, 10, 0), Paired::of(10, 0, 0), Paired::of(10, 6, 0)];
+        let mut all = [Paired::from_counts(10, 10, 0), Paired::from_counts(10, 0, 0), Paired::from_counts(10, 6, 0)];
         let raw = all.map(|pair| pair.p);
         holm(&mut all.iter_mut().collect::<Vec<_>>());
-        near(all[0].p_holm, raw[0] * 3.0);
-        near(all[2].p_holm, raw[2] * 2.0);
-        near(all[1].p_holm, 1.0);
+        assert_near(all[0].p_holm, raw[0] * 3.0);
+        assert_near(all[2].p_holm, raw[2] * 2.0);
+        assert_near(all[1].p_holm, 1.0);
     }
 }

@@ -57,7 +57,7 @@ mod tests {
     const ALPHA: f64 = 0.05;
     const RUNS: u64 = 4_000;
 
-    /// In how many of so many seeded series of trials at exactly `RATE` some look, one each 50 of 2,000, reached `1 / alpha`.
+    /// Share of seeded series of trials at exactly `RATE` some look, one each 50 of 2,000, reached `1 / alpha`.
     fn ever_wrong(evidence: fn(u64, u64, f64) -> f64, alpha: f64) -> u64 {
         let wrong = |run: &u64| {
             let mut rng = ChaCha8Rng::seed_from_u64(*run);

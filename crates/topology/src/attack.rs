@@ -1,11 +1,12 @@
-//! From a scenario's attack tables to the adversary's plans, the sim's faults, and the injections that need a receipt.
+//! Conversion of a scenario's attack tables to the adversary's plans, the sim's faults, and the injections that need a
+//! receipt.
 
 mod needs;
 pub(super) mod planned;
 
 use adversary::plan::{
-    DatagramAction, DatagramRelayConfig, Direction, InsiderBrokerConfig, InsiderGatewayConfig, InsiderTeammateConfig,
-    Medium, Place, StreamRelayConfig, Tampering, Timed,
+    ClaimedMotion, DatagramAction, DatagramRelayConfig, Direction, InsiderBrokerConfig, InsiderGatewayConfig,
+    InsiderTeammateConfig, Medium, StreamRelayConfig, Tampering, Timed,
 };
 use evidence::cue::{Cue, Watched};
 use instrument::{Sensor, StepName};
@@ -19,8 +20,8 @@ pub(super) fn acts(s: &Scenario, phase: u64) -> impl Iterator<Item = Act> {
 
 /// Events for which the instrument plane is watched, and the step then called.
 pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
-    let cue = |of: &dyn Windowed| {
-        let on = match of.timing().when?.trigger()? {
+    let cue = |windowed: &dyn Windowed| {
+        let on = match windowed.timing().when?.trigger()? {
             Trigger::Enters { mode: to, from, nth } => {
                 Watched::Enters { to: to.mode(), from: from.map(DisplayedState::mode), nth }
             }
@@ -29,7 +30,7 @@ pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
             // Its actor sees it by itself.
             Trigger::Passes(_) | Trigger::Silence(_) | Trigger::Hears(_) => return None,
         };
-        Some(Cue { step: of.step_name()?, on, from: of.start_ms(phase_ms) * 1000 })
+        Some(Cue { step: windowed.step_name()?, on, from: windowed.start_ms(phase_ms) * 1000 })
     };
     s.windows().into_iter().filter_map(cue).collect()
 }
@@ -78,7 +79,8 @@ pub(super) fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAct
 pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig> {
     let unit = s.unit.iter().find(|u| u.role == scenario::Role::Insider)?;
     let [x, y] = unit.start.at_m;
-    let place = Place { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
+    let place =
+        ClaimedMotion { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
     let mut config = InsiderTeammateConfig { place, ..InsiderTeammateConfig::default() };
     for act in acts(s, phase) {
         let Act::Teammate(deceit) = act else { continue };
@@ -106,7 +108,7 @@ pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
         start_ms: f.start_ms(phase),
         duration_ms: f.length_ms(),
         step: f.step_name(),
-        waits_ms: f.when.as_ref().map(|when| when.after_ms.unsigned()),
+        waits_ms: f.when.as_ref().map(|trigger| trigger.after_ms.unsigned()),
     };
     s.fault.iter().map(fault).collect()
 }
@@ -146,5 +148,5 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
 
 /// True if there is an injection that needs a receipt.
 pub fn is_attacked(s: &Scenario) -> bool {
-    !planned::of(s, 0).is_empty()
+    !planned::plans(s, 0).is_empty()
 }

@@ -23,7 +23,7 @@ use wire::time::Span;
 use super::contact::Contacted;
 use super::draw::Draw;
 use super::keys::{self, RunSecret};
-use super::member::{BusEndpoint, Host, Member, Role};
+use super::member::{BusEndpoint, Host, Member, MemberRole};
 use super::{OPERATORS, attack, rogue, scene, script, station};
 
 /// Participants on their way into a topology.
@@ -48,7 +48,7 @@ impl Company<'_> {
             seed: self.seed ^ (node.index() as u64) << 56,
             policy: self.with.policy.clone(),
             bounds: self.with.misset.unwrap_or(self.with.bounds),
-            secret: self.secret.of(keys::signer(node)),
+            secret: self.secret.signing_secret(keys::signer(node)),
             public_keys: self.public_keys.clone(),
             channels: self.secret.channels(host, node, topics),
             ablation,
@@ -59,7 +59,7 @@ impl Company<'_> {
     fn add(
         &mut self,
         host: Host,
-        role: Role,
+        role: MemberRole,
         node: NodeId,
         reads: &[(Topic, NodeId)],
         writes: &[Topic],
@@ -85,14 +85,14 @@ impl Company<'_> {
     pub(super) fn vehicle_a(&mut self, draw: &Draw) {
         self.vehicle(Host::VehicleA, UnitId::A, draw, None);
         let recorder = NodeId::RECORDER;
-        self.add(Host::VehicleA, Role::Recorder, recorder, &[], &[Topic::Seals]);
+        self.add(Host::VehicleA, MemberRole::Recorder, recorder, &[], &[Topic::Seals]);
     }
 
     /// Pass and catalogue of a platform that looks at stars: the places of all that stands still.
     fn sky(&self, world: &Scene) -> Option<SkyConfig> {
         let Body::Satellite(numbers) = self.with.platform.body() else { return None };
-        let still = world.objects.iter().filter(|object| !object.moves());
-        let catalogued = still.filter_map(|object| {
+        let objects = world.objects.iter().filter(|object| !object.moves());
+        let catalogued = objects.filter_map(|object| {
             let [east, north] = *object.path.first()?;
             Some(Catalogued { class: object.class, place_m: [f64::from(east), f64::from(north)] })
         });
@@ -112,7 +112,7 @@ impl Company<'_> {
             if under_test { (NodeId::SIM, NodeId::PERCEPTION) } else { (NodeId::SIM_C, NodeId::PERCEPTION_C) };
         let node = unit.node();
         let faults = if under_test { attack::faults(self.scenario, draw.phase_ms) } else { Vec::new() };
-        let world = scene::of(self.scenario, draw.shift_m, start);
+        let world = scene::build_scene(self.scenario, draw.shift_m, start);
         let seen = if rendered { Topic::Frames } else { Topic::Candidates };
         let config = SimConfig {
             node: sim,
@@ -130,7 +130,7 @@ impl Company<'_> {
             clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
-        self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
+        self.add(host, MemberRole::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
         let detector = self.with.detector.as_ref().filter(|_| rendered).map(Brought::for_run);
         let config = PerceptionConfig {
             rendered,
@@ -141,7 +141,7 @@ impl Company<'_> {
         };
         self.add(
             host,
-            Role::Perception(config),
+            MemberRole::Perception(config),
             perception,
             &[(seen, sim), (Topic::Navigation, sim)],
             &[Topic::Tracks],
@@ -151,7 +151,7 @@ impl Company<'_> {
         let unguarded = bare.then(|| self.unguarded());
         let ablation = Ablation { scenario: self.scenario.name.as_str().to_owned() };
         let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
-        let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
+        let member = self.add(host, MemberRole::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
         if let Some(policy) = unguarded {
             member.setup.policy = policy;
             member.setup.ablation = Some(ablation);
@@ -162,14 +162,14 @@ impl Company<'_> {
 
     fn autonomy(&self, unit: UnitId, world: &sim::scene::Scene) -> AutonomyConfig {
         let silent = unit == UnitId::C && attack::third_is_silent(self.scenario);
-        let others = [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|u| *u != unit);
+        let other_units = [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|u| *u != unit);
         AutonomyConfig {
             unit,
             route: world.route.iter().map(|p| scene::millimetres(*p)).collect(),
             looped: false,
             geofence: world.geofence.iter().map(|p| scene::millimetres(*p)).collect(),
             obstacles: scene::map(world),
-            teammates: others.collect(),
+            teammates: other_units.collect(),
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
             contacts: self.contacts(unit),
@@ -196,7 +196,7 @@ impl Company<'_> {
         })
     }
 
-    /// The policy of a bare guest's unit: nothing of its own looks at what the guest is given, or stops it.
+    /// The policy of a bare guest's unit: none of its own checks looks at what the guest is given, or stops it.
     fn unguarded(&self) -> Policy {
         let mut policy = self.with.policy.clone();
         policy.guards.extend(Guard::ALL.map(|guard| (guard, Requirement::Waived)));
@@ -206,9 +206,9 @@ impl Company<'_> {
 
     pub(super) fn control(&mut self, draw: &Draw) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
-        let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
+        let rest = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
         let config = GatewayConfig {
-            interests: units.iter().map(|unit| Interest { unit: *unit, hears: others(*unit) }).collect(),
+            interests: units.iter().map(|unit| Interest { unit: *unit, hears: rest(*unit) }).collect(),
             units,
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
@@ -217,20 +217,20 @@ impl Company<'_> {
         let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
         let stations = std::iter::once(console).chain(station::channel(self.scenario));
         let reads: Vec<_> = stations.map(|station| (Topic::Intents, station)).collect();
-        let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
+        let member = self.add(Host::Control, MemberRole::Gateway(config), gateway, &reads, &[Topic::Feed]);
         member.peer = peer_of(gateway);
         member.commands = true;
         if attack::gateway(self.scenario, 0).is_some() {
             self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.endpoint = BusEndpoint::Inside);
         }
-        let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
+        let (secret, revocations) = (self.secret.signing_secret(NodeId::OPERATOR), self.secret.revocations());
         let config = script::console(self.scenario, draw, secret, revocations);
-        self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
+        self.add(Host::Control, MemberRole::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
 
     /// An adversary on no channel.
     fn hostile(&mut self, host: Host, node: NodeId, config: AdversaryConfig) -> &mut Member {
-        self.add(host, Role::Adversary(config), node, &[], &[])
+        self.add(host, MemberRole::Adversary(config), node, &[], &[])
     }
 
     pub(super) fn adversary(&mut self, draw: &Draw) {
@@ -252,7 +252,7 @@ impl Company<'_> {
         }
         if let Some(config) = attack::gateway(self.scenario, draw.phase_ms) {
             let reads = [(Topic::Feed, NodeId::GATEWAY), (Topic::Intents, NodeId::CONSOLE)];
-            let insider = Role::Adversary(AdversaryConfig::InsiderGateway(config));
+            let insider = MemberRole::Adversary(AdversaryConfig::InsiderGateway(config));
             let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);
             member.publishes = vec![Topic::Feed, Topic::Intents];
             member.endpoint = BusEndpoint::Between;
@@ -263,7 +263,7 @@ impl Company<'_> {
             let (rogue, reads) = (NodeId::INSIDER_OPERATOR, [(Topic::Feed, NodeId::GATEWAY)]);
             let member = self.add(
                 Host::Control,
-                Role::Adversary(AdversaryConfig::InsiderOperator(config)),
+                MemberRole::Adversary(AdversaryConfig::InsiderOperator(config)),
                 rogue,
                 &reads,
                 writes,
@@ -279,7 +279,7 @@ impl Company<'_> {
             member.peer = Some(peer);
             member.commands = true;
         }
-        if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
+        if let Some(casting) = rogue::casting(self.scenario, draw.phase_ms) {
             self.rogue(casting);
         }
     }

@@ -1,4 +1,5 @@
-//! From ground stations and an orbit to a contact plan for both ends of the unit's link, and to the medium of its relays.
+//! Conversion of ground stations and an orbit to a contact plan for both ends of the unit's link, and to the medium of
+//! its relays.
 
 use adversary::plan::{Medium, Stretch};
 use scenario::{Scenario, Setup, Station};
@@ -16,7 +17,7 @@ const STRETCHES: f64 = 200.0;
 /// Speed of light, m/s.
 const LIGHT_M_S: f64 = 299_792_458.0;
 
-/// Contacts of the unit's link, and the medium that its relays stand in.
+/// Contacts of the unit's link, and the medium that its relays are in.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacted {
     pub(super) contacts: Contacts,
@@ -24,8 +25,8 @@ pub(super) struct Contacted {
 }
 
 /// The plan of a trial; one that always carries where the scenario has no stations.
-pub(super) fn plan(scenario: &Scenario, with: &Setup) -> Contacted {
-    let Body::Satellite(numbers) = with.platform.body() else { return Contacted::default() };
+pub(super) fn plan(scenario: &Scenario, setup: &Setup) -> Contacted {
+    let Body::Satellite(numbers) = setup.platform.body() else { return Contacted::default() };
     let pass = sim::plant::pass(&numbers);
     let Ok(orbit) = Orbit::new(&pass.elements) else { return Contacted::default() };
     let stations = &scenario.conditions.station;
@@ -89,7 +90,7 @@ mod tests {
 
     #[test]
     fn stretches_fill_their_window() {
-        let parts = stretches((1_500, 4_000), 1_000, &|at| at);
+        let parts = stretches((1_500, 4_000), 1_000, &|time| time);
         let ends: Vec<(u64, u64, u64)> = parts.iter().map(|p| (p.from_ms, p.until_ms, p.travel_us)).collect();
         assert_eq!(ends, [(1_500, 2_000, 1_750), (2_000, 3_000, 2_500), (3_000, 4_000, 3_500)]);
     }

@@ -1,27 +1,31 @@
-//! The same trial without any action: the control from which a receipt has to tell the trial with it.
+//! A trial without any action: the control from which a receipt has to tell the trial with it.
 
 use adversary::AdversaryConfig;
 use scenario::Scenario;
 use sim::scene::Disguise;
 
-use super::{Role, Topology, attack};
+use super::{MemberRole, Topology, attack};
 
 impl Topology {
-    /// The same participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part
+    /// The participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part
     /// fails, no process is killed, kept from running or short of disk, no object is in disguise or printed on, and the
     /// recording is left alone. The link's own weather stays, and so does its plan.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Topology {
         for member in &mut self.members {
             match &mut member.role {
-                Role::Sim(config) => {
+                MemberRole::Sim(config) => {
                     config.faults.clear();
                     for object in &mut config.scene.objects {
                         (object.disguise, object.print) = (Disguise::default(), None);
                     }
                 }
-                Role::Adversary(config) => idle(config, scenario),
-                Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
+                MemberRole::Adversary(config) => idle(config, scenario),
+                MemberRole::Perception(_)
+                | MemberRole::Autonomy(_)
+                | MemberRole::Gateway(_)
+                | MemberRole::Console(_)
+                | MemberRole::Recorder => {}
             }
         }
         self.process_faults.clear();

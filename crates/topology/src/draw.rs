@@ -17,7 +17,7 @@ pub(super) struct Draw {
 }
 
 impl Draw {
-    pub(super) fn of(scenario: &Scenario, seed: u64) -> Draw {
+    pub(super) fn from_scenario(scenario: &Scenario, seed: u64) -> Draw {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut unit = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
         let (from, to) = scenario.varies.phase_s();

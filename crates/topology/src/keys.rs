@@ -21,13 +21,13 @@ impl RunSecret {
         Self(blake3::derive_key("holdsafe twin run secret v1", &seed.to_le_bytes()))
     }
 
-    /// A live run's: from 32 random bytes.
+    /// Secret of a live run, from 32 random bytes.
     pub fn random(bytes: [u8; 32]) -> Self {
         Self(bytes)
     }
 
     /// A node's signing secret.
-    pub fn of(&self, node: NodeId) -> Secret {
+    pub fn signing_secret(&self, node: NodeId) -> Secret {
         Secret(self.derive("holdsafe signing secret v1", node.name().as_bytes()))
     }
 
@@ -56,15 +56,15 @@ impl RunSecret {
             NodeId::CONSOLE,
             NodeId::RECORDER,
         ];
-        signers.map(|node| (node, Key::from_bytes(&self.of(node).0).public())).to_vec()
+        signers.map(|node| (node, Key::from_bytes(&self.signing_secret(node).0).public())).to_vec()
     }
 
     /// The keys of these channels on `host` that `node` gets: of each that it writes, every reader's; of each that it reads,
     /// its own.
     pub fn channels(&self, host: Host, node: NodeId, topics: &[(Topic, NodeId)]) -> Vec<Channel> {
         let channel = |(topic, producer): (Topic, NodeId), reader: usize| {
-            let of = [host as u8, topic as u8, producer.index() as u8, reader as u8];
-            Channel { topic, producer, key: ChannelKey(self.derive("holdsafe channel key v3", &of)) }
+            let bytes = [host as u8, topic as u8, producer.index() as u8, reader as u8];
+            Channel { topic, producer, key: ChannelKey(self.derive("holdsafe channel key v3", &bytes)) }
         };
         let of = |(topic, producer): (Topic, NodeId)| {
             let readers =
@@ -76,18 +76,18 @@ impl RunSecret {
 
     /// The key that hides the messages of a channel, which its publisher and its readers have.
     pub fn cipher(&self, host: Host, scope: &str, topic: Topic) -> Secret {
-        let of = [&[host as u8, topic as u8], scope.as_bytes()].concat();
-        Secret(self.derive("holdsafe channel cipher v1", &of))
+        let bytes = [&[host as u8, topic as u8], scope.as_bytes()].concat();
+        Secret(self.derive("holdsafe channel cipher v1", &bytes))
     }
 
     /// The authority's signing key, for what is signed before a run's first service starts.
     pub fn authority(&self) -> Key {
-        Key::from_bytes(&self.of(NodeId::AUTHORITY).0)
+        Key::from_bytes(&self.signing_secret(NodeId::AUTHORITY).0)
     }
 
-    fn derive(&self, context: &str, of: &[u8]) -> [u8; 32] {
+    fn derive(&self, context: &str, bytes: &[u8]) -> [u8; 32] {
         let mut material = blake3::Hasher::new_derive_key(context);
-        material.update(&self.0).update(of);
+        material.update(&self.0).update(bytes);
         *material.finalize().as_bytes()
     }
 }

@@ -1,7 +1,7 @@
 //! Participants of a trial: from a scenario and a seed to the cores' setups, the same for the twin and for live.
 //!
 //! Every variation of a seed is drawn here, once, in a fixed order. The twin makes the cores in its own thread, the
-//! live launcher hands the same setups to processes; neither adds a draw of its own.
+//! live launcher hands the same setups to processes; neither adds its own draw.
 
 mod attack;
 mod company;
@@ -43,7 +43,7 @@ use draw::Draw;
 
 pub use attack::is_attacked;
 pub use keys::RunSecret;
-pub use member::{BusEndpoint, Host, Member, Role};
+pub use member::{BusEndpoint, Host, Member, MemberRole};
 pub use process::{ProcessFault, ProcessFaultKind, Turn, next_turn, node_of};
 pub use scene::needs_rendering;
 
@@ -87,7 +87,7 @@ pub struct Topology {
     pub cues: Vec<Cue>,
     /// Injections for which the oracle needs receipts.
     pub planned: Vec<Plan>,
-    /// Script of the operator, as the oracle is told of it.
+    /// Script of the operator, as the oracle is informed of it.
     pub script: Script,
     /// Contact plan of the link between the unit and the gateway.
     pub contacts: Contacts,
@@ -109,17 +109,17 @@ impl Topology {
     /// Faults of the detector of others that a unit's perception asked in this run, in words.
     pub fn detector_faults(&self) -> Option<String> {
         self.members.iter().find_map(|member| {
-            let Role::Perception(config) = &member.role else { return None };
-            config.detector.as_ref()?.faults.told()
+            let MemberRole::Perception(config) = &member.role else { return None };
+            config.detector.as_ref()?.faults.describe()
         })
     }
 
-    /// The same with a console for a person in this role at a live run, who reads its display in words. In a twin there is no
-    /// reader. A person who may only look has no pen there, and neither has the script then.
+    /// The topology with a console for a person in this role at a live run, who reads its display in words. In a twin there
+    /// is no reader. A person who may only look has no pen there, and neither has the script then.
     #[must_use]
     pub fn seating(mut self, role: Person) -> Topology {
         for member in &mut self.members {
-            if let Role::Console(config) = &mut member.role {
+            if let MemberRole::Console(config) = &mut member.role {
                 (config.text, config.role) = (true, role);
             }
         }
@@ -129,7 +129,7 @@ impl Topology {
     /// The world of the unit under test.
     pub fn world(&self) -> Option<&sim::SimConfig> {
         self.members.iter().find_map(|member| {
-            let Role::Sim(config) = &member.role else { return None };
+            let MemberRole::Sim(config) = &member.role else { return None };
             (config.node == self.under.sim).then_some(config)
         })
     }
@@ -138,7 +138,7 @@ impl Topology {
     pub fn route(&self) -> Route {
         let body = self.world().map(|world| &world.body);
         let config = self.members.iter().find_map(|member| {
-            let Role::Autonomy(config) = &member.role else { return None };
+            let MemberRole::Autonomy(config) = &member.role else { return None };
             (config.unit == self.under.unit).then_some(config)
         });
         let Some(config) = config.filter(|_| !matches!(body, Some(Body::Satellite(_)))) else {
@@ -153,8 +153,9 @@ impl Topology {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
     }
 
-    /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
-    /// signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was written,
+    /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and processes without a due
+    /// last signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was
+    /// written,
     /// microseconds. In the twin it may be later by as long as the process is to be stopped.
     pub fn held(&self, live: Option<(&Secret, u64)>) -> Held {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
@@ -162,7 +163,7 @@ impl Topology {
         let broker = live.map(|(secret, _)| key(NodeId::BROKER, secret));
         let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
         let killed = self.killed().into_iter();
-        // In the twin a guard outlives its process; live it is a part of it.
+        // A guard outlives its process in the twin; lives its process; live it is a part of it.
         let lives = killed.flat_map(|node| [Some(node), self.ingress_of(node).filter(|_| live.is_some())]).flatten();
         Held {
             keys: members.chain(broker).chain(witnesses).collect(),
@@ -172,7 +173,7 @@ impl Topology {
         }
     }
 
-    /// Live, guards and launcher go by the recording's own clock; in the twin a member's guard goes by that of its host.
+    /// Live, guards and launcher use the recording's own clock; in the twin a member's guard uses that of its host.
     fn held_clocks(&self, live_late_us: Option<u64>) -> BTreeMap<NodeId, HeldClock> {
         let of_host = |host: Host, late_us: u64| {
             let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
@@ -231,8 +232,8 @@ impl Topology {
 
     /// Identities that may give commands, each with its end of validity, microseconds of the run.
     pub fn operators(&self) -> Vec<(NodeId, u64)> {
-        let until = |who: NodeId| self.mandates.iter().find(|m| m.who == who).map_or(u64::MAX, |m| m.until_ms * 1000);
-        OPERATORS.map(|who| (who, until(who))).to_vec()
+        let until = |node: NodeId| self.mandates.iter().find(|m| m.who == node).map_or(u64::MAX, |m| m.until_ms * 1000);
+        OPERATORS.map(|node| (node, until(node))).to_vec()
     }
 
     /// Processes that are to end, and so owe no closing account.
@@ -244,7 +245,7 @@ impl Topology {
 
 /// Lays out the topology of one trial.
 pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Topology {
-    let draw = Draw::of(scenario, seed);
+    let draw = Draw::from_scenario(scenario, seed);
     let public_keys = secret.public_keys();
     let contacted = contact::plan(scenario, with);
     let contacts = contacted.contacts.clone();
@@ -259,7 +260,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
         clocks: draw.clocks,
         process_faults: process::process_faults(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
-        planned: attack::planned::of(scenario, draw.phase_ms),
+        planned: attack::planned::plans(scenario, draw.phase_ms),
         script: script::presumed(scenario),
         contacts,
         mandates: station::mandates(scenario),
@@ -272,20 +273,20 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
     }
 }
 
-/// Of every guard that there is, and of the launcher.
+/// Keys of every guard that there is, and of the launcher.
 fn witnesses(members: &[Member], secret: &RunSecret) -> BTreeMap<NodeId, Secret> {
     let guards = members.iter().filter_map(|member| member.node().guard());
-    let others = NodeId::BROKER.guard().into_iter().chain([NodeId::CAMPAIGN]);
-    guards.chain(others).map(|node| (node, secret.witness(node))).collect()
+    let other_nodes = NodeId::BROKER.guard().into_iter().chain([NodeId::CAMPAIGN]);
+    guards.chain(other_nodes).map(|node| (node, secret.witness(node))).collect()
 }
 
 fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {
-    let has = |node: NodeId| members.iter().any(|m| m.node() == node);
+    let has_node = |node: NodeId| members.iter().any(|m| m.node() == node);
     let mut links = vec![Link { client: NodeId::UNIT_A, server: NodeId::GATEWAY, relayed: true }];
-    if has(NodeId::INSIDER_B) {
+    if has_node(NodeId::INSIDER_B) {
         links.push(Link { client: NodeId::INSIDER_B, server: NodeId::GATEWAY, relayed: false });
     }
-    if has(NodeId::UNIT_C) {
+    if has_node(NodeId::UNIT_C) {
         let server = if attack::third_is_silent(scenario) { NodeId::INSIDER_B } else { NodeId::GATEWAY };
         links.push(Link { client: NodeId::UNIT_C, server, relayed: false });
     }
@@ -294,15 +295,15 @@ fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {
 
 /// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that no one else has.
 pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
-    let of = |topic: Topic, reader: usize| {
+    let channel_key = |topic: Topic, reader: usize| {
         let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());
         listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
     };
-    let key = |topic: Topic| of(topic, 0);
+    let key = |topic: Topic| channel_key(topic, 0);
     sim::ChannelKeys {
         frames: key(Topic::Frames),
         candidates: key(Topic::Candidates),
-        navigation: [of(Topic::Navigation, 0), of(Topic::Navigation, 1)],
+        navigation: [channel_key(Topic::Navigation, 0), channel_key(Topic::Navigation, 1)],
         drive: key(Topic::Drive),
         act: key(Topic::Act),
     }

@@ -33,7 +33,7 @@ impl Host {
 /// Role of a participant.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a run has one of each role, made where it begins")]
-pub enum Role {
+pub enum MemberRole {
     /// World, plant and sensors.
     Sim(SimConfig),
     /// Detector stages, corroboration, tracks.
@@ -54,10 +54,10 @@ pub enum Role {
 /// messages for it are on channels *inside*, which the insider alone joins to those that everybody else uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BusEndpoint {
-    /// On the channels that everybody uses.
+    /// Keys of the channels that all members use.
     #[default]
     Outside,
-    /// On the channels inside: the honest half of a gateway.
+    /// Keys of the inner channels: of the honest half of a gateway.
     Inside,
     /// On both: it takes the feed from inside and brings intents there.
     Between,
@@ -81,7 +81,7 @@ pub struct Member {
     /// Host that it runs on.
     pub host: Host,
     /// Its role.
-    pub role: Role,
+    pub role: MemberRole,
     /// Setup that every core is made from.
     pub setup: Setup,
     /// Channels it reads.
@@ -102,15 +102,19 @@ impl Member {
         self.setup.node
     }
 
-    /// The same for one that is started again when the run has lasted for `ran` microseconds. Validity is judged from the start
-    /// of its judge; it does not begin anew with a restart.
+    /// The member started again when the run has lasted for `ran` microseconds. Validity is judged from the start of its judge;
+    /// it does not begin again with a restart.
     #[must_use]
-    pub fn again(&self, ran: u64) -> Member {
+    pub fn restarted(&self, ran: u64) -> Member {
         let mut member = self.clone();
         let mandates = match &mut member.role {
-            Role::Autonomy(config) => &mut config.mandates,
-            Role::Gateway(config) => &mut config.mandates,
-            Role::Sim(_) | Role::Perception(_) | Role::Console(_) | Role::Recorder | Role::Adversary(_) => {
+            MemberRole::Autonomy(config) => &mut config.mandates,
+            MemberRole::Gateway(config) => &mut config.mandates,
+            MemberRole::Sim(_)
+            | MemberRole::Perception(_)
+            | MemberRole::Console(_)
+            | MemberRole::Recorder
+            | MemberRole::Adversary(_) => {
                 return member;
             }
         };
@@ -119,18 +123,22 @@ impl Member {
     }
 }
 
-impl Role {
+impl MemberRole {
     /// True if it connects to the broker only when its core asks for it.
     pub fn joins_later(&self) -> bool {
-        matches!(self, Role::Adversary(AdversaryConfig::SessionThief(_)))
+        matches!(self, MemberRole::Adversary(AdversaryConfig::SessionThief(_)))
     }
 
     /// True if its core has steps that can be called: the adversaries', and the sensor faults of the sim.
     pub fn takes_cues(&self) -> bool {
         match self {
-            Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
-            Role::Adversary(config) => !matches!(config, AdversaryConfig::Rogue(_)),
-            Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
+            MemberRole::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
+            MemberRole::Adversary(config) => !matches!(config, AdversaryConfig::Rogue(_)),
+            MemberRole::Perception(_)
+            | MemberRole::Autonomy(_)
+            | MemberRole::Gateway(_)
+            | MemberRole::Console(_)
+            | MemberRole::Recorder => false,
         }
     }
 }

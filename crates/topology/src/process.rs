@@ -17,7 +17,7 @@ pub struct ProcessFault {
     pub at: u64,
     /// Its step's name.
     pub step: Option<StepName>,
-    /// So many microseconds after its step is called it begins; without it, at its time.
+    /// A given number of microseconds after its step is called it begins; without it, at its time.
     pub waits: Option<u64>,
 }
 
@@ -26,19 +26,19 @@ pub struct ProcessFault {
 pub enum ProcessFaultKind {
     /// It ends at once.
     Kill {
-        /// And is started again so many microseconds later.
+        /// And is started again a given number of microseconds later.
         restart: Option<u64>,
     },
     /// It is kept from running.
     Suspend {
         /// Kind of suspension.
         how: Suspension,
-        /// For so many microseconds.
+        /// For a given number of microseconds.
         lasts: u64,
     },
     /// Its disk takes no more bytes.
     Fill {
-        /// For so many microseconds.
+        /// For a given number of microseconds.
         lasts: u64,
     },
 }
@@ -50,7 +50,7 @@ pub enum Turn {
     Begin,
     /// It is stopped, for a while.
     Halt,
-    /// It goes on, for a while or for good; or its disk has room again.
+    /// It goes on, for a while or permanently; or its disk has room again.
     Release,
     /// It is started again.
     Restart,
@@ -58,9 +58,9 @@ pub enum Turn {
 
 /// The event after a turn of a suspension of which `left` microseconds are left, and its delay; a slow process is
 /// stopped first.
-pub fn next_turn(turn: Turn, how: Suspension, left: u64) -> (Turn, u64) {
+pub fn next_turn(turn: Turn, suspension: Suspension, left: u64) -> (Turn, u64) {
     let share = |permille: u16, period: Span| period.0 * u64::from(permille.min(1000)) / 1000;
-    let (next, after) = match (turn, how) {
+    let (next, after) = match (turn, suspension) {
         (Turn::Halt, Suspension::Slow { quota, period }) => (Turn::Release, share(1000 - quota.min(1000), period)),
         (Turn::Begin | Turn::Release | Turn::Restart, Suspension::Slow { quota, period }) => {
             (Turn::Halt, share(quota, period))
@@ -70,14 +70,14 @@ pub fn next_turn(turn: Turn, how: Suspension, left: u64) -> (Turn, u64) {
     (next, after.min(left))
 }
 
-/// Everything that befalls processes in a trial.
+/// Every fault of processes in a trial.
 pub(super) fn process_faults(s: &Scenario, phase_ms: u64) -> Vec<ProcessFault> {
     let fault = |k: &Kill| ProcessFault {
         node: node_of(k.process),
         kind: kind(k),
         at: k.start_ms(phase_ms) * 1000,
         step: k.step_name(),
-        waits: k.when.as_ref().map(|when| when.after_ms.span().0),
+        waits: k.when.as_ref().map(|trigger| trigger.after_ms.span().0),
     };
     s.kill.iter().map(fault).collect()
 }

@@ -1,4 +1,5 @@
-//! From a scenario's tables on shared memory to the rogue that carries them out: its host, its keys, its actions.
+//! Conversion of a scenario's tables on shared memory to the rogue that carries them out: its host, its keys, its
+//! actions.
 
 use adversary::plan::RogueConfig;
 use scenario::{Act, Holder, Scenario};
@@ -22,7 +23,7 @@ pub(super) struct Casting {
 }
 
 /// The rogue of a scenario, when it has one. All its tables agree on host and holder (`scenario::check`).
-pub(super) fn of(s: &Scenario, phase: u64) -> Option<Casting> {
+pub(super) fn casting(s: &Scenario, phase: u64) -> Option<Casting> {
     let acts = attack::acts(s, phase).filter_map(|act| {
         let Act::Rogue { channel, holder, plan } = act else { return None };
         Some((channel, holder, plan))

@@ -1,21 +1,21 @@
-//! From a scenario's world to the sim's.
+//! Conversion of a scenario's world to the sim's.
 
 use scenario::Scenario;
 use sim::fidelity::Fidelity;
 use sim::limits::SceneError;
-use sim::scene::{Disguise, Ground, Object, Scene, Start};
+use sim::scene::{Disguise, Ground, Object, Scene, StartPose};
 use sim::weather::Weather;
 use sim::wind::Wind;
 use wire::sensor::Class;
 
 /// The sim's scene, every object shifted by `shift_m`; `start` replaces the platform's own for a teammate, who stays
 /// where it is.
-pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenario::Pose>) -> Scene {
+pub(super) fn build_scene(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenario::Pose>) -> Scene {
     let world = scenario.scene();
-    let own: &scenario::Pose = &world.start;
-    let pose = start.unwrap_or(own);
+    let own_pose: &scenario::Pose = &world.start;
+    let pose = start.unwrap_or(own_pose);
     let route = if start.is_some() { Vec::new() } else { world.route.iter().map(|p| metres(p)).collect() };
-    let start = Start {
+    let start = StartPose {
         east: pose.at_m[0].get() as f32,
         north: pose.at_m[1].get() as f32,
         heading: pose.heading_rad.get() as f32,
@@ -40,9 +40,9 @@ pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenar
 
 /// Reason that a scenario's scene cannot be run without rendering, if it cannot.
 pub fn needs_rendering(scenario: &Scenario) -> Option<SceneError> {
-    // What runs on the stacks has no scene.
+    // An attack on the stacks has no scene.
     scenario.scene.as_ref()?;
-    of(scenario, (0.0, 0.0), None).unrendered().err()
+    build_scene(scenario, (0.0, 0.0), None).unrendered().err()
 }
 
 /// Error of the models.
@@ -66,7 +66,7 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         class: class(object.class),
         size: object.size_m.map(|e| e.get() as f32),
         kelvin: object.temperature_k.get() as f32,
-        heated: object.heated_s.as_ref().map(|times| times.map(|at| at.get() as f32)),
+        heated: object.heated_s.as_ref().map(|times| times.map(|time| time.get() as f32)),
         colour: object.colour,
         disguise: Disguise { paint: object.painted_as.map(class), warmth: object.warm_as.map(class) },
         print: object.print.as_ref().and_then(scenario::Print::cut),
@@ -108,8 +108,8 @@ fn wind(wind: &scenario::Wind) -> Wind {
 
 /// Map of a unit: everything that stands still.
 pub(super) fn map(world: &Scene) -> Vec<autonomy::Block> {
-    let still = world.objects.iter().filter(|o| o.speed == 0.0);
-    still
+    let objects = world.objects.iter().filter(|o| o.speed == 0.0);
+    objects
         .filter_map(|o| {
             let (x_mm, y_mm) = millimetres(*o.path.first()?);
             let [length, width, height] = o.size.map(|edge| (edge * 1000.0) as u32);

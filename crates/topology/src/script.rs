@@ -1,8 +1,8 @@
-//! From a scenario's `[operator]` to the console's script, and to the oracle's copy of it.
+//! Conversion of a scenario's `[operator]` to the console's script, and to the oracle's copy of it.
 
 use console::ConsoleConfig;
 use console::eye::Eye;
-use console::operator::{Action, Step, TrackCondition, When};
+use console::operator::{Action, ScriptStep, TrackCondition, When};
 use evidence::mission::{Due, Script, Verb};
 use scenario::{DisplayedState, Scenario, Seconds};
 use wire::command::TimeTag;
@@ -41,7 +41,7 @@ pub(super) fn console(
 /// The operator's eye, where the scenario gives one.
 fn eye(scenario: &Scenario, draw: &Draw) -> Option<Eye> {
     let cycles = scenario.operator.identification_cycles?;
-    let world = scene::of(scenario, draw.shift_m, None);
+    let world = scene::build_scene(scenario, draw.shift_m, None);
     let vehicles = world.objects.iter().filter(|object| object.class == Class::Vehicle);
     let places = vehicles.flat_map(|object| places(&object.path)).map(scene::millimetres);
     let cycles_milli = (cycles.get() * 1000.0) as u32;
@@ -50,13 +50,13 @@ fn eye(scenario: &Scenario, draw: &Draw) -> Option<Eye> {
 
 /// Places on a way, at most a metre apart on legs of up to 200 m.
 fn places(path: &[[f32; 2]]) -> Vec<[f32; 2]> {
-    let between = |leg: &[[f32; 2]]| {
+    let length_of = |leg: &[[f32; 2]]| {
         let [east, north] = [leg[1][0] - leg[0][0], leg[1][1] - leg[0][1]];
         let parts = (east * east + north * north).sqrt().ceil().clamp(1.0, 200.0);
         let [x, y] = leg[0];
         (0..parts as u16).map(move |n| f32::from(n) / parts).map(move |share| [x + share * east, y + share * north])
     };
-    path.windows(2).flat_map(between).chain(path.last().copied()).collect()
+    path.windows(2).flat_map(length_of).chain(path.last().copied()).collect()
 }
 
 /// The orders that the operator is to give, and how far the mission is stated to come. A revocation is no order: the unit does
@@ -81,9 +81,9 @@ fn awaited(scenario: &Scenario) -> Vec<UnitId> {
     [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|unit| *unit == UnitId::A || brought(unit)).collect()
 }
 
-fn step(step: &scenario::Step) -> Step {
+fn step(step: &scenario::Step) -> ScriptStep {
     let class = step.when_track.map_or(Class::Vehicle, class);
-    Step {
+    ScriptStep {
         at_ms: Some((step.at_s.get() * 1000.0) as u64),
         unit: UnitId::A,
         when: When {
@@ -102,8 +102,8 @@ fn step(step: &scenario::Step) -> Step {
                 Action::Configure(values.settings())
             }
             Verb::Revoke => {
-                let who = step.who.as_ref().and_then(|name| NodeId::from_name(name.as_str()));
-                Action::Revoke(who.expect("invariant: a loaded step that revokes names somebody"))
+                let node = step.who.as_ref().and_then(|name| NodeId::from_name(name.as_str()));
+                Action::Revoke(node.expect("invariant: a loaded step that revokes names somebody"))
             }
         },
         reason: step.reason.as_ref().map(|r| r.as_str().to_owned()).unwrap_or_default(),

@@ -1,5 +1,5 @@
-//! From a scenario's `[[rogue]]`, `[[takeover]]` and `[[mandate]]` tables to the plans of rogue and thief, and everybody's
-//! revocation list.
+//! Conversion of a scenario's `[[rogue]]`, `[[takeover]]` and `[[mandate]]` tables to the plans of rogue and thief, and
+//! everybody's revocation list.
 
 use adversary::plan::{InsiderOperatorConfig, SessionThiefConfig};
 use scenario::{Act, Name, Scenario, Way};
@@ -8,7 +8,7 @@ use wire::trust::Validity;
 
 use super::{RunSecret, attack};
 
-/// The rogue's plan, when the scenario has one. Its key and its way are those of the first table; the loader holds the
+/// The rogue's plan, when the scenario has one. Its key and its way come from the first table; the loader holds the
 /// others equal to it.
 pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<InsiderOperatorConfig> {
     let first = s.rogue.first()?;
@@ -17,7 +17,7 @@ pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<Insid
         attack::acts(s, phase).filter_map(|act| if let Act::Orders(orders) = act { Some(orders) } else { None });
     Some(InsiderOperatorConfig {
         holds,
-        secret: secret.of(holds),
+        secret: secret.signing_secret(holds),
         certificate: certificate(s),
         unit: UnitId::A,
         orders: orders.collect(),
@@ -33,9 +33,9 @@ pub(super) fn channel(s: &Scenario) -> Option<NodeId> {
 /// The thief's plan, when the scenario has one.
 pub(super) fn thief(s: &Scenario, phase: u64) -> Option<SessionThiefConfig> {
     let certificate = PeerId::from_name(s.takeover.first()?.certificate.as_str())?;
-    let taken =
+    let occupied =
         attack::acts(s, phase).filter_map(|act| if let Act::Takeover(taken) = act { Some(taken) } else { None });
-    Some(SessionThiefConfig { certificate, takeovers: taken.collect() })
+    Some(SessionThiefConfig { certificate, takeovers: occupied.collect() })
 }
 
 /// For how long identities are admitted.

@@ -13,7 +13,7 @@ use scenario::{Setup, find_root};
 use twin::trial::start;
 use wire::id::WorldId;
 
-/// At so many moments, evenly over the run, as a search keeps them.
+/// At a given number of moments, evenly over the run, as a search keeps them.
 const MOMENTS: u64 = 64;
 
 /// The system's allocator, with the bytes that are out.
@@ -32,10 +32,10 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         OUT.fetch_sub(layout.size(), Ordering::Relaxed);
         // SAFETY: the caller's promise about block and layout is passed on.
-        unsafe { System.dealloc(at, layout) }
+        unsafe { System.dealloc(pointer, layout) }
     }
 }
 
@@ -54,9 +54,9 @@ fn measure(rendered: bool) {
     let (mut cores, mut whole) = (0, 0);
     for n in 1..=MOMENTS {
         twin.run_until(topology.duration * n / MOMENTS);
-        let parts: Vec<usize> = twin.nodes().iter().map(|node| kept(|| node.part.fork(WorldId(1)))).collect();
+        let parts: Vec<usize> = twin.nodes().iter().map(|node| bytes_held(|| node.part.fork(WorldId(1)))).collect();
         cores = cores.max(parts.iter().sum());
-        whole = whole.max(kept(|| twin.fork(WorldId(1))));
+        whole = whole.max(bytes_held(|| twin.fork(WorldId(1))));
         most.iter_mut().zip(parts).for_each(|(most, now)| *most = now.max(*most));
     }
     println!("nominal, {}, most of {MOMENTS} moments", if rendered { "rendered" } else { "unrendered" });
@@ -68,12 +68,12 @@ fn measure(rendered: bool) {
 }
 
 /// Bytes of the value that `make` gives, as long as it is kept.
-fn kept<T>(make: impl FnOnce() -> T) -> usize {
+fn bytes_held<T>(make: impl FnOnce() -> T) -> usize {
     let before = OUT.load(Ordering::Relaxed);
     let made = make();
-    let taken = OUT.load(Ordering::Relaxed).saturating_sub(before);
+    let bytes = OUT.load(Ordering::Relaxed).saturating_sub(before);
     drop(made);
-    taken + size_of::<T>()
+    bytes + size_of::<T>()
 }
 
 fn kib(bytes: usize) -> f64 {

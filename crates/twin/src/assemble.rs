@@ -1,4 +1,5 @@
-//! From a topology to a twin: the cores are made here from the very setups that a live run hands to processes.
+//! Construction of a twin from a topology: the cores are made here from the very setups that a live run hands to
+//! processes.
 
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ pub fn assemble(
     let clocks: Vec<HostClock> = topology.clocks.iter().copied().map(HostClock::from).collect();
     let verified = baseline.map_or_else(Verified::default, |baseline| baseline.verified());
     let made = topology.members.iter().map(|member| {
-        let along = baseline.and_then(|baseline| baseline.along(member, WorldId(0)));
+        let along = baseline.and_then(|baseline| baseline.follow(member, WorldId(0)));
         let core =
             along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Following(Box::new(along))))?;
         Ok(node(member, core))
@@ -94,6 +95,6 @@ fn node(member: &Member, core: Part) -> Node {
 
 /// True if a killed `node` is started again.
 fn restarts(topology: &Topology, node: NodeId) -> bool {
-    let again = |o: &ProcessFault| o.node == node && matches!(o.kind, ProcessFaultKind::Kill { restart: Some(_) });
-    topology.process_faults.iter().any(again)
+    let repeat = |o: &ProcessFault| o.node == node && matches!(o.kind, ProcessFaultKind::Kill { restart: Some(_) });
+    topology.process_faults.iter().any(repeat)
 }

@@ -1,6 +1,6 @@
-//! Branches from a moment by other chances: the seed's variations are drawn anew, and everything else stays.
+//! Branches from a moment by other chances: the seed's variations are drawn again, and everything else stays.
 //!
-//! A branch is no run and cannot pass for one: it has a world of its own, and its log begins at the branch, so that every
+//! A branch is no run and cannot pass for one: it has its own world, and its log begins at the branch, so that every
 //! chain in it lacks its beginning. The draws made once, before a trial starts (clocks, places, phases), are part of the state
 //! that is copied. Nonces go on as they were: no outcome lies in their values.
 
@@ -18,13 +18,14 @@ use super::queue::Micros;
 const BRANCHED: u64 = 1 << 63;
 
 impl Twin {
-    /// The same state, from which losses, delays and noise go on as `seed` has them, as far as the scenario `varies` them.
+    /// Copy of the state, from which losses, delays and noise go on as `seed` has them, as far as the scenario `varies`
+    /// them.
     #[must_use]
     pub fn branch(&self, seed: u64, varies: &Varies) -> Twin {
         let mut branch = self.copy(WorldId(seed | BRANCHED));
-        branch.delays.reseed(of(seed, 0));
+        branch.delays.reseed(branch_seed(seed, 0));
         for (i, node) in (1..).zip(&mut branch.nodes) {
-            node.part.reseed(of(seed, i), varies.noise);
+            node.part.reseed(branch_seed(seed, i), varies.noise);
         }
         branch
     }
@@ -42,9 +43,9 @@ impl Twin {
 
     /// The core of the unit under test, and the time on its host.
     pub fn unit(&self) -> Option<(&Autonomy, Instant)> {
-        let at = self.index(NodeId::UNIT_A)?;
-        let Part::Autonomy(core) = &self.nodes[usize::from(at)].part else { return None };
-        Some((core, self.local(at)))
+        let index = self.index(NodeId::UNIT_A)?;
+        let Part::Autonomy(core) = &self.nodes[usize::from(index)].part else { return None };
+        Some((core, self.local(index)))
     }
 
     /// The world of the unit under test.
@@ -55,7 +56,7 @@ impl Twin {
 }
 
 /// The seed of one source of chance after a branch.
-fn of(seed: u64, source: u64) -> u64 {
+fn branch_seed(seed: u64, source: u64) -> u64 {
     let key = blake3::derive_key("holdsafe twin branch v1", &[seed.to_le_bytes(), source.to_le_bytes()].concat());
     key.first_chunk().map_or(seed, |bytes| u64::from_le_bytes(*bytes))
 }

@@ -27,7 +27,7 @@ impl HostClock {
     }
 
     /// The first true time at which the clock reads at least `local`.
-    pub fn when(self, local: Instant) -> Micros {
+    pub fn true_time(self, local: Instant) -> Micros {
         let elapsed = local.0.saturating_sub(self.zero) as i128;
         let mut t = (elapsed * 1_000_000 / (1_000_000 + i128::from(self.drift_ppm))) as u64;
         t = t.saturating_sub(1);
@@ -48,7 +48,7 @@ mod tests {
             let clock = HostClock { zero: 123_456_789, drift_ppm };
             for t in (0..40_000_000).step_by(999_983) {
                 let local = clock.read(t);
-                let back = clock.when(local);
+                let back = clock.true_time(local);
                 assert!(clock.read(back) >= local && back <= t, "{drift_ppm} {t} {back}");
                 assert!(back == 0 || clock.read(back - 1) < local);
             }

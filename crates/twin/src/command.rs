@@ -1,7 +1,7 @@
 //! The command plane of a twin: publications through the broker, and the one path with the adversary in it.
 //!
 //! The unit under test reaches the broker over a [`Stream`] through the stream relay's core, as live; the others have a
-//! hop to it without a relay. The view of each ingress of the stream is logged by a chain of its own.
+//! hop to it without a relay. The view of each ingress of the stream is logged by its own chain.
 
 use std::collections::VecDeque;
 
@@ -90,46 +90,46 @@ impl Twin {
         }
     }
 
-    /// A node publishes at `at`.
-    pub(super) fn publish_command(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+    /// A node publishes at `time`.
+    pub(super) fn publish_command(&mut self, node: NodeIndex, time: Micros, subject: Subject, bytes: Vec<u8>) {
         // So does the live client.
         if bytes.len() > link::mqtt::MAX_PAYLOAD {
             return;
         }
         if self.nodes[usize::from(node)].id == NodeId::INSIDER_BROKER {
-            return self.impose(node, at, subject, &bytes);
+            return self.impose(node, time, subject, &bytes);
         }
         let holds = self.holds(usize::from(node));
         match self.commands.as_mut().filter(|c| c.client == node) {
             Some(commands) => {
                 if let Some(sealed) = commands.stream.publish(Side::Client, subject, bytes) {
-                    self.write(Side::Client, at, sealed);
+                    self.write(Side::Client, time, sealed);
                 }
             }
-            None if holds => self.hand_in(node, at, subject, bytes),
+            None if holds => self.hand_in(node, time, subject, bytes),
             None => self.keep_publication(node, subject, bytes),
         }
     }
 
     /// A publication of `node` reaches the broker, which takes it at once, or when it runs again.
-    fn hand_in(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
-        let here = Happening::Distribute { subject, bytes };
-        if let Some(Happening::Distribute { subject, bytes }) = self.keep(node, here) {
-            self.distribute(node, at, subject, bytes);
+    fn hand_in(&mut self, node: NodeIndex, time: Micros, subject: Subject, bytes: Vec<u8>) {
+        let happening = Happening::Distribute { subject, bytes };
+        if let Some(Happening::Distribute { subject, bytes }) = self.keep(node, happening) {
+            self.distribute(node, time, subject, bytes);
         }
     }
 
-    /// The broker takes a publication of `node` and hands it on; a hostile one is handed it, and does as it likes.
-    pub(super) fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+    /// The broker takes a publication of `node` and forwards it; a hostile broker decides by its plan.
+    pub(super) fn distribute(&mut self, node: NodeIndex, time: Micros, subject: Subject, bytes: Vec<u8>) {
         let Some(publisher) = self.nodes[usize::from(node)].commands.as_ref().map(|client| client.peer) else { return };
         if let Some(hostile) = self.index(NodeId::INSIDER_BROKER) {
-            let hop = self.delays.datagram(self.way(node, hostile), at);
-            let at = self.in_order(node, hostile, at + hop);
-            return self.queue.push(at, hostile, Happening::Input(Input::Published { subject, bytes }));
+            let hop = self.delays.datagram(self.way(node, hostile), time);
+            let due = self.in_order(node, hostile, time + hop);
+            return self.queue.push(due, hostile, Happening::Input(Input::Published { subject, bytes }));
         }
         let Some(broker) = &self.broker else { return };
         match broker.publish(publisher, subject) {
-            Ok(receivers) => self.hand_on(node, at, &receivers, subject, &bytes),
+            Ok(receivers) => self.hand_on(node, time, &receivers, subject, &bytes),
             Err(refusal) => {
                 self.say_broker(&Told::Denied(Denial::Access { peer: publisher, refusal }));
             }
@@ -137,33 +137,33 @@ impl Twin {
     }
 
     /// A publication of a hostile broker goes to all who would hear of the subject.
-    fn impose(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: &[u8]) {
+    fn impose(&mut self, node: NodeIndex, time: Micros, subject: Subject, bytes: &[u8]) {
         let hears = |peer: PeerId| acl::permit(peer, Verb::Subscribe, Pattern::One(subject)).is_ok();
         let peers = self.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer));
         let receivers: Receivers = peers.filter(|peer| hears(*peer)).collect();
-        self.hand_on(node, at, &receivers, subject, bytes);
+        self.hand_on(node, time, &receivers, subject, bytes);
     }
 
-    fn hand_on(&mut self, node: NodeIndex, at: Micros, receivers: &[PeerId], subject: Subject, bytes: &[u8]) {
+    fn hand_on(&mut self, node: NodeIndex, time: Micros, receivers: &[PeerId], subject: Subject, bytes: &[u8]) {
         for reader in 0..self.nodes.len() {
             let hears = self.nodes[reader].commands.as_ref().is_some_and(|client| receivers.contains(&client.peer));
             let relayed = self.commands.as_ref().is_some_and(|commands| usize::from(commands.client) == reader);
             if hears && (relayed || self.holds(reader)) {
-                let hop = self.delays.command(self.way(node, reader as NodeIndex), at);
-                let at = self.in_order(node, reader as NodeIndex, at + hop);
+                let hop = self.delays.command(self.way(node, reader as NodeIndex), time);
+                let due = self.in_order(node, reader as NodeIndex, time + hop);
                 let bytes = bytes.to_vec();
                 let happening = if relayed {
                     Happening::Stream(StreamEvent::Order(subject, bytes))
                 } else {
                     Happening::Input(Input::Published { subject, bytes })
                 };
-                self.queue.push(at, reader as NodeIndex, happening);
+                self.queue.push(due, reader as NodeIndex, happening);
             }
         }
     }
 
     /// Something happens on the relayed path.
-    pub(super) fn along(&mut self, along: StreamEvent) {
+    pub(super) fn relay_stream(&mut self, along: StreamEvent) {
         let Some(commands) = &mut self.commands else { return };
         let present = commands.stream.connection;
         match along {
@@ -186,7 +186,7 @@ impl Twin {
                 self.hang_up(Side::Client);
             }
             StreamEvent::KeepAlive(connection) if connection == present && commands.stream.up => self.keep_alive(),
-            // Of a connection that is over.
+            // A piece of a connection that is over.
             StreamEvent::Piece(..)
             | StreamEvent::Reset(_)
             | StreamEvent::Handshake(_)
@@ -203,8 +203,8 @@ impl Twin {
             return;
         }
         if !alive(commands.relay) || self.broker.is_none() {
-            let again = self.now + commands.redial.pause(self.now);
-            return self.queue.push(again, client, Happening::Stream(StreamEvent::Dial));
+            let repeated = self.now + commands.redial.pause(self.now);
+            return self.queue.push(repeated, client, Happening::Stream(StreamEvent::Dial));
         }
         let hello = commands.stream.dial();
         let connection = commands.stream.connection;
@@ -225,24 +225,24 @@ impl Twin {
         self.queue.push(self.now + KEEP_ALIVE, client, Happening::Stream(StreamEvent::KeepAlive(connection)));
     }
 
-    /// The end at `side` writes bytes at `at`: they go to the relay. An empty piece is the end.
-    fn write(&mut self, side: Side, at: Micros, bytes: Vec<u8>) {
+    /// The end at `side` writes bytes at `time`: they go to the relay. An empty piece is the end.
+    fn write(&mut self, side: Side, time: Micros, bytes: Vec<u8>) {
         let Some(commands) = &mut self.commands else { return };
         let from = commands.end(side, &self.nodes);
-        let hop = self.delays.datagram((from, self.nodes[usize::from(commands.relay)].id), at);
+        let hop = self.delays.datagram((from, self.nodes[usize::from(commands.relay)].id), time);
         let latest = &mut commands.latest[side as usize];
-        *latest = (at + hop).max(*latest);
+        *latest = (time + hop).max(*latest);
         let input = Input::Stream { connection: commands.stream.session(), side, bytes };
         self.queue.push(*latest, commands.relay, Happening::Input(input));
     }
 
-    /// The relay acted at `at`, in order with the other traffic towards `side`.
-    pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: StreamEvent) {
+    /// The relay acted at `time`, in order with the other traffic towards `side`.
+    pub(super) fn relayed(&mut self, node: NodeIndex, time: Micros, side: Side, along: StreamEvent) {
         let Some(commands) = self.commands.as_mut().filter(|c| c.relay == node) else { return };
         let to = commands.end(side, &self.nodes);
-        let hop = self.delays.datagram((self.nodes[usize::from(node)].id, to), at);
+        let hop = self.delays.datagram((self.nodes[usize::from(node)].id, to), time);
         let latest = &mut commands.latest[2 + side as usize];
-        *latest = (at + hop).max(*latest);
+        *latest = (time + hop).max(*latest);
         self.queue.push(*latest, commands.client, Happening::Stream(along));
     }
 
@@ -281,7 +281,7 @@ impl Twin {
             Effect::Up => {
                 let session = commands.stream.session();
                 let now = self.now;
-                self.commands.iter_mut().for_each(|commands| commands.redial.stands(now));
+                self.commands.iter_mut().for_each(|commands| commands.redial.session_up(now));
                 self.queue.push(self.now + KEEP_ALIVE, client, Happening::Stream(StreamEvent::KeepAlive(connection)));
                 let peer = self.nodes[usize::from(client)].commands.as_ref().map(|client| client.peer);
                 if let (Some(hostile), Some(peer)) = (self.index(NodeId::INSIDER_BROKER), peer) {
@@ -312,8 +312,8 @@ impl Twin {
         }
         let (client, offset) = (commands.client, commands.stream.place(side).offset());
         if side == Side::Client {
-            let again = self.now + commands.redial.pause(self.now);
-            self.queue.push(again, client, Happening::Stream(StreamEvent::Dial));
+            let repeated = self.now + commands.redial.pause(self.now);
+            self.queue.push(repeated, client, Happening::Stream(StreamEvent::Dial));
         }
         self.saw(side, sight, offset, &[]);
         if lost {

@@ -11,7 +11,7 @@ use sim::fidelity::Fidelity;
 use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
 use sim::world::{STEP, World};
-use topology::{Role, Topology};
+use topology::{MemberRole, Topology};
 use wire::id::{NodeId, WorldId};
 use wire::platform::Body;
 use wire::time::Instant;
@@ -21,23 +21,23 @@ use super::part::Part;
 use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
 use super::queue::Micros;
-use super::stopwatch::{Stage, Stopwatch};
+use super::stopwatch::{Stopwatch, WorkStage};
 use super::trial::{Run, baseline, conclude, start, start_following};
-use super::verified::Asked;
+use super::verified::SignatureCounts;
 
 /// A trial that was watched.
 pub struct Watched {
     /// Its time by stage.
     pub stopwatch: Stopwatch,
     /// Number of signatures that a core made, asked about, and had to verify.
-    pub signatures: Asked,
+    pub signatures: SignatureCounts,
     /// Its row.
     pub trial: Trial,
 }
 
 /// Runs and judges one trial as `run` does, its time added up on `clock`.
 pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64) -> Result<Watched, AssemblyError> {
-    let mut stopwatch = Stopwatch::start(clock, Stage::Setup);
+    let mut stopwatch = Stopwatch::start(clock, WorkStage::Setup);
     let (topology, mut twin) = start(scenario, setup, seed, false)?;
     twin.watch(stopwatch.clone());
     let mut run = conclude(topology, twin, setup);
@@ -48,7 +48,7 @@ pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64
     let signatures = run.signatures;
     // Giving the memory back is part of the trial.
     drop(run);
-    stopwatch.enter(Stage::Setup);
+    stopwatch.enter(WorkStage::Setup);
     Ok(Watched { stopwatch, signatures, trial })
 }
 
@@ -63,7 +63,7 @@ pub struct Known {
 
 impl Known {
     /// Runs the trial once as a baseline, and once up to `suffix` before its end.
-    pub fn of(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
+    pub fn measure(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
         let baseline = Arc::new(baseline(scenario, setup, seed)?);
         let (topology, mut twin) = start(scenario, setup, seed, false)?;
         twin.run_until(topology.duration.saturating_sub(suffix));
@@ -71,7 +71,7 @@ impl Known {
     }
 
     /// Runs and judges it with every core going along with the baseline: casting, the engine and the judge are left.
-    pub fn along(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
+    pub fn run_with_baseline(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
         let (topology, twin) = start_following(scenario, setup, self.seed, &self.baseline)?;
         Ok(conclude(topology, twin, setup))
     }
@@ -91,15 +91,15 @@ pub struct Course {
 
 impl Course {
     /// Runs the trial once and notes its course; none if there is no unit under test.
-    pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
+    pub fn record(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
         let (topology, mut twin) = start(scenario, setup, seed, false)?;
         let Some((scene, body)) = scene(&topology) else { return Ok(None) };
         let steps = topology.duration / STEP.0;
-        let asked = (1..=steps).map(|step| {
+        let requested = (1..=steps).map(|step| {
             twin.run_until(step * STEP.0);
             set_point(&twin)
         });
-        Ok(Some(Course { asked: asked.collect(), scene: Arc::new(scene), body }))
+        Ok(Some(Course { asked: requested.collect(), scene: Arc::new(scene), body }))
     }
 
     /// Simulated seconds.
@@ -110,7 +110,7 @@ impl Course {
     /// World and vehicle at the start, for [`Bare::drive`].
     pub fn bare(&self) -> Bare<'_> {
         let mut world = World::new(Arc::clone(&self.scene));
-        let plant = Plant::of(&mut world, &self.scene.start, &self.body, &Fidelity::SHIPPED, 1);
+        let plant = Plant::from_body(&mut world, &self.scene.start, &self.body, &Fidelity::SHIPPED, 1);
         let plant = plant.expect("invariant: the trial has made the same plant");
         Bare { course: self, world, plant }
     }
@@ -128,8 +128,8 @@ impl Bare<'_> {
     pub fn drive(&mut self) {
         for (k, asked) in (1..).zip(&self.course.asked) {
             let now = Instant(k * STEP.0);
-            if let Some(asked) = asked {
-                self.plant.accept(now, SetPoint { until: now + STEP, ..*asked });
+            if let Some(requested) = asked {
+                self.plant.accept(now, SetPoint { until: now + STEP, ..*requested });
             }
             self.plant.step(now, &mut self.world);
         }
@@ -137,15 +137,15 @@ impl Bare<'_> {
 
     /// Distance of the vehicle from the start, metres.
     pub fn way(&self) -> f32 {
-        let at = self.plant.state(&self.world).position;
+        let place = self.plant.state(&self.world).position;
         let start = &self.course.scene.start;
-        ((at.x - start.east).powi(2) + (at.y - start.north).powi(2)).sqrt()
+        ((place.x - start.east).powi(2) + (place.y - start.north).powi(2)).sqrt()
     }
 }
 
 fn scene(topology: &Topology) -> Option<(Scene, Body)> {
     let sim = topology.members.iter().find(|m| m.node() == NodeId::SIM)?;
-    if let Role::Sim(config) = &sim.role { Some((config.scene.clone(), config.body)) } else { None }
+    if let MemberRole::Sim(config) = &sim.role { Some((config.scene.clone(), config.body)) } else { None }
 }
 
 fn set_point(twin: &Twin) -> Option<SetPoint> {
@@ -173,9 +173,9 @@ mod tests {
         let (topology, twin) = start(&scenario, &setup, 1, false).unwrap();
         let run = conclude(topology, twin, &setup);
         assert!(run.stopwatch.is_none());
-        let alone = judged::trial(1, scenario.level(), &run.evidence, &run.verdict);
-        assert_eq!((watched.trial.log_hash, watched.trial.outcome), (alone.log_hash, alone.outcome));
-        for stage in Stage::ALL.into_iter().filter(|s| !matches!(s, Stage::Broker | Stage::Guest)) {
+        let single_trial = judged::trial(1, scenario.level(), &run.evidence, &run.verdict);
+        assert_eq!((watched.trial.log_hash, watched.trial.outcome), (single_trial.log_hash, single_trial.outcome));
+        for stage in WorkStage::ALL.into_iter().filter(|s| !matches!(s, WorkStage::Broker | WorkStage::Guest)) {
             assert!(watched.stopwatch.spent(stage) > 0, "{}", stage.name());
         }
     }
@@ -190,10 +190,10 @@ mod tests {
     #[test]
     fn known_run_repeats_to_the_same_log() {
         let (scenario, setup) = nominal();
-        let known = Known::of(&scenario, &setup, 1, 3_000_000).unwrap();
+        let known = Known::measure(&scenario, &setup, 1, 3_000_000).unwrap();
         let (topology, twin) = start(&scenario, &setup, 1, false).unwrap();
         let plain = conclude(topology, twin, &setup);
-        assert_eq!(known.along(&scenario, &setup).unwrap().log, plain.log);
+        assert_eq!(known.run_with_baseline(&scenario, &setup).unwrap().log, plain.log);
         let hash = |run: &Run| judged::trial(1, scenario.level(), &run.evidence, &run.verdict).log_hash;
         assert_eq!(hash(&known.forked(&setup)), hash(&plain));
     }
@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn bare_rapier_drives_the_course_of_the_twin() {
         let (scenario, setup) = nominal();
-        let course = Course::of(&scenario, &setup, 1).unwrap().unwrap();
+        let course = Course::record(&scenario, &setup, 1).unwrap().unwrap();
         let mut bare = course.bare();
         bare.drive();
         let (topology, mut twin) = start(&scenario, &setup, 1, false).unwrap();
@@ -209,7 +209,7 @@ mod tests {
         let node = twin.nodes().iter().find(|n| n.id == NodeId::SIM).unwrap();
         let Part::Sim(sim) = &node.part else { panic!("the sim is no sim") };
         let (world, plant) = sim.truth();
-        let apart = plant.state(world).position - bare.plant.state(&bare.world).position;
-        assert!(bare.way() > 2.0 && apart.length() < 0.5, "{} m of way, {} m apart", bare.way(), apart.length());
+        let vector = plant.state(world).position - bare.plant.state(&bare.world).position;
+        assert!(bare.way() > 2.0 && vector.length() < 0.5, "{} m of way, {} m apart", bare.way(), vector.length());
     }
 }

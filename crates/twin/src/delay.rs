@@ -19,7 +19,7 @@ use wire::id::NodeId;
 use super::part::Part;
 use super::queue::Micros;
 
-/// From and to, microseconds.
+/// Both ends, microseconds.
 type Range = (u64, u64);
 
 /// One hop over shared memory, with the wake-up of its reader.
@@ -28,8 +28,8 @@ const BUS: Range = (20, 120);
 const DATAGRAM: Range = (70, 270);
 /// Delay of a flight of a handshake after its cause: with a relay's hops all six take 2 to 3 ms, seen live 2.
 const FLIGHT: Range = (20, 120);
-/// From the start of the run to a dialler's first attempt: who starts when is chance, and with it the phase of the gateway's
-/// grants, which it sends each tenth of a second from its first session on.
+/// Time from the start of the run to a dialler's first attempt: who starts when is chance, and with it the phase of the
+/// gateway's grants, which it sends each tenth of a second from its first session on.
 const START: Range = (20_000, 119_999);
 /// A publication through the broker, both legs.
 const COMMAND: Range = (300, 900);
@@ -37,7 +37,7 @@ const COMMAND: Range = (300, 900);
 pub const INSTRUMENT: Micros = 100;
 
 /// Sender and receiver; one and the same for a node's own work.
-pub type Way = (NodeId, NodeId);
+pub type EndPair = (NodeId, NodeId);
 
 /// Work or way that takes time.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ impl Delays {
     }
 
     /// Between an input of `node`'s part and `outputs`.
-    pub fn stage(&self, node: NodeId, part: &Part, outputs: &VecDeque<Output>, at: Micros) -> Micros {
+    pub fn stage(&self, node: NodeId, part: &Part, outputs: &VecDeque<Output>, time: Micros) -> Micros {
         let renders = |output: &Output| matches!(output, Output::Bus { topic: Topic::Frames, .. });
         let range = match part {
             Part::Sim(_) if outputs.iter().any(renders) => (4_500, 8_200),
@@ -80,43 +80,43 @@ impl Delays {
             Part::Recorder(_) => (60, 260),
             Part::Adversary(Adversary::DatagramRelay(_) | Adversary::StreamRelay(_)) => (10, 60),
             Part::Adversary(_) => (40, 250),
-            Part::Following(along) => return self.stage(node, along.like(), outputs, at),
+            Part::Following(along) => return self.stage(node, along.like(), outputs, time),
         };
-        self.draw(range, Kind::Stage, (node, node), at)
+        self.draw(range, Kind::Stage, (node, node), time)
     }
 
     /// Over shared memory.
-    pub fn bus(&self, way: Way, at: Micros) -> Micros {
-        self.draw(BUS, Kind::Bus, way, at)
+    pub fn bus(&self, way: EndPair, time: Micros) -> Micros {
+        self.draw(BUS, Kind::Bus, way, time)
     }
 
     /// Over loopback UDP.
-    pub fn datagram(&self, way: Way, at: Micros) -> Micros {
-        self.draw(DATAGRAM, Kind::Datagram, way, at)
+    pub fn datagram(&self, way: EndPair, time: Micros) -> Micros {
+        self.draw(DATAGRAM, Kind::Datagram, way, time)
     }
 
     /// A flight of a handshake.
-    pub fn flight(&self, way: Way, at: Micros) -> Micros {
-        self.draw(FLIGHT, Kind::Flight, way, at)
+    pub fn flight(&self, way: EndPair, time: Micros) -> Micros {
+        self.draw(FLIGHT, Kind::Flight, way, time)
     }
 
     /// A dialler's first attempt, from the start of the run.
-    pub fn start(&self, way: Way) -> Micros {
+    pub fn start(&self, way: EndPair) -> Micros {
         self.draw(START, Kind::Start, way, 0)
     }
 
     /// Through the broker.
-    pub fn command(&self, way: Way, at: Micros) -> Micros {
-        self.draw(COMMAND, Kind::Command, way, at)
+    pub fn command(&self, way: EndPair, time: Micros) -> Micros {
+        self.draw(COMMAND, Kind::Command, way, time)
     }
 
-    fn draw(&self, (low, high): Range, kind: Kind, (from, to): Way, at: Micros) -> Micros {
+    fn draw(&self, (low, high): Range, kind: Kind, (from, to): EndPair, time: Micros) -> Micros {
         if !self.varied {
             return (low + high) / 2;
         }
         // The key is secret to nobody here; what is asked of the hash is that it scatters.
         let mut hasher = SipHasher13::new_with_keys(self.seed, kind as u64);
-        hasher.write(&at.to_le_bytes());
+        hasher.write(&time.to_le_bytes());
         hasher.write(&[from.index() as u8, to.index() as u8]);
         low + hasher.finish() % (high - low + 1)
     }
@@ -126,7 +126,7 @@ impl Delays {
 mod tests {
     use super::*;
 
-    const WAY: Way = (NodeId::UNIT_A, NodeId::GATEWAY);
+    const WAY: EndPair = (NodeId::UNIT_A, NodeId::GATEWAY);
 
     /// Sender, receiver, message and time determine it; earlier messages do not.
     #[test]
@@ -134,12 +134,12 @@ mod tests {
         let delays = Delays::new(1, true);
         let one = delays.datagram(WAY, 5_000);
         assert_eq!(one, delays.datagram(WAY, 5_000));
-        let others = [
+        let rest = [
             delays.datagram(WAY, 5_001),
             delays.datagram((WAY.1, WAY.0), 5_000),
             Delays::new(2, true).datagram(WAY, 5_000),
         ];
-        assert!(others.iter().all(|other| *other != one), "{one}, {others:?}");
+        assert!(rest.iter().all(|other| *other != one), "{one}, {rest:?}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub(super) struct Disk {
     full: bool,
     waiting: VecDeque<Vec<u8>>,
     room: usize,
-    /// Bytes on it, and how many of them were told.
+    /// Bytes on it, and how many of them were reported.
     kept: u64,
     told: u64,
 }
@@ -76,9 +76,9 @@ impl Twin {
         if disk.full {
             return false;
         }
-        let (kept, told) = (disk.kept, std::mem::replace(&mut disk.told, disk.kept));
-        if kept > told {
-            self.note(Note::Kept { bytes: kept });
+        let (written, reported) = (disk.kept, std::mem::replace(&mut disk.told, disk.kept));
+        if written > reported {
+            self.note(Note::Kept { bytes: written });
         }
         true
     }

@@ -1,6 +1,6 @@
 //! The six flights of a handshake with mutual certificates, as bytes on the wire, without its cryptography.
 //!
-//! Record types and lengths are those of the real library with our certificates (RFC 6347 §4.2.4; seen in live logs); their
+//! Record types and lengths are as of the real library with our certificates (RFC 6347 §4.2.4; seen in live logs); their
 //! content is the output of a keyed hash, so that a flight is known by its bytes and cannot be made without the key.
 //! Senders and times of flights are the business of `super::net` and `super::sessions`.
 
@@ -53,7 +53,7 @@ pub(super) struct Flights {
 }
 
 impl Flights {
-    /// Those of the handshake `number` between the two ends who share `secret`.
+    /// Flights of the handshake `number` between the two ends who share `secret`.
     pub(super) fn new(secret: &[u8; 32], number: u32) -> Self {
         let mut key = blake3::Hasher::new_keyed(secret);
         Self { key: *key.update(b"flights").update(&number.to_le_bytes()).finalize().as_bytes() }
@@ -75,7 +75,7 @@ impl Flights {
     /// Number of the flight, of the handshake `number`, that a datagram is, at any numbers of its records: all of one flight, and
     /// no other bytes.
     pub(super) fn which(secret: &[u8; 32], number: u32, datagram: &[u8]) -> Option<u8> {
-        // Nearly all datagrams carry data, and are told apart by their first byte.
+        // Nearly all datagrams carry data, and are distinguished by their first byte.
         if !matches!(datagram.first(), Some(&(HANDSHAKE | CHANGE_CIPHER_SPEC))) {
             return None;
         }
@@ -97,7 +97,7 @@ impl Flights {
 }
 
 impl Part {
-    /// Of its record's body, bytes.
+    /// Length of its record's body, bytes.
     fn length(self) -> usize {
         match self {
             Part::Hello(cookie) => MESSAGE + HELLO + cookie + FILLING,
@@ -113,13 +113,13 @@ impl Part {
         match self {
             Part::Hello(cookie) => {
                 header(1, &mut body);
-                let at = MESSAGE + 34;
-                body[at..at + 2].copy_from_slice(&[0, cookie as u8]);
+                let index = MESSAGE + 34;
+                body[index..index + 2].copy_from_slice(&[0, cookie as u8]);
                 // TLS_ECDHE_ECDSA_WITH_AES_128_GCM_SHA256 alone, no compression, an extension for private use.
-                let at = at + 2 + cookie;
+                let index = index + 2 + cookie;
                 let extension = [0, 4 + FILLING as u8, 0xff, 0, 0, FILLING as u8];
-                body[at..at + 6].copy_from_slice(&[0, 2, 0xc0, 0x2b, 1, 0]);
-                body[at + 6..at + 12].copy_from_slice(&extension);
+                body[index..index + 6].copy_from_slice(&[0, 2, 0xc0, 0x2b, 1, 0]);
+                body[index + 6..index + 12].copy_from_slice(&extension);
                 (HANDSHAKE, 0, body)
             }
             Part::Message(kind, _) => {
@@ -132,7 +132,7 @@ impl Part {
     }
 }
 
-/// Of a flight's datagram, bytes.
+/// Length of a flight's datagram, bytes.
 fn length(flight: u8) -> usize {
     PARTS[usize::from(flight)].iter().map(|part| HEADER + part.length()).sum()
 }

@@ -1,4 +1,4 @@
-//! The record filters of a twin as witnesses: the sights of each, in a log of its own, and its closing account.
+//! The record filters of a twin as witnesses: the sights of each, in its own log, and its closing account.
 //!
 //! Their judgement is the live guard's own (`link::guard`); the consequences are `sessions`' business.
 
@@ -18,7 +18,7 @@ use super::queue::{Micros, NodeIndex};
 
 /// The association of a datagram that belongs to none.
 pub const UNKNOWN_PEER: u32 = u32::MAX;
-/// The record filter in front of one node's sessions, as a witness of its own.
+/// The record filter in front of one node's sessions, as its own witness.
 pub(super) struct Guard {
     pub(super) id: NodeId,
     pub(super) journal: Journal,
@@ -90,10 +90,10 @@ impl Twin {
     }
 
     pub(super) fn note_guard(&mut self, node: NodeIndex, event: impl Encode<()>) {
-        let at = self.local(node);
+        let time = self.local(node);
         let Some(guard) = &mut self.guards[usize::from(node)] else { return };
         let mut out = VecDeque::new();
-        guard.journal.write(at, event, &mut out);
+        guard.journal.write(time, event, &mut out);
         let id = guard.id;
         self.record_all(id, out);
     }
@@ -122,10 +122,10 @@ impl Twin {
     /// Every guard that saw something, and the launcher, signs its chain for the last time.
     pub(super) fn sign_witnesses(&mut self) {
         for node in 0..self.nodes.len() {
-            let at = self.local(node as NodeIndex);
+            let time = self.local(node as NodeIndex);
             let Some(guard) = self.guards[node].as_mut().filter(|guard| guard.journal.counter() > 0) else { continue };
             let (id, mut out) = (guard.id, VecDeque::new());
-            guard.journal.sign(at, &mut out);
+            guard.journal.sign(time, &mut out);
             self.record_all(id, out);
         }
         self.sign_broker_ingress();

@@ -19,7 +19,7 @@ const WAITING: usize = link::mqtt::OUTBOUND;
 /// A node as a client of the broker.
 #[derive(Clone, Debug)]
 pub struct Client {
-    /// By which certificate.
+    /// The peer by its certificate.
     pub peer: PeerId,
     /// True if it is after a session.
     wants: bool,
@@ -51,8 +51,8 @@ impl Default for Redial {
 }
 
 impl Redial {
-    /// A session stands from now on.
-    pub(super) fn stands(&mut self, now: Micros) {
+    /// Notes that a session is established.
+    pub(super) fn session_up(&mut self, now: Micros) {
         self.since = Some(now);
     }
 
@@ -79,8 +79,8 @@ impl Twin {
         let Some(client) = &mut self.nodes[usize::from(node)].commands else { return };
         (client.wants, client.stands) = (wants, client.stands && wants);
         if wants {
-            let at = self.now + self.to_broker(node);
-            self.queue.push(at, node, Happening::Connect);
+            let due = self.now + self.to_broker(node);
+            self.queue.push(due, node, Happening::Connect);
         }
     }
 
@@ -95,11 +95,11 @@ impl Twin {
             return;
         };
         if self.broker.is_none() {
-            let again = self.now + client.redial.pause(self.now);
-            return self.queue.push(again, node, Happening::Connect);
+            let repeated = self.now + client.redial.pause(self.now);
+            return self.queue.push(repeated, node, Happening::Connect);
         }
         client.stands = true;
-        client.redial.stands(self.now);
+        client.redial.session_up(self.now);
         let (peer, waiting) = (client.peer, std::mem::take(&mut client.waiting));
         self.displace(peer, node);
         for (subject, bytes) in waiting {
@@ -107,9 +107,9 @@ impl Twin {
         }
     }
 
-    /// The session of `peer` is now that of `by`; the former holder is told, and so is the log.
-    pub(super) fn displace(&mut self, peer: PeerId, by: NodeIndex) {
-        for node in (0..self.nodes.len() as NodeIndex).filter(|node| *node != by) {
+    /// The session of `peer` is now that of `index`; the former holder is informed, and so is the log.
+    pub(super) fn displace(&mut self, peer: PeerId, index: NodeIndex) {
+        for node in (0..self.nodes.len() as NodeIndex).filter(|node| *node != index) {
             let same = self.nodes[usize::from(node)].commands.as_ref().is_some_and(|client| client.peer == peer);
             if same && (self.cut_off(node) || self.end_relayed(node)) {
                 self.say_broker(&Told::TakenOver { peer });
@@ -122,8 +122,8 @@ impl Twin {
         let client = self.nodes[usize::from(node)].commands.as_mut();
         let stood = client.is_some_and(|client| std::mem::take(&mut client.stands));
         if stood {
-            let at = self.now + self.to_broker(node);
-            self.queue.push(at, node, Happening::Displaced);
+            let due = self.now + self.to_broker(node);
+            self.queue.push(due, node, Happening::Displaced);
         }
         stood
     }
@@ -141,8 +141,8 @@ impl Twin {
     pub(super) fn displaced(&mut self, node: NodeIndex) {
         self.feed(node, Input::SessionLost);
         if let Some(client) = &mut self.nodes[usize::from(node)].commands {
-            let again = self.now + client.redial.pause(self.now);
-            self.queue.push(again, node, Happening::Connect);
+            let repeated = self.now + client.redial.pause(self.now);
+            self.queue.push(repeated, node, Happening::Connect);
         }
     }
 
@@ -154,10 +154,10 @@ impl Twin {
     }
 
     /// The broker's own log.
-    pub(super) fn say_broker(&mut self, told: &Told) {
+    pub(super) fn say_broker(&mut self, event: &Told) {
         let mut out = VecDeque::new();
         let now = self.clocks[Host::Control as usize].read(self.now);
-        self.refusals.write(now, broker::audit::audited(told), &mut out);
+        self.refusals.write(now, broker::audit::audited(event), &mut out);
         self.record_all(wire::id::NodeId::BROKER, out);
     }
 }

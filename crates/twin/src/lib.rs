@@ -46,7 +46,7 @@ use wire::time::Instant;
 
 use clock::HostClock;
 use command::{Relayed, StreamEvent};
-use delay::{Delays, Way};
+use delay::{Delays, EndPair};
 use disk::Disk;
 use guard::Guard;
 use holder::Client;
@@ -54,12 +54,12 @@ use net::Association;
 use part::Part;
 use process::Processes;
 use queue::{Micros, NodeIndex, Queue};
-use stopwatch::{Stage, Stopwatch};
-use verified::{Asked, Verified};
+use stopwatch::{Stopwatch, WorkStage};
+use verified::{SignatureCounts, Verified};
 
 pub use guard::UNKNOWN_PEER;
 
-/// From the start of a process to its first dial.
+/// Time from the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;
 /// Time after the relays have ended for which a passed message may still be under way.
 const UNDER_WAY: Micros = 50_000;
@@ -143,7 +143,7 @@ pub struct Twin {
     associations: Vec<Association>,
     /// The dialler's next pause, by association.
     pauses: Vec<Micros>,
-    /// By node; those without secure sessions have none.
+    /// Guards by node; those without secure sessions have none.
     guards: Vec<Option<Guard>>,
     broker: Option<broker::Broker>,
     /// The command path with the stream relay in it.
@@ -205,7 +205,7 @@ pub struct Assembly {
 impl Twin {
     /// A twin at time zero.
     pub fn new(assembly: Assembly) -> Twin {
-        let mut broker = broker::Broker::under(assembly.rights);
+        let mut broker = broker::Broker::with_rights(assembly.rights);
         for peer in assembly.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer)) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
             let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{peer}") };
@@ -242,8 +242,8 @@ impl Twin {
         };
         for association in 0..twin.associations.len() {
             let [dialler, listener] = [0, 1].map(|end| twin.associations[association].ends[end].node);
-            let at = twin.delays.start(twin.way(dialler, listener));
-            twin.queue.push(at, dialler, Happening::Open(association as u8));
+            let due = twin.delays.start(twin.way(dialler, listener));
+            twin.queue.push(due, dialler, Happening::Open(association as u8));
         }
         twin.open_commands();
         twin.await_process_faults();
@@ -251,7 +251,7 @@ impl Twin {
         twin
     }
 
-    /// The same state in a world of its own; the two do not affect each other, and the new one is not watched.
+    /// Copy of the state in its own world; the two do not affect each other, and the new one is not watched.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Twin {
         Twin { log: self.log.clone(), ..self.copy(world) }
@@ -321,11 +321,11 @@ impl Twin {
     /// Has the time that it takes from now on added up by stage.
     pub fn watch(&mut self, stopwatch: Stopwatch) {
         self.stopwatch = Some(stopwatch);
-        self.enter(Stage::Engine);
+        self.enter(WorkStage::Engine);
     }
 
     /// Number of signatures that its cores asked about, and of those verified.
-    pub fn signatures(&self) -> Asked {
+    pub fn signatures(&self) -> SignatureCounts {
         self.verified.counts()
     }
 
@@ -339,7 +339,7 @@ impl Twin {
         self.journals.as_deref()
     }
 
-    /// The same of a twin that has ended.
+    /// Journals of a twin that has ended.
     pub fn into_journals(self) -> Vec<Vec<JournalEntry>> {
         self.journals.unwrap_or_default()
     }
@@ -365,8 +365,8 @@ impl Twin {
         if self.queue.next_time().is_none_or(|t| t > end) {
             return false;
         }
-        let Some((at, node, happening)) = self.queue.pop() else { return false };
-        self.now = at;
+        let Some((due, node, happening)) = self.queue.pop() else { return false };
+        self.now = due;
         self.happen(node, happening);
         true
     }
@@ -414,9 +414,9 @@ impl Twin {
             Happening::FromUnknownPeer { association, bytes } => self.unknown_peer(association, &bytes),
             Happening::Open(association) => self.open(association),
             Happening::Stream(along) => {
-                self.enter(Stage::Broker);
-                self.along(along);
-                self.enter(Stage::Engine);
+                self.enter(WorkStage::Broker);
+                self.relay_stream(along);
+                self.enter(WorkStage::Engine);
             }
             Happening::Due(due) => self.come_due(due),
             Happening::Unfinished { bytes } => self.note_unknown_peer(node, &bytes, GuardVerdict::Unfinished),
@@ -450,14 +450,14 @@ impl Twin {
             if let Some(delivery) = self.claims.delivered(self.nodes[usize::from(node)].id, &input) {
                 self.note(delivery);
             }
-            self.enter(Stage::of(&self.nodes[usize::from(node)].part));
+            self.enter(WorkStage::from_part(&self.nodes[usize::from(node)].part));
             self.nodes[usize::from(node)].part.handle(now, &input);
-            self.enter(Stage::Engine);
+            self.enter(WorkStage::Engine);
             self.settle(node, Some((now, input)));
         }
     }
 
-    fn enter(&mut self, stage: Stage) {
+    fn enter(&mut self, stage: WorkStage) {
         if let Some(stopwatch) = &mut self.stopwatch {
             stopwatch.enter(stage);
         }
@@ -479,8 +479,8 @@ impl Twin {
             });
         }
         if !outputs.is_empty() {
-            let at = self.now + self.stage_delay(node, &outputs);
-            outputs.into_iter().for_each(|output| self.carry(node, at, output));
+            let due = self.now + self.stage_delay(node, &outputs);
+            outputs.into_iter().for_each(|output| self.carry(node, due, output));
         }
         self.arm(node);
     }
@@ -488,7 +488,7 @@ impl Twin {
     fn arm(&mut self, node: NodeIndex) {
         let n = &self.nodes[usize::from(node)];
         let clock = self.clocks[usize::from(n.host)];
-        let due = n.part.deadline().map(|d| clock.when(d).max(self.now));
+        let due = n.part.deadline().map(|d| clock.true_time(d).max(self.now));
         if due != n.armed {
             let n = &mut self.nodes[usize::from(node)];
             n.generation += 1;
@@ -504,55 +504,55 @@ impl Twin {
         self.delays.stage(n.id, &n.part, outputs, self.now)
     }
 
-    fn way(&self, from: NodeIndex, to: NodeIndex) -> Way {
+    fn way(&self, from: NodeIndex, to: NodeIndex) -> EndPair {
         (self.nodes[usize::from(from)].id, self.nodes[usize::from(to)].id)
     }
 
-    fn carry(&mut self, node: NodeIndex, at: Micros, output: Output) {
+    fn carry(&mut self, node: NodeIndex, time: Micros, output: Output) {
         match output {
-            Output::Bus { topic, bytes } => self.publish_bus(node, at, topic, &bytes),
+            Output::Bus { topic, bytes } => self.publish_bus(node, time, topic, &bytes),
             Output::Record { session, bytes } => {
                 if let Some((association, end)) = self.session(node, session) {
-                    self.send(association, end, at, &bytes);
+                    self.send(association, end, time, &bytes);
                 }
             }
             Output::Close { session } => {
                 if let Some((association, end)) = self.session(node, session) {
-                    self.close(association, end, at + self.delays.datagram(self.way(node, node), at));
+                    self.close(association, end, time + self.delays.datagram(self.way(node, node), time));
                 }
             }
             Output::Publish { subject, bytes } => {
-                self.enter(Stage::Broker);
-                self.publish_command(node, at, subject, bytes);
-                self.enter(Stage::Engine);
+                self.enter(WorkStage::Broker);
+                self.publish_command(node, time, subject, bytes);
+                self.enter(WorkStage::Engine);
             }
             Output::Datagram { side, bytes } => {
                 let end = if side == Side::Client { 0 } else { 1 };
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[end].node;
-                    let hop = self.delays.datagram(self.way(node, target), at);
-                    let at = self.in_order(node, target, at + hop);
+                    let hop = self.delays.datagram(self.way(node, target), time);
+                    let due = self.in_order(node, target, time + hop);
                     let datagram = Happening::Datagram { association: association as u8, end: end as u8, bytes };
-                    self.queue.push(at, target, datagram);
+                    self.queue.push(due, target, datagram);
                 }
             }
             Output::Stranger { bytes } => {
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[1].node;
-                    let at = at + self.delays.datagram(self.way(node, target), at);
-                    self.queue.push(at, target, Happening::FromUnknownPeer { association: association as u8, bytes });
+                    let due = time + self.delays.datagram(self.way(node, target), time);
+                    self.queue.push(due, target, Happening::FromUnknownPeer { association: association as u8, bytes });
                 }
             }
             Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
             Output::Stream { connection, side, bytes } => {
-                self.relayed(node, at, side, StreamEvent::Piece(connection.0, side, bytes));
+                self.relayed(node, time, side, StreamEvent::Piece(connection.0, side, bytes));
             }
-            Output::Reset { connection } => self.relayed(node, at, Side::Client, StreamEvent::Reset(connection.0)),
+            Output::Reset { connection } => self.relayed(node, time, Side::Client, StreamEvent::Reset(connection.0)),
             Output::Join => self.want(node, true),
             Output::Leave => self.want(node, false),
             Output::Guest { bytes } => {
                 let input = Input::Guest { bytes: self.ask_guest(&bytes) };
-                self.queue.push(at, node, Happening::Input(input));
+                self.queue.push(time, node, Happening::Input(input));
             }
             // For a person.
             Output::Text { .. } => {}
@@ -562,9 +562,9 @@ impl Twin {
     /// The guest's answer. Virtual time stands still meanwhile: how long a guest takes is no part of a result.
     fn ask_guest(&mut self, request: &[u8]) -> Vec<u8> {
         let none = || codec::encode(&Failure::new(Fault::Unavailable, "this world has no guest process").answer());
-        self.enter(Stage::Guest);
+        self.enter(WorkStage::Guest);
         let answer = self.guest.as_mut().map_or_else(none, |guest| guest.answer(request));
-        self.enter(Stage::Engine);
+        self.enter(WorkStage::Engine);
         answer
     }
 
@@ -573,7 +573,7 @@ impl Twin {
         self.associations.iter().enumerate().find_map(|(i, a)| Some((i, a.end_of(node, session)?)))
     }
 
-    fn publish_bus(&mut self, node: NodeIndex, at: Micros, topic: Topic, bytes: &[u8]) {
+    fn publish_bus(&mut self, node: NodeIndex, time: Micros, topic: Topic, bytes: &[u8]) {
         // The live publisher refuses it too.
         if bytes.len() > topic.max_len() || !self.flushed(node, topic) {
             return;
@@ -583,18 +583,18 @@ impl Twin {
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
             if n.host == host && n.subscribes.contains(&topic) && n.endpoint.reads_inside(topic) == inside {
-                let hop = self.delays.bus(self.way(node, reader as NodeIndex), at);
-                let at = self.in_order(node, reader as NodeIndex, at + hop);
+                let hop = self.delays.bus(self.way(node, reader as NodeIndex), time);
+                let due = self.in_order(node, reader as NodeIndex, time + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };
-                self.queue.push(at, reader as NodeIndex, Happening::Input(input));
+                self.queue.push(due, reader as NodeIndex, Happening::Input(input));
             }
         }
     }
 
-    /// `at`, or later if something from `from` to `to` is still under way.
-    fn in_order(&mut self, from: NodeIndex, to: NodeIndex, at: Micros) -> Micros {
+    /// `time`, or later if something from `from` to `to` is still under way.
+    fn in_order(&mut self, from: NodeIndex, to: NodeIndex, time: Micros) -> Micros {
         let latest = &mut self.latest[usize::from(from) * self.nodes.len() + usize::from(to)];
-        *latest = at.max(*latest);
+        *latest = time.max(*latest);
         *latest
     }
 
@@ -612,8 +612,8 @@ impl Twin {
             && by_recorder(id)
             && let Some(recorder) = self.index(NodeId::RECORDER)
         {
-            let at = self.now + delay::INSTRUMENT;
-            self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
+            let due = self.now + delay::INSTRUMENT;
+            self.queue.push(due, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
         }
         self.claims.note(id, &bytes);
         self.watch_entry(&bytes);

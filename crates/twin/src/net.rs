@@ -18,7 +18,7 @@ use super::records::Open;
 
 /// The body of a close_notify (RFC 5246 §7.2.1): a warning, and its number.
 const CLOSE_NOTIFY: [u8; 2] = [1, 0];
-/// From one handshake's handle of a session to the next one's: more than there are associations.
+/// Distance from one handshake's handle of a session to the next one's: more than there are associations.
 const HANDLES: u32 = 256;
 
 /// One end of an association.
@@ -156,7 +156,7 @@ impl Association {
     }
 
     /// `flight` of the handshake `number` again, when the end `at` still waits for an answer to it.
-    pub fn again(&mut self, at: usize, number: u32, flight: u8) -> Option<Spoken> {
+    pub fn repeat_flight(&mut self, at: usize, number: u32, flight: u8) -> Option<Spoken> {
         let waits = self.ends[at].shaking.is_some_and(|s| s.number == number && s.expects == flight + 1);
         waits.then(|| self.speak(at, number, flight))
     }
@@ -166,7 +166,7 @@ impl Association {
         self.ends[at].shaking.take_if(|s| s.number == number).is_some()
     }
 
-    /// The end `at` ends the session that stands on the handshake `number`, and says so: a sealed close_notify.
+    /// The end `at` ends the session that stands on the handshake `number`, and reports it: a sealed close_notify.
     pub fn hang_up(&mut self, at: usize, number: u32) -> Option<(SessionId, Vec<u8>)> {
         self.ends[at].open.as_ref().filter(|open| open.number == number)?;
         let bytes = self.record_of(at, ALERT, &CLOSE_NOTIFY)?;
@@ -196,8 +196,8 @@ impl Association {
 
     /// The end at `node` with the session `session`.
     pub fn end_of(&self, node: NodeIndex, session: SessionId) -> Option<usize> {
-        let stands = |end: &End| end.open.as_ref().is_some_and(|open| end.session(open.number) == session);
-        self.ends.iter().position(|end| end.node == node && stands(end))
+        let is_open = |end: &End| end.open.as_ref().is_some_and(|open| end.session(open.number) == session);
+        self.ends.iter().position(|end| end.node == node && is_open(end))
     }
 
     /// Datagrams that the dialling end has sent.
@@ -229,8 +229,8 @@ impl Association {
         let mut seen: Vec<Seen<'a>> =
             split(datagram).map(|piece| self.record(at, piece, flight.is_some(), now)).collect();
         let ended = seen.iter().position(|seen| seen.arrival == Arrival::Ended);
-        let behind = ended.map_or(&mut [][..], |ended| &mut seen[ended + 1..]);
-        behind
+        let later = ended.map_or(&mut [][..], |ended| &mut seen[ended + 1..]);
+        later
             .iter_mut()
             .filter(|seen| !matches!(seen.arrival, Arrival::Refused(_)))
             .for_each(|s| s.arrival = Arrival::Discarded);
@@ -277,9 +277,9 @@ impl Association {
     fn advance(&mut self, at: usize, flight: u8, now: Micros) -> (Option<Spoken>, bool) {
         let Some(shaking) = self.ends[at].shaking.as_mut() else { return (None, false) };
         let number = shaking.number;
-        // What asks for a cookie is not repeated by itself, but once for each first hello.
-        let again = flight == 0 && shaking.expects == 2;
-        if flight != shaking.expects && !again {
+        // A cookie request is not repeated by a timer, but once for each first hello.
+        let repeated = flight == 0 && shaking.expects == 2;
+        if flight != shaking.expects && !repeated {
             return (None, false);
         }
         shaking.expects = flight + 2;
@@ -314,7 +314,7 @@ fn plaintext(raw: &RawRecord<'_>) -> Arrival {
     if matches!(raw.content, ALERT | APPLICATION_DATA) { Arrival::Ended } else { Arrival::Handshake }
 }
 
-/// True if a plaintext handshake record stands in a datagram: to an end that has completed, a sign that its last flight was lost.
+/// True if a plaintext handshake record is in a datagram: to an end that has completed, a sign that its last flight was lost.
 fn asks(datagram: &[u8]) -> bool {
     split(datagram).any(|piece| matches!(piece, Split::Record(raw) if raw.epoch == 0 && raw.content == HANDSHAKE))
 }

@@ -1,4 +1,4 @@
-//! The cores that a twin can hold: exactly those of the live services, behind their common verbs, by themselves or along
+//! The cores that a twin can hold: exactly the live services', behind their common verbs, by themselves or along
 //! with a run that is known.
 
 pub mod baseline;
@@ -44,7 +44,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// The same part in a forked world. The one call site of every core's `fork`.
+    /// Copy of the part for a forked world. The one call site of every core's `fork`.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Part {
         match self {

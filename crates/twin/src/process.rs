@@ -20,7 +20,7 @@ use super::part::make::core;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
 
-/// From an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
+/// Time from an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
 const CUE: Micros = 500;
 /// Datagrams that wait in front of a socket: the number of small ones within the kernel's usual limit on buffers.
 const DATAGRAMS: usize = 256;
@@ -58,10 +58,10 @@ impl Twin {
         }
     }
 
-    fn turn_at(&mut self, fault: usize, turn: Turn, at: Micros) {
+    fn turn_at(&mut self, fault: usize, turn: Turn, time: Micros) {
         // The broker is no node here: it only routes.
         let node = self.index(self.processes.process_faults[fault].node).unwrap_or(0);
-        self.queue.push(at, node, Happening::ProcessFault(fault, turn));
+        self.queue.push(time, node, Happening::ProcessFault(fault, turn));
     }
 
     /// An entry was written: steps that waited for it are called.
@@ -76,15 +76,15 @@ impl Twin {
     }
 
     fn call(&mut self, step: StepName) {
-        let at = self.now + CUE;
+        let due = self.now + CUE;
         for node in 0..self.nodes.len() {
             if self.nodes[node].takes_cues {
-                self.queue.push(at, node as NodeIndex, Happening::Input(Input::Cue { step: step.cue() }));
+                self.queue.push(due, node as NodeIndex, Happening::Input(Input::Cue { step: step.cue() }));
             }
         }
         for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
             if let Some(after) = fault.waits.filter(|_| fault.step == Some(step)) {
-                self.turn_at(i, Turn::Begin, at.max(fault.at) + after);
+                self.turn_at(i, Turn::Begin, due.max(fault.at) + after);
             }
         }
     }
@@ -133,8 +133,8 @@ impl Twin {
 
     /// Halts or releases, and says when the other is due. At `end` it is over.
     fn alternate(&mut self, i: usize, fault: ProcessFault, turn: Turn, how: Suspension, end: Micros) {
-        let over = self.now >= end;
-        let halts = turn == Turn::Halt && !over;
+        let ended = self.now >= end;
+        let halts = turn == Turn::Halt && !ended;
         if matches!(how, Suspension::Slow { .. }) {
             self.note(Note::Halted { node: fault.node, on: halts });
         }
@@ -143,7 +143,7 @@ impl Twin {
         } else {
             self.release(fault.node);
         }
-        if over {
+        if ended {
             self.note(Note::Suspended { node: fault.node, how, on: false });
             return self.tell_step(fault, false);
         }
@@ -184,7 +184,7 @@ impl Twin {
         match overflows {
             Overflow::None => {}
             Overflow::Newest => {
-                if let Some(guard) = self.index(id).and_then(|at| self.guards[usize::from(at)].as_mut()) {
+                if let Some(guard) = self.index(id).and_then(|index| self.guards[usize::from(index)].as_mut()) {
                     guard.kernel_dropped += u64::from(!matches!(happening, Happening::Input(_)));
                 }
                 return None;
@@ -248,10 +248,10 @@ impl Twin {
     fn restart(&mut self, id: NodeId) {
         let member = self.processes.spare.iter().find(|m| m.node() == id).cloned();
         let (Some(member), Some(node)) = (member, self.index(id)) else { return };
-        let member = member.again(self.now);
+        let member = member.restarted(self.now);
         let boot = Boot(member.setup.boot.0 + 1);
         let setup = Setup { boot, verifier: Some(self.verified.shared()), ..member.setup };
-        // The same setup made the first one.
+        // An equal setup made the first one.
         let Ok(part) = core(&member.role, setup, self.local(node)) else { return };
         let n = &mut self.nodes[usize::from(node)];
         (n.part, n.alive, n.armed) = (part, true, None);
@@ -279,7 +279,7 @@ impl Twin {
         }
     }
 
-    /// The core of a node that is watched at its inputs is fed: told once in a few milliseconds.
+    /// The core of a node that is watched at its inputs is fed: reported once in a few milliseconds.
     pub(super) fn note_running(&mut self, node: NodeIndex) {
         let (id, now) = (self.nodes[usize::from(node)].id, self.now);
         if self.processes.running.told(id, now) {

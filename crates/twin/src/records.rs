@@ -77,10 +77,10 @@ impl Open {
             self.highest = sequence;
             return true;
         }
-        let behind = self.highest - sequence;
-        let unseen = behind < 64 && self.seen & (1 << behind) == 0;
+        let distance = self.highest - sequence;
+        let unseen = distance < 64 && self.seen & (1 << distance) == 0;
         if unseen {
-            self.seen |= 1 << behind;
+            self.seen |= 1 << distance;
         }
         unseen
     }

@@ -1,7 +1,7 @@
 //! Replay of the inputs of a run in the twin to fresh cores.
 //!
 //! Under the same policy every byte has to come out again: a core is a function of its inputs. Under another policy the first
-//! decision that differs is the one that the policy would have changed. All inputs after it are still those of the run, which would have gone
+//! decision that differs is the one that the policy would have changed. All inputs after it still belong to the run, which would have gone
 //! on otherwise too: the difference of the verdicts on them speaks of a boundary, and not of the way on under the policy. For that,
 //! run the scenario under it.
 
@@ -82,17 +82,17 @@ impl Journalled {
     ///
     /// # Errors
     /// When a core cannot be made.
-    pub fn again(&self, topology: &Topology, same: Same) -> Result<Vec<ReplayedCore>, AssemblyError> {
+    pub fn replay_cores(&self, topology: &Topology, same: Same) -> Result<Vec<ReplayedCore>, AssemblyError> {
         let lived_once = |member: &Member| topology.process_faults.iter().all(|o| o.node != member.node());
         let each = topology.members.iter().zip(&self.journals).filter(|(member, _)| lived_once(member));
         each.map(|(member, journal)| one(topology, member, journal, same)).collect()
     }
 
-    /// The same of these cores alone.
+    /// The journals of these cores alone.
     #[must_use]
     pub fn only(mut self, wanted: impl Fn(NodeId) -> bool) -> Journalled {
-        let kept = self.topology.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
-        let mut keep = kept.iter();
+        let wanted_cores = self.topology.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
+        let mut keep = wanted_cores.iter();
         self.journals.retain(|_| keep.next().copied().unwrap_or(false));
         self.topology.members.retain(|m| wanted(m.node()));
         self
@@ -102,10 +102,10 @@ impl Journalled {
     pub fn messages(&self) -> Vec<Message> {
         let each = self.topology.members.iter().zip(&self.journals).flat_map(|(member, journal)| {
             let (node, clock) = (member.node(), HostClock::from(self.topology.clocks[member.host as usize]));
-            journal.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
+            journal.iter().filter_map(move |entry| kept(node, clock.true_time(entry.now), &entry.input))
         });
         let mut messages: Vec<Message> = each.collect();
-        messages.sort_by_key(|of| of.at);
+        messages.sort_by_key(|message| message.at);
         messages
     }
 
@@ -139,7 +139,7 @@ fn one(
         } else {
             let kinds = |outputs: &[Output]| decisions(outputs).iter().map(kind_of).collect::<Vec<_>>().join(", ");
             *replayed.otherwise.entry((kinds(&entry.outputs), kinds(&now))).or_default() += 1;
-            let (at, input) = (clock.when(entry.now), replayed.inputs);
+            let (at, input) = (clock.true_time(entry.now), replayed.inputs);
             replayed.parted.get_or_insert_with(|| Parted { at, input, then: entry.outputs.clone(), now });
             if same == Same::Bytes {
                 break;

@@ -11,7 +11,7 @@ use wire::core::{Input, Side};
 use super::guard::UNKNOWN_PEER;
 use super::net::{self, Arrival, SessionState, Spoken};
 use super::queue::Micros;
-use super::stopwatch::Stage;
+use super::stopwatch::WorkStage;
 use super::{Happening, Twin};
 
 /// First and longest pause of a dialler between attempts: the live dialler's own.
@@ -40,39 +40,39 @@ pub(super) struct Due {
 enum What {
     /// A flight that was not answered.
     Repeat(u8),
-    /// The end of its patience with a handshake.
+    /// Timeout of a handshake.
     GiveUp,
-    /// The end of its patience with a silent session.
+    /// Timeout of a silent session.
     Idle,
     /// Its core ended the session.
     HangUp,
 }
 
 impl Twin {
-    pub(super) fn send(&mut self, association: usize, from: usize, at: Micros, plain: &[u8]) {
-        self.enter(Stage::Links);
+    pub(super) fn send(&mut self, association: usize, from: usize, time: Micros, plain: &[u8]) {
+        self.enter(WorkStage::Links);
         let sealed = self.associations[association].seal(from, plain);
-        self.enter(Stage::Engine);
+        self.enter(WorkStage::Engine);
         if let Some(bytes) = sealed {
-            self.transmit(association, from, at, bytes);
+            self.transmit(association, from, time, bytes);
         }
     }
 
     /// A datagram leaves an end.
-    fn transmit(&mut self, association: usize, from: usize, at: Micros, bytes: Vec<u8>) {
+    fn transmit(&mut self, association: usize, from: usize, time: Micros, bytes: Vec<u8>) {
         let a = &self.associations[association];
         let target = a.ends[1 - from].node;
         let (source, relay) = (a.ends[from].node, a.relay);
-        let hop = self.delays.datagram(self.way(source, relay.unwrap_or(target)), at);
-        let at = self.in_order(source, relay.unwrap_or(target), at + hop);
+        let hop = self.delays.datagram(self.way(source, relay.unwrap_or(target)), time);
+        let due = self.in_order(source, relay.unwrap_or(target), time + hop);
         match relay {
             Some(relay) => {
                 let side = if from == 0 { Side::Client } else { Side::Server };
-                self.queue.push(at, relay, Happening::Input(Input::Datagram { side, bytes }));
+                self.queue.push(due, relay, Happening::Input(Input::Datagram { side, bytes }));
             }
             None => {
                 let datagram = Happening::Datagram { association: association as u8, end: 1 - from as u8, bytes };
-                self.queue.push(at, target, datagram);
+                self.queue.push(due, target, datagram);
             }
         }
     }
@@ -87,11 +87,11 @@ impl Twin {
         if let Some(guard) = &mut self.guards[usize::from(target)] {
             guard.datagrams += 1;
         }
-        self.enter(Stage::Links);
+        self.enter(WorkStage::Links);
         let come = self.associations[a].arrive(e, bytes, self.now);
         let number = come.session.map_or(UNKNOWN_PEER, |session| session.0);
         for seen in come.seen {
-            self.enter(Stage::Links);
+            self.enter(WorkStage::Links);
             let verdict = match &seen.arrival {
                 Arrival::Refused(verdict) => *verdict,
                 Arrival::Delivered(_) | Arrival::Discarded | Arrival::Handshake | Arrival::Ended => {
@@ -107,7 +107,7 @@ impl Twin {
                     Arrival::Handshake | Arrival::Ended => guard.handshake += 1,
                 }
             }
-            self.enter(Stage::Engine);
+            self.enter(WorkStage::Engine);
             match (seen.arrival, come.session) {
                 (Arrival::Delivered(bytes), Some(session)) => self.feed(target, Input::Record { session, bytes }),
                 (Arrival::Ended, _) => self.ended(a, e),
@@ -121,27 +121,27 @@ impl Twin {
         if come.opened {
             self.opened(a, e);
         }
-        self.enter(Stage::Engine);
+        self.enter(WorkStage::Engine);
     }
 
     /// An end sends a flight, and waits for its answer where it has to come.
     fn say(&mut self, a: usize, e: usize, spoken: Spoken) {
         let Spoken { number, flight, bytes } = spoken;
         let node = self.associations[a].ends[e].node;
-        let at = self.now + self.delays.flight(self.way(node, node), self.now);
-        self.transmit(a, e, at, bytes);
-        // Of the due times of repeats the first is the one that counts.
+        let due = self.now + self.delays.flight(self.way(node, node), self.now);
+        self.transmit(a, e, due, bytes);
+        // The first of the due times of repeats is the one that counts.
         if flight <= 1 {
             self.due(a, e, number, self.now + HANDSHAKE_LIMIT, What::GiveUp);
         }
         if REPEATED.contains(&flight) {
-            self.due(a, e, number, at + FLIGHT_INTERVAL, What::Repeat(flight));
+            self.due(a, e, number, due + FLIGHT_INTERVAL, What::Repeat(flight));
         }
     }
 
-    fn due(&mut self, a: usize, e: usize, number: u32, at: Micros, what: What) {
+    fn due(&mut self, a: usize, e: usize, number: u32, time: Micros, what: What) {
         let due = Due { association: a as u8, end: e as u8, number, what };
-        self.queue.push(at, self.associations[a].ends[e].node, Happening::Due(due));
+        self.queue.push(time, self.associations[a].ends[e].node, Happening::Due(due));
     }
 
     /// An event that was due for an end comes, if it still is.
@@ -153,7 +153,7 @@ impl Twin {
         }
         match due.what {
             What::Repeat(flight) => {
-                if let Some(spoken) = association.again(e, number, flight) {
+                if let Some(spoken) = association.repeat_flight(e, number, flight) {
                     self.say(a, e, spoken);
                 }
             }
@@ -168,9 +168,9 @@ impl Twin {
     }
 
     /// The core at `e` has ended its session.
-    pub(super) fn close(&mut self, a: usize, e: usize, at: Micros) {
+    pub(super) fn close(&mut self, a: usize, e: usize, time: Micros) {
         if let SessionState::Open(number) = self.associations[a].state(e) {
-            self.due(a, e, number, at, What::HangUp);
+            self.due(a, e, number, time, What::HangUp);
         }
     }
 
@@ -223,8 +223,8 @@ impl Twin {
         let verdict = before_association(bytes).told();
         if verdict == GuardVerdict::Passed {
             guard.half_open = self.now + HANDSHAKE_LIMIT;
-            let over = Happening::Unfinished { bytes: bytes.to_vec() };
-            self.queue.push(self.now + HANDSHAKE_LIMIT, target, over);
+            let happening = Happening::Unfinished { bytes: bytes.to_vec() };
+            self.queue.push(self.now + HANDSHAKE_LIMIT, target, happening);
         }
         self.count_unknown_peer(target, bytes, verdict);
     }

@@ -1,11 +1,11 @@
-//! Time spent by a twin, by stage. It is told when another stage begins; the clock is its owner's
+//! Time spent by a twin, by stage. It is reported when another stage begins; the clock is its owner's
 //! choice, and without a watcher there is none. The cores know no such clock.
 
 use super::part::Part;
 
 /// Stage that a twin can be busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub enum WorkStage {
     /// Casting and assembling a trial.
     Setup,
     /// World, plant, sensors and ground truth.
@@ -34,54 +34,54 @@ pub enum Stage {
     Judging,
 }
 
-impl Stage {
+impl WorkStage {
     /// Every stage, in the order of a table.
-    pub const ALL: [Stage; 13] = [
-        Stage::Setup,
-        Stage::Sim,
-        Stage::Perception,
-        Stage::Autonomy,
-        Stage::Gateway,
-        Stage::Console,
-        Stage::Recorder,
-        Stage::Adversary,
-        Stage::Broker,
-        Stage::Links,
-        Stage::Guest,
-        Stage::Engine,
-        Stage::Judging,
+    pub const ALL: [WorkStage; 13] = [
+        WorkStage::Setup,
+        WorkStage::Sim,
+        WorkStage::Perception,
+        WorkStage::Autonomy,
+        WorkStage::Gateway,
+        WorkStage::Console,
+        WorkStage::Recorder,
+        WorkStage::Adversary,
+        WorkStage::Broker,
+        WorkStage::Links,
+        WorkStage::Guest,
+        WorkStage::Engine,
+        WorkStage::Judging,
     ];
 
     /// The stage that a core's work belongs to.
-    pub fn of(part: &Part) -> Stage {
+    pub fn from_part(part: &Part) -> WorkStage {
         match part {
-            Part::Sim(_) => Stage::Sim,
-            Part::Perception { .. } => Stage::Perception,
-            Part::Autonomy(_) => Stage::Autonomy,
-            Part::Gateway(_) => Stage::Gateway,
-            Part::Console(_) => Stage::Console,
-            Part::Recorder(_) => Stage::Recorder,
-            Part::Adversary(_) => Stage::Adversary,
-            Part::Following(along) => Stage::of(along.like()),
+            Part::Sim(_) => WorkStage::Sim,
+            Part::Perception { .. } => WorkStage::Perception,
+            Part::Autonomy(_) => WorkStage::Autonomy,
+            Part::Gateway(_) => WorkStage::Gateway,
+            Part::Console(_) => WorkStage::Console,
+            Part::Recorder(_) => WorkStage::Recorder,
+            Part::Adversary(_) => WorkStage::Adversary,
+            Part::Following(along) => WorkStage::from_part(along.like()),
         }
     }
 
     /// Its name in tables and JSON.
     pub fn name(self) -> &'static str {
         match self {
-            Stage::Setup => "setup",
-            Stage::Sim => "sim",
-            Stage::Perception => "perception",
-            Stage::Autonomy => "autonomy",
-            Stage::Gateway => "gateway",
-            Stage::Console => "console",
-            Stage::Recorder => "recorder",
-            Stage::Adversary => "adversary",
-            Stage::Broker => "broker",
-            Stage::Links => "links",
-            Stage::Guest => "guest",
-            Stage::Engine => "engine",
-            Stage::Judging => "judging",
+            WorkStage::Setup => "setup",
+            WorkStage::Sim => "sim",
+            WorkStage::Perception => "perception",
+            WorkStage::Autonomy => "autonomy",
+            WorkStage::Gateway => "gateway",
+            WorkStage::Console => "console",
+            WorkStage::Recorder => "recorder",
+            WorkStage::Adversary => "adversary",
+            WorkStage::Broker => "broker",
+            WorkStage::Links => "links",
+            WorkStage::Guest => "guest",
+            WorkStage::Engine => "engine",
+            WorkStage::Judging => "judging",
         }
     }
 }
@@ -91,19 +91,19 @@ impl Stage {
 pub struct Stopwatch {
     clock: fn() -> u64,
     since: u64,
-    stage: Stage,
-    spent: [u64; Stage::ALL.len()],
+    stage: WorkStage,
+    spent: [u64; WorkStage::ALL.len()],
     laps: u64,
 }
 
 impl Stopwatch {
     /// Starts in `stage`, on a clock of the caller's in nanoseconds.
-    pub fn start(clock: fn() -> u64, stage: Stage) -> Self {
-        Self { clock, since: clock(), stage, spent: [0; Stage::ALL.len()], laps: 0 }
+    pub fn start(clock: fn() -> u64, stage: WorkStage) -> Self {
+        Self { clock, since: clock(), stage, spent: [0; WorkStage::ALL.len()], laps: 0 }
     }
 
-    /// From now on the time is `stage`'s.
-    pub fn enter(&mut self, stage: Stage) {
+    /// Counts time as `stage`'s.
+    pub fn enter(&mut self, stage: WorkStage) {
         if stage != self.stage {
             let now = (self.clock)();
             self.spent[self.stage as usize] += now.saturating_sub(self.since);
@@ -113,7 +113,7 @@ impl Stopwatch {
     }
 
     /// Nanoseconds of `stage` up to the last change.
-    pub fn spent(&self, stage: Stage) -> u64 {
+    pub fn spent(&self, stage: WorkStage) -> u64 {
         self.spent[stage as usize]
     }
 
@@ -137,14 +137,14 @@ mod tests {
     /// Every stage has its place.
     #[test]
     fn time_belongs_to_the_last_entered_stage() {
-        let mut watch = Stopwatch::start(clock, Stage::Setup);
-        watch.enter(Stage::Sim);
-        watch.enter(Stage::Sim);
-        watch.enter(Stage::Engine);
-        watch.enter(Stage::Sim);
-        watch.enter(Stage::Engine);
-        let spent = [Stage::Setup, Stage::Sim, Stage::Engine].map(|s| watch.spent(s));
+        let mut watch = Stopwatch::start(clock, WorkStage::Setup);
+        watch.enter(WorkStage::Sim);
+        watch.enter(WorkStage::Sim);
+        watch.enter(WorkStage::Engine);
+        watch.enter(WorkStage::Sim);
+        watch.enter(WorkStage::Engine);
+        let spent = [WorkStage::Setup, WorkStage::Sim, WorkStage::Engine].map(|s| watch.spent(s));
         assert_eq!((spent, watch.laps()), ([10, 20, 10], 4));
-        assert!(Stage::ALL.iter().enumerate().all(|(i, stage)| *stage as usize == i));
+        assert!(WorkStage::ALL.iter().enumerate().all(|(i, stage)| *stage as usize == i));
     }
 }

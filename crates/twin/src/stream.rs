@@ -4,14 +4,14 @@
 //! takes whole records, authenticated under keys that follow from both hellos as that end saw them: one changed bit,
 //! in a hello or later, and the end that finds it refuses the stream and hangs up. An ended connection takes with it
 //! the bytes under way; the client dials again after the pauses of the live client and a session starts clean. An attacker
-//! without a key can hold, cut and damage: the adversary's stream relay, the same core as live, stands in between.
+//! without a key can hold, cut and damage: the adversary's stream relay, the same core as live, is in between.
 //!
 //! Left out, each with a live row: the certificates (both ends are who they are), TCP's windows and retransmission, the
 //! broker's own limit on silence (7.5 s) and its bounded queues.
 
 use std::collections::VecDeque;
 
-use instrument::Place;
+use instrument::StreamPlace;
 use wire::codec;
 use wire::core::{Input, Side, Subject};
 use wire::id::SessionId;
@@ -62,7 +62,7 @@ struct End {
     sent: u64,
     got: u64,
     buffer: Vec<u8>,
-    place: Place,
+    place: StreamPlace,
 }
 
 /// The connection of one client to the broker, and the state that outlives it.
@@ -123,7 +123,7 @@ impl Stream {
     }
 
     /// Name of the direction towards `side`, and how many of its bytes have arrived.
-    pub fn place(&self, side: Side) -> &Place {
+    pub fn place(&self, side: Side) -> &StreamPlace {
         &self.ends[side as usize].place
     }
 
@@ -221,7 +221,7 @@ impl Stream {
             return self.greeted(side, body);
         }
         let end = &mut self.ends[side as usize];
-        let key = end.keys?[side.other() as usize];
+        let key = end.keys?[side.opposite() as usize];
         let (sealed, tagged) = body.split_at_checked(body.len().checked_sub(TAG)?)?;
         end.got += 1;
         if tag(&key, end.got, sealed) != *tagged {
@@ -265,8 +265,8 @@ impl Stream {
         }
         let end = &mut self.ends[side as usize];
         end.hellos[1] = body;
-        let [own, other] = &end.hellos;
-        let (client, server) = if side == Side::Client { (own, other) } else { (other, own) };
+        let [own_bytes, other] = &end.hellos;
+        let (client, server) = if side == Side::Client { (own_bytes, other) } else { (other, own_bytes) };
         let key = |from: u8| {
             let mut key = blake3::Hasher::new_keyed(&self.secret);
             key.update(client).update(server).update(&[from]);
@@ -316,7 +316,7 @@ mod tests {
         while let Some(effect) = under_way.pop_front() {
             if let Effect::Write(side, mut bytes) = effect {
                 change(&mut bytes);
-                under_way.extend(stream.arrive(side.other(), &bytes));
+                under_way.extend(stream.arrive(side.opposite(), &bytes));
             } else {
                 rest.push(effect);
             }

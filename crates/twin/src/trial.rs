@@ -7,8 +7,8 @@ use super::assemble::assemble;
 use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
 use super::queue::Micros;
-use super::stopwatch::{Stage, Stopwatch};
-use super::verified::Asked;
+use super::stopwatch::{Stopwatch, WorkStage};
+use super::verified::SignatureCounts;
 use crate::tamper::tamper;
 use evidence::Evidence;
 use evidence::log::Logged;
@@ -37,7 +37,7 @@ pub struct Run {
     /// Verdict of the oracle.
     pub verdict: Verdict,
     /// Number of signatures that cores asked about, and of those verified.
-    pub signatures: Asked,
+    pub signatures: SignatureCounts,
     /// The stopwatch of a twin that was watched, still in its last stage.
     pub stopwatch: Option<Stopwatch>,
 }
@@ -83,7 +83,7 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
     let cut_short = twin.cut_short();
     let (mut log, mut stopwatch) = twin.into_log();
     if let Some(stopwatch) = &mut stopwatch {
-        stopwatch.enter(Stage::Judging);
+        stopwatch.enter(WorkStage::Judging);
     }
     let held = Held { heads: heads(&log), cut_short, ..topology.held(None) };
     if let Some(hands) = topology.hands() {

@@ -21,7 +21,7 @@ pub struct Verified(Arc<Known>);
 
 /// Number of signatures that cores made, of those asked about, and of those that then had to be verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Asked {
+pub struct SignatureCounts {
     /// Signatures made.
     pub made: u64,
     /// Questions.
@@ -39,7 +39,7 @@ struct Memory {
     good: VecDeque<Good>,
     /// Keys that were decompressed, at most [`NODES`].
     keys: Vec<PublicKey>,
-    counts: Asked,
+    counts: SignatureCounts,
 }
 
 /// A signature that is good.
@@ -51,10 +51,10 @@ struct Good {
 }
 
 impl Verified {
-    /// A memory of its own with the same knowledge; it has not been asked yet.
+    /// Its own memory with the same knowledge; it has not been asked yet.
     #[must_use]
-    pub fn apart(&self) -> Verified {
-        let memory = self.0.with(|memory| Memory { counts: Asked::default(), ..memory.clone() });
+    pub fn detached(&self) -> Verified {
+        let memory = self.0.with_memory(|memory| Memory { counts: SignatureCounts::default(), ..memory.clone() });
         Verified(Arc::new(Known(Mutex::new(memory))))
     }
 
@@ -64,13 +64,13 @@ impl Verified {
     }
 
     /// Counts of its use.
-    pub fn counts(&self) -> Asked {
-        self.0.with(|memory| memory.counts)
+    pub fn counts(&self) -> SignatureCounts {
+        self.0.with_memory(|memory| memory.counts)
     }
 }
 
 impl Known {
-    fn with<T>(&self, f: impl FnOnce(&mut Memory) -> T) -> T {
+    fn with_memory<T>(&self, f: impl FnOnce(&mut Memory) -> T) -> T {
         f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -78,14 +78,14 @@ impl Known {
 impl Verifier for Known {
     fn made(&self, key: &[u8; 32], message: &[u8], signature: &[u8; 64]) {
         let good = Good::new(key, message, signature);
-        self.with(|memory| {
+        self.with_memory(|memory| {
             memory.counts.made += 1;
             memory.keep(good);
         });
     }
 
     fn key(&self, public: &[u8; 32]) -> Option<PublicKey> {
-        self.with(|memory| {
+        self.with_memory(|memory| {
             let known = memory.keys.iter().find(|key| key.as_bytes() == public).copied();
             known.or_else(|| {
                 let key = PublicKey::from_bytes(public)?;
@@ -99,26 +99,26 @@ impl Verifier for Known {
     }
 
     fn verify(&self, key: &PublicKey, message: &[u8], signature: &[u8; 64]) -> bool {
-        let asked = Good::new(key.as_bytes(), message, signature);
-        if self.with(|memory| memory.knows(&asked)) {
+        let requested = Good::new(key.as_bytes(), message, signature);
+        if self.with_memory(|memory| memory.knows(&requested)) {
             return true;
         }
         let good = key.verifies(message, signature);
-        self.with(|memory| memory.verified(asked, good));
+        self.with_memory(|memory| memory.verified(requested, good));
         good
     }
 }
 
 impl Memory {
-    fn knows(&mut self, asked: &Good) -> bool {
+    fn knows(&mut self, requested: &Good) -> bool {
         self.counts.asked += 1;
-        self.good.iter().rev().any(|good| good == asked)
+        self.good.iter().rev().any(|good| good == requested)
     }
 
-    fn verified(&mut self, asked: Good, good: bool) {
+    fn verified(&mut self, requested: Good, good: bool) {
         self.counts.verified += 1;
         if good {
-            self.keep(asked);
+            self.keep(requested);
         }
     }
 
@@ -166,10 +166,10 @@ mod tests {
         let ring = ring(&verified, 7);
         let bytes = Key::from_bytes(&[7; 32]).told_to(verified.shared()).sign(Purpose::Report, b"state");
         assert_eq!(verify(&ring, Purpose::Report, &bytes), Ok(()));
-        assert_eq!(verified.counts(), Asked { made: 1, asked: 1, verified: 0 });
-        let mut alone = Keyring::default();
-        assert!(alone.insert(A, &Key::from_bytes(&[7; 32]).public()));
-        assert_eq!(verify(&alone, Purpose::Report, &bytes), Ok(()), "and is good");
+        assert_eq!(verified.counts(), SignatureCounts { made: 1, asked: 1, verified: 0 });
+        let mut single_keyring = Keyring::default();
+        assert!(single_keyring.insert(A, &Key::from_bytes(&[7; 32]).public()));
+        assert_eq!(verify(&single_keyring, Purpose::Report, &bytes), Ok(()), "and is good");
         for bit in 0..bytes.len() * 8 {
             let mut bad = bytes.clone();
             bad[bit / 8] ^= 1 << (bit % 8);
@@ -183,11 +183,11 @@ mod tests {
         let verified = Verified::default();
         let (gateway, console) = (ring(&verified, 7), ring(&verified, 7));
         let bytes = signed(b"state");
-        assert_eq!(verified.counts(), Asked::default());
+        assert_eq!(verified.counts(), SignatureCounts::default());
         assert_eq!(verify(&gateway, Purpose::Report, &bytes), Ok(()));
-        assert_eq!(verified.counts(), Asked { made: 0, asked: 1, verified: 1 });
+        assert_eq!(verified.counts(), SignatureCounts { made: 0, asked: 1, verified: 1 });
         assert_eq!(verify(&console, Purpose::Report, &bytes), Ok(()));
-        assert_eq!(verified.counts(), Asked { made: 0, asked: 2, verified: 1 });
+        assert_eq!(verified.counts(), SignatureCounts { made: 0, asked: 2, verified: 1 });
     }
 
     /// No other bit, purpose or key is vouched for.
@@ -207,7 +207,7 @@ mod tests {
         assert_eq!(verify(&ring(&verified, 8), Purpose::Report, &bytes), refused);
     }
 
-    /// It is verified anew each time.
+    /// It is verified again each time.
     #[test]
     fn bad_signature_is_refused_every_time() {
         let verified = Verified::default();
@@ -217,7 +217,7 @@ mod tests {
         bad[last] ^= 1;
         for n in 1..=3 {
             assert_eq!(verify(&ring, Purpose::Report, &bad), Err(Refusal::Signature { signer: A }));
-            assert_eq!(verified.counts(), Asked { made: 0, asked: n, verified: n });
+            assert_eq!(verified.counts(), SignatureCounts { made: 0, asked: n, verified: n });
         }
     }
 

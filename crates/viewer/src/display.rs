@@ -14,7 +14,7 @@ use crate::shape::{STRAIGHT, caution, grey, heading, metres, of_class, pose, vec
 use crate::stage::{BODY, WORLD, entity, words};
 use crate::{Message, Micros, ViewError, encoded, stamp};
 
-/// So long an entity is drawn that is not told again, milliseconds: five pictures.
+/// So long an entity is drawn that is not reported again, milliseconds: five pictures.
 pub const LASTS_MS: u32 = 1_000;
 /// The longest picture that is read, bytes.
 pub const LONGEST: usize = 1 << 20;
@@ -49,11 +49,11 @@ pub(crate) struct Aged<T> {
 
 /// The parts of a picture that `T` names, for the messages of `topic`; refused beyond [`LONGEST`].
 pub(crate) fn read<'a, T: Deserialize<'a>>(topic: &str, picture: &'a str) -> Result<T, ViewError> {
-    let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
+    let reason = |why: String| ViewError::Message { topic: topic.to_owned(), why };
     if picture.len() > LONGEST {
-        return Err(why(format!("a picture of at most {LONGEST} bytes expected, got {}", picture.len())));
+        return Err(reason(format!("a picture of at most {LONGEST} bytes expected, got {}", picture.len())));
     }
-    serde_json::from_str(picture).map_err(|e| why(e.to_string()))
+    serde_json::from_str(picture).map_err(|e| reason(e.to_string()))
 }
 
 #[derive(Deserialize)]
@@ -87,21 +87,21 @@ struct Alarm {
 /// Looks at one console.
 #[derive(Debug, Default)]
 pub struct Onlooker {
-    /// Alarms that stood in the picture before: each is told when it is new.
+    /// Alarms that were in the picture before: each is reported when it is new.
     stood: Vec<String>,
 }
 
 impl Onlooker {
-    /// The messages of a picture that is shown at `at`, microseconds of any clock that the viewer is to go by.
+    /// The messages of a picture that is shown at `time`, microseconds of any clock that the viewer is to use.
     ///
     /// # Errors
     /// When it is no picture, or longer than [`LONGEST`].
-    pub fn look(&mut self, at: Micros, picture: &str) -> Result<Vec<Message>, ViewError> {
+    pub fn look(&mut self, time: Micros, picture: &str) -> Result<Vec<Message>, ViewError> {
         let read: Picture = read("/display", picture)?;
         let mut entities = Vec::new();
         for unit in &read.units {
-            entities.push(body(at, unit));
-            entities.extend(unit.tracks.iter().map(|of| track(at, &unit.unit, of, read.max_speed_mm_s)));
+            entities.push(body(time, unit));
+            entities.extend(unit.tracks.iter().map(|aged| track(time, &unit.unit, aged, read.max_speed_mm_s)));
         }
         let mut messages = vec![
             Message {
@@ -116,39 +116,44 @@ impl Onlooker {
         let standing: Vec<&Alarm> = read.alarms.iter().filter(|alarm| alarm.standing).collect();
         for alarm in standing.iter().filter(|alarm| !self.stood.contains(&alarm.says)) {
             let level = if alarm.priority == "HIGH" { log::Level::Error } else { log::Level::Warning };
-            messages.push(said(at, level, format!("{} {}", alarm.priority, alarm.says))?);
+            messages.push(log_message(time, level, format!("{} {}", alarm.priority, alarm.says))?);
         }
         self.stood = standing.iter().map(|alarm| alarm.says.clone()).collect();
         Ok(messages)
     }
 }
 
-/// That the console has given no picture for so many seconds.
+/// That the console has given no picture for a given number of seconds.
 ///
 /// # Errors
 /// When that cannot be encoded.
-pub fn silent(at: Micros, seconds: u64) -> Result<Message, ViewError> {
-    said(at, log::Level::Error, format!("NOT CURRENT: the console has said nothing more for {seconds} s"))
+pub fn silent(time: Micros, seconds: u64) -> Result<Message, ViewError> {
+    log_message(time, log::Level::Error, format!("NOT CURRENT: the console has said nothing more for {seconds} s"))
 }
 
-fn said(at: Micros, level: log::Level, message: String) -> Result<Message, ViewError> {
-    let line =
-        Log { timestamp: Some(stamp(at)), level: level as i32, message, name: "console".to_owned(), ..Log::default() };
+fn log_message(time: Micros, level: log::Level, message: String) -> Result<Message, ViewError> {
+    let line = Log {
+        timestamp: Some(stamp(time)),
+        level: level as i32,
+        message,
+        name: "console".to_owned(),
+        ..Log::default()
+    };
     encoded("/display/log", &line)
 }
 
 /// Age of a value, in words.
-fn age<T>(of: &Aged<T>) -> String {
-    let age = of.age_ms.map_or("of unknown age".to_owned(), |ms| format!("{:.2} s", ms as f64 / 1e3));
-    format!("{} {age}", of.freshness)
+fn age<T>(aged: &Aged<T>) -> String {
+    let age = aged.age_ms.map_or("of unknown age".to_owned(), |ms| format!("{:.2} s", ms as f64 / 1e3));
+    format!("{} {age}", aged.freshness)
 }
 
-fn passing(at: Micros, id: &str) -> SceneEntity {
+fn passing(time: Micros, id: &str) -> SceneEntity {
     let lifetime = Some(Duration::new((LASTS_MS / 1_000) as i32, LASTS_MS % 1_000 * 1_000_000));
-    SceneEntity { lifetime, ..entity(at, WORLD, id) }
+    SceneEntity { lifetime, ..entity(time, WORLD, id) }
 }
 
-fn body(at: Micros, unit: &Unit) -> SceneEntity {
+fn body(time: Micros, unit: &Unit) -> SceneEntity {
     let [length, width, height] = BODY;
     let (x, y) = (metres(unit.place.value.x_mm), metres(unit.place.value.y_mm));
     let fresh = unit.place.freshness == "fresh";
@@ -159,11 +164,11 @@ fn body(at: Micros, unit: &Unit) -> SceneEntity {
     };
     let was = if unit.state.freshness == "fresh" { "" } else { "was " };
     let text = format!("{} {was}{} {}", unit.unit, unit.state.value.mode, age(&unit.state));
-    SceneEntity { cubes: vec![cube], texts: vec![words(text, [x, y, height + 0.6])], ..passing(at, &unit.unit) }
+    SceneEntity { cubes: vec![cube], texts: vec![words(text, [x, y, height + 0.6])], ..passing(time, &unit.unit) }
 }
 
 /// A sphere in which it may be by now.
-fn track(at: Micros, unit: &str, of: &Aged<Track>, max_speed_mm_s: u32) -> SceneEntity {
+fn track(time: Micros, unit: &str, of: &Aged<Track>, max_speed_mm_s: u32) -> SceneEntity {
     let track = &of.value;
     let (x, y) = (metres(track.x_mm), metres(track.y_mm));
     let aged = of.age_ms.map_or(WIDEST, |ms| ms as f64 / 1e3 * f64::from(max_speed_mm_s) / 1e3);
@@ -177,7 +182,7 @@ fn track(at: Micros, unit: &str, of: &Aged<Track>, max_speed_mm_s: u32) -> Scene
     };
     let text = format!("{} {} {} %, {}", track.id, track.class, track.confidence_permille / 10, age(of));
     let id = format!("{unit}-track-{}", track.id);
-    SceneEntity { spheres: vec![sphere], texts: vec![words(text, [x, y, 1.6])], ..passing(at, &id) }
+    SceneEntity { spheres: vec![sphere], texts: vec![words(text, [x, y, 1.6])], ..passing(time, &id) }
 }
 
 #[cfg(test)]
@@ -195,18 +200,19 @@ mod tests {
             {"priority":"LOW","says":"over","standing":false}]}"#;
 
     fn scene(messages: &[Message]) -> SceneUpdate {
-        let of = messages.iter().find(|of| of.topic == "/display/scene").unwrap();
-        SceneUpdate::decode(of.bytes.as_slice()).unwrap()
+        let message = messages.iter().find(|message| message.topic == "/display/scene").unwrap();
+        SceneUpdate::decode(message.bytes.as_slice()).unwrap()
     }
 
     #[test]
     fn every_element_has_age_and_expires() {
         let messages = Onlooker::default().look(5_000_000, SHOWN).unwrap();
         let scene = scene(&messages);
-        let texts: Vec<&str> = scene.entities.iter().flat_map(|of| &of.texts).map(|text| text.text.as_str()).collect();
+        let texts: Vec<&str> =
+            scene.entities.iter().flat_map(|entity| &entity.texts).map(|text| text.text.as_str()).collect();
         assert_eq!(texts, ["unit-a was READY STALE 0.70 s", "7 vehicle 93 %, LOST of unknown age"]);
         assert!(scene.entities.iter().all(|of| of.lifetime == Some(Duration::new(1, 0))));
-        // Whoever may be anywhere is drawn as wide as anything is.
+        // A thing that may be anywhere is drawn as wide as anything is.
         let sphere = scene.entities[1].spheres[0].size.unwrap();
         assert!((sphere.x - 2.0 * WIDEST).abs() < 1e-9);
     }
@@ -214,12 +220,12 @@ mod tests {
     #[test]
     fn standing_alarm_is_logged_once_per_occurrence() {
         let mut onlooker = Onlooker::default();
-        let mut told = |picture: &str| {
+        let mut write = |picture: &str| {
             let messages = onlooker.look(0, picture).unwrap();
-            messages.iter().filter(|of| of.topic == "/display/log").count()
+            messages.iter().filter(|message| message.topic == "/display/log").count()
         };
         let calm = SHOWN.replace("\"standing\":true", "\"standing\":false");
-        assert_eq!([told(SHOWN), told(SHOWN), told(&calm), told(SHOWN)], [1, 0, 0, 1]);
+        assert_eq!([write(SHOWN), write(SHOWN), write(&calm), write(SHOWN)], [1, 0, 0, 1]);
     }
 
     #[test]

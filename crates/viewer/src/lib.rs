@@ -4,7 +4,7 @@
 //! images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: no part of it is chained or
 //! signed, and `holdsafe inspect verify` never reads it. The same run gives the same bytes. The source of the run is the caller's business.
 //!
-//! Times are those of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
+//! Times are times of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
 //! `camera` (optical: x right, y down, z ahead) and its `lidar`.
 
 pub mod display;
@@ -79,7 +79,7 @@ pub struct Viewer<W: Write + Seek> {
 
 impl<W: Write + Seek> Viewer<W> {
     /// A file in `out`, of a run in `scene`; without a scene it lacks the ground and the sizes of objects. Detections in a frame do not
-    /// pass between services: `stages`, if they are those of the run, compute the same ones again.
+    /// pass between services: `stages`, if they belong to the run, compute the same ones again.
     ///
     /// # Errors
     ///
@@ -97,14 +97,16 @@ impl<W: Write + Seek> Viewer<W> {
     /// # Errors
     ///
     /// When the file cannot be extended.
-    pub fn event(&mut self, at: Micros, entry: &Entry) -> Result<(), ViewError> {
-        self.told(at, entry)?;
+    pub fn event(&mut self, time: Micros, entry: &Entry) -> Result<(), ViewError> {
+        self.write_entry(time, entry)?;
         #[expect(clippy::wildcard_enum_match_arm, reason = "the rest moves nothing")]
         match entry.event {
             Any::Instrument(Note::Truth { unit, x_mm, y_mm, yaw_mrad, .. }) => {
-                self.moved(at, unit, [x_mm, y_mm], yaw_mrad)
+                self.moved(time, unit, [x_mm, y_mm], yaw_mrad)
             }
-            Any::Instrument(Note::Object { object, class, x_mm, y_mm }) => self.object(at, object, class, [x_mm, y_mm]),
+            Any::Instrument(Note::Object { object, class, x_mm, y_mm }) => {
+                self.object(time, object, class, [x_mm, y_mm])
+            }
             _ => Ok(()),
         }
     }
@@ -125,25 +127,25 @@ impl<W: Write + Seek> Viewer<W> {
     }
 
     /// One of Foxglove's messages.
-    fn put<T: Encode>(&mut self, at: Micros, topic: &str, message: &T) -> Result<(), ViewError> {
+    fn put<T: Encode>(&mut self, time: Micros, topic: &str, message: &T) -> Result<(), ViewError> {
         let Message { encoding, schema: [name, language], definition, bytes, .. } = encoded(topic, message)?;
-        self.write(at, topic, &encoding, [&name, &language], &definition, &bytes)
+        self.write(time, topic, &encoding, [&name, &language], &definition, &bytes)
     }
 
     /// One of our own.
     fn put_json(
         &mut self,
-        at: Micros,
+        time: Micros,
         topic: &str,
         [name, schema]: [&str; 2],
-        of: &serde_json::Value,
+        value: &serde_json::Value,
     ) -> Result<(), ViewError> {
-        self.write(at, topic, "json", [name, "jsonschema"], schema.as_bytes(), of.to_string().as_bytes())
+        self.write(time, topic, "json", [name, "jsonschema"], schema.as_bytes(), value.to_string().as_bytes())
     }
 
     fn write(
         &mut self,
-        at: Micros,
+        moment: Micros,
         topic: &str,
         encoding: &str,
         [name, schema_encoding]: [&str; 2],
@@ -157,7 +159,7 @@ impl<W: Write + Seek> Viewer<W> {
             self.channels.insert(topic.to_owned(), channel);
         }
         let Some(channel) = self.channels.get_mut(topic) else { return Ok(()) };
-        let time = at.saturating_mul(1_000);
+        let time = moment.saturating_mul(1_000);
         let header =
             MessageHeader { channel_id: channel.id, sequence: channel.messages, log_time: time, publish_time: time };
         channel.messages = channel.messages.saturating_add(1);
@@ -182,10 +184,10 @@ pub struct Message {
 
 /// One of Foxglove's messages, encoded.
 fn encoded<T: Encode>(topic: &str, message: &T) -> Result<Message, ViewError> {
-    let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
+    let reason = |why: String| ViewError::Message { topic: topic.to_owned(), why };
     let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(256));
-    message.encode(&mut bytes).map_err(|e| why(e.to_string()))?;
-    let schema = T::get_schema().ok_or_else(|| why("it has no schema".to_owned()))?;
+    message.encode(&mut bytes).map_err(|e| reason(e.to_string()))?;
+    let schema = T::get_schema().ok_or_else(|| reason("it has no schema".to_owned()))?;
     let encoding = T::get_message_encoding();
     Ok(Message {
         topic: topic.to_owned(),
@@ -196,6 +198,6 @@ fn encoded<T: Encode>(topic: &str, message: &T) -> Result<Message, ViewError> {
     })
 }
 
-fn stamp(at: Micros) -> Timestamp {
-    Timestamp::new(u32::try_from(at / 1_000_000).unwrap_or(u32::MAX), (at % 1_000_000) as u32 * 1_000)
+fn stamp(time: Micros) -> Timestamp {
+    Timestamp::new(u32::try_from(time / 1_000_000).unwrap_or(u32::MAX), (time % 1_000_000) as u32 * 1_000)
 }

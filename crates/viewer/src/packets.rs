@@ -20,11 +20,11 @@ use wire::mode::Guard;
 use crate::display::{self, Aged};
 use crate::{Micros, ViewError};
 
-/// Application process of the console's own packet; those of units follow it, by the unit's number.
+/// Application process of the console's own packet; packets of units follow it, by the unit's number.
 pub const CONSOLE_APID: u16 = 0x40;
 /// Bytes of the time code, its field of identity included.
 pub const TIME: usize = 7;
-/// In place of a time or an age that is unknown or does not apply.
+/// Value in place of a time or an age that is unknown or does not apply.
 pub const NONE: u32 = u32::MAX;
 /// Microseconds of a day.
 const DAY: u64 = 86_400_000_000;
@@ -35,8 +35,8 @@ pub const HOLDS: [&str; 3] = ["NO", "YES", "NOT_TOLD"];
 
 /// Encoding of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Unsigned, of so many bits.
+pub enum FieldEncoding {
+    /// Unsigned, of a given number of bits.
     Unsigned(u8),
     /// Two's complement, 32 bits.
     Signed,
@@ -52,14 +52,14 @@ pub struct Field {
     /// Name.
     pub name: &'static str,
     /// Encoding.
-    pub kind: Kind,
+    pub kind: FieldEncoding,
     /// Unit of measurement; empty without one.
     pub unit: &'static str,
     /// Meaning.
     pub words: &'static str,
 }
 
-const fn field(name: &'static str, kind: Kind, unit: &'static str, words: &'static str) -> Field {
+const fn field(name: &'static str, kind: FieldEncoding, unit: &'static str, words: &'static str) -> Field {
     Field { name, kind, unit, words }
 }
 
@@ -68,41 +68,41 @@ const MODES: [&str; 5] = ["IDLE", "READY", "PREPARE_TO_ACT", "DEGRADED", "HOLD_S
 
 /// User data of a unit's packet.
 pub const UNIT: [Field; 22] = [
-    field("mode", Kind::Named(&MODES), "", "mode as displayed"),
-    field("freshness", Kind::Named(&FRESHNESS), "", "freshness of the unit's report"),
-    field("age", Kind::Unsigned(32), "ms", "age of the unit's report; 4294967295 is unknown"),
-    field("failing", Kind::Guards, "", "guards that fail"),
-    field("place_freshness", Kind::Named(&FRESHNESS), "", "freshness of the place"),
-    field("place_age", Kind::Unsigned(32), "ms", "age of the place; 4294967295 is unknown"),
-    field("x", Kind::Signed, "mm", "place on the map, east"),
-    field("y", Kind::Signed, "mm", "place on the map, north"),
-    field("speed", Kind::Signed, "mm/s", "speed on the map"),
-    field("progress", Kind::Unsigned(16), "permille", "progress of the route"),
-    field("authority", Kind::Named(&HOLDS), "", "authority is held"),
-    field("authority_left", Kind::Unsigned(32), "ms", "time until it expires; 4294967295 without authority"),
+    field("mode", FieldEncoding::Named(&MODES), "", "mode as displayed"),
+    field("freshness", FieldEncoding::Named(&FRESHNESS), "", "freshness of the unit's report"),
+    field("age", FieldEncoding::Unsigned(32), "ms", "age of the unit's report; 4294967295 is unknown"),
+    field("failing", FieldEncoding::Guards, "", "guards that fail"),
+    field("place_freshness", FieldEncoding::Named(&FRESHNESS), "", "freshness of the place"),
+    field("place_age", FieldEncoding::Unsigned(32), "ms", "age of the place; 4294967295 is unknown"),
+    field("x", FieldEncoding::Signed, "mm", "place on the map, east"),
+    field("y", FieldEncoding::Signed, "mm", "place on the map, north"),
+    field("speed", FieldEncoding::Signed, "mm/s", "speed on the map"),
+    field("progress", FieldEncoding::Unsigned(16), "permille", "progress of the route"),
+    field("authority", FieldEncoding::Named(&HOLDS), "", "authority is held"),
+    field("authority_left", FieldEncoding::Unsigned(32), "ms", "time until it expires; 4294967295 without authority"),
     field(
         "contact_left",
-        Kind::Unsigned(32),
+        FieldEncoding::Unsigned(32),
         "ms",
         "time to the end of the planned contact; 4294967295 without a plan",
     ),
-    field("contact_next", Kind::Unsigned(32), "ms", "time to the next one; 4294967295 without one"),
-    field("charge", Kind::Unsigned(16), "permille", "charge of the battery; 65535 is not told"),
-    field("sunlit", Kind::Named(&HOLDS), "", "the sun shines on the panels"),
-    field("up", Kind::Signed, "mm", "height above the world's origin; 2147483647 is not told"),
-    field("attitude_w", Kind::Signed, "1e-9", "attitude, body axes along the world's; 2147483647 is not told"),
-    field("attitude_x", Kind::Signed, "1e-9", "attitude"),
-    field("attitude_y", Kind::Signed, "1e-9", "attitude"),
-    field("attitude_z", Kind::Signed, "1e-9", "attitude"),
-    field("tracks_fresh", Kind::Unsigned(8), "", "tracks displayed as fresh"),
+    field("contact_next", FieldEncoding::Unsigned(32), "ms", "time to the next one; 4294967295 without one"),
+    field("charge", FieldEncoding::Unsigned(16), "permille", "charge of the battery; 65535 is not told"),
+    field("sunlit", FieldEncoding::Named(&HOLDS), "", "the sun shines on the panels"),
+    field("up", FieldEncoding::Signed, "mm", "height above the world's origin; 2147483647 is not told"),
+    field("attitude_w", FieldEncoding::Signed, "1e-9", "attitude, body axes along the world's; 2147483647 is not told"),
+    field("attitude_x", FieldEncoding::Signed, "1e-9", "attitude"),
+    field("attitude_y", FieldEncoding::Signed, "1e-9", "attitude"),
+    field("attitude_z", FieldEncoding::Signed, "1e-9", "attitude"),
+    field("tracks_fresh", FieldEncoding::Unsigned(8), "", "tracks displayed as fresh"),
 ];
 
 /// User data of the console's packet.
 pub const CONSOLE: [Field; 4] = [
-    field("alarms", Kind::Unsigned(16), "", "alarms that stand"),
-    field("refusals", Kind::Unsigned(32), "", "messages refused so far, by gateway and console"),
-    field("sessions_lost", Kind::Unsigned(32), "", "sessions at the broker lost so far"),
-    field("silent", Kind::Unsigned(8), "", "units that are awaited and not heard"),
+    field("alarms", FieldEncoding::Unsigned(16), "", "alarms that stand"),
+    field("refusals", FieldEncoding::Unsigned(32), "", "messages refused so far, by gateway and console"),
+    field("sessions_lost", FieldEncoding::Unsigned(32), "", "sessions at the broker lost so far"),
+    field("silent", FieldEncoding::Unsigned(8), "", "units that are awaited and not heard"),
 ];
 
 #[derive(Deserialize)]
@@ -183,7 +183,7 @@ impl Packets {
         let read: Picture = display::read("packets", picture)?;
         let mut bytes = self.packet(wall_us, CONSOLE_APID, &CONSOLE, &console(&read));
         for unit in &read.units {
-            let named = UnitId::all().find(|of| of.name() == unit.unit);
+            let named = UnitId::all().find(|unit_id| unit_id.name() == unit.unit);
             let number = named.ok_or_else(|| ViewError::Message {
                 topic: "packets".to_owned(),
                 why: format!("a unit expected, got {}", unit.unit),
@@ -225,12 +225,16 @@ fn time(wall_us: Micros) -> [u8; TIME] {
 }
 
 /// A value at the end of `data`, at the nearest that its field has room for.
-fn put(data: &mut Vec<u8>, kind: Kind, value: i64) {
+fn put(data: &mut Vec<u8>, kind: FieldEncoding, value: i64) {
     match kind {
-        Kind::Unsigned(8) | Kind::Named(_) => data.push(value.clamp(0, 0xff) as u8),
-        Kind::Unsigned(16) => data.extend((value.clamp(0, 0xffff) as u16).to_be_bytes()),
-        Kind::Unsigned(_) | Kind::Guards => data.extend((value.clamp(0, i64::from(u32::MAX)) as u32).to_be_bytes()),
-        Kind::Signed => data.extend((value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32).to_be_bytes()),
+        FieldEncoding::Unsigned(8) | FieldEncoding::Named(_) => data.push(value.clamp(0, 0xff) as u8),
+        FieldEncoding::Unsigned(16) => data.extend((value.clamp(0, 0xffff) as u16).to_be_bytes()),
+        FieldEncoding::Unsigned(_) | FieldEncoding::Guards => {
+            data.extend((value.clamp(0, i64::from(u32::MAX)) as u32).to_be_bytes())
+        }
+        FieldEncoding::Signed => {
+            data.extend((value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32).to_be_bytes())
+        }
     }
 }
 
@@ -251,11 +255,13 @@ fn holds(condition: Option<bool>) -> i64 {
 fn failing(names: &[String]) -> i64 {
     let failing = |guard: &Guard| names.iter().any(|name| name == guard.name());
     let bits = Guard::ALL.iter().enumerate().filter(|(_, guard)| failing(guard));
-    bits.map(|(at, _)| 1 << (31 - at)).sum()
+    bits.map(|(index, _)| 1 << (31 - index)).sum()
 }
 
 fn console(picture: &Picture) -> [i64; CONSOLE.len()] {
-    let sum = |of: &[Times]| of.iter().fold(0u64, |sum, of| sum.saturating_add(of.times)).min(u64::from(NONE)) as i64;
+    let sum = |all_times: &[Times]| {
+        all_times.iter().fold(0u64, |sum, times| sum.saturating_add(times.times)).min(u64::from(NONE)) as i64
+    };
     let standing = picture.alarms.iter().filter(|alarm| alarm.standing).count() as i64;
     [standing, sum(&picture.refusals), sum(&picture.sessions_lost), picture.silent.len() as i64]
 }

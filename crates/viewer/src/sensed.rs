@@ -11,7 +11,7 @@ use foxglove::messages::{
     CameraCalibration, CompressedImage, ImageAnnotations, PackedElementField, Point2, PointCloud, PointsAnnotation,
     RawImage, TextAnnotation, points_annotation,
 };
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::lidar::returns;
 use wire::bus::body;
 use wire::codec::decode;
@@ -36,8 +36,8 @@ pub(crate) fn lidar(unit: UnitId) -> String {
     format!("{unit}/lidar")
 }
 
-pub(crate) fn of_modalities(of: Modalities) -> String {
-    let named: Vec<&str> = Modality::ALL.into_iter().filter(|m| of.has(*m)).map(Modality::name).collect();
+pub(crate) fn of_modalities(modalities: Modalities) -> String {
+    let named: Vec<&str> = Modality::ALL.into_iter().filter(|m| modalities.contains(*m)).map(Modality::name).collect();
     if named.is_empty() { "none".to_owned() } else { named.join("+") }
 }
 
@@ -47,22 +47,22 @@ impl<W: Write + Seek> Viewer<W> {
     /// # Errors
     ///
     /// When the file cannot be extended.
-    pub fn message(&mut self, at: Micros, topic: Topic, bytes: &[u8]) -> Result<(), ViewError> {
+    pub fn message(&mut self, time: Micros, topic: Topic, bytes: &[u8]) -> Result<(), ViewError> {
         let Some(body) = body(bytes) else {
             self.unread += 1;
             return Ok(());
         };
         match topic {
             Topic::Frames => match decode::<Frames<'_>>(body, LARGEST) {
-                Ok(frames) => return self.frames(at, &frames),
+                Ok(frames) => return self.frames(time, &frames),
                 Err(_) => self.unread += 1,
             },
             Topic::Candidates => match decode::<Candidates>(body, LARGEST) {
-                Ok(candidates) => return self.candidates(at, &candidates),
+                Ok(candidates) => return self.candidates(time, &candidates),
                 Err(_) => self.unread += 1,
             },
             Topic::Tracks => match decode::<Tracks>(body, LARGEST) {
-                Ok(tracks) => return self.tracks(at, &tracks),
+                Ok(tracks) => return self.tracks(time, &tracks),
                 Err(_) => self.unread += 1,
             },
             Topic::Navigation | Topic::Drive | Topic::Act | Topic::Feed | Topic::Intents | Topic::Seals => {}
@@ -70,7 +70,7 @@ impl<W: Write + Seek> Viewer<W> {
         Ok(())
     }
 
-    fn frames(&mut self, at: Micros, frames: &Frames<'_>) -> Result<(), ViewError> {
+    fn frames(&mut self, time: Micros, frames: &Frames<'_>) -> Result<(), ViewError> {
         let (width, height) = (frames.width, frames.height);
         let pixels = usize::from(width) * usize::from(height);
         let frame_id = camera(UnitId::A);
@@ -78,19 +78,19 @@ impl<W: Write + Seek> Viewer<W> {
             let data = png(width, height, rgb)
                 .map_err(|e| ViewError::Message { topic: "/camera/rgb".to_owned(), why: e.to_string() })?;
             let image = CompressedImage {
-                timestamp: Some(stamp(at)),
+                timestamp: Some(stamp(time)),
                 frame_id: frame_id.clone(),
                 data: Bytes::from(data),
                 format: "png".to_owned(),
             };
-            self.put(at, "/camera/rgb", &image)?;
+            self.put(time, "/camera/rgb", &image)?;
         }
         for (plane, encoding, topic) in
             [(frames.depth, "16UC1", "/camera/depth"), (frames.thermal, "mono16", "/camera/thermal")]
         {
             let Some(plane) = plane.filter(|plane| pixels > 0 && plane.len() == 2 * pixels) else { continue };
             let image = RawImage {
-                timestamp: Some(stamp(at)),
+                timestamp: Some(stamp(time)),
                 frame_id: frame_id.clone(),
                 width: u32::from(width),
                 height: u32::from(height),
@@ -98,37 +98,40 @@ impl<W: Write + Seek> Viewer<W> {
                 step: 2 * u32::from(width),
                 data: Bytes::copy_from_slice(plane),
             };
-            self.put(at, topic, &image)?;
+            self.put(time, topic, &image)?;
         }
         if let Some(ranges) = frames.lidar {
-            self.put(at, "/lidar", &cloud(at, ranges))?;
+            self.put(time, "/lidar", &cloud(time, ranges))?;
         }
-        self.put(at, "/camera/calibration", &calibration(at, width, height))?;
-        let seen = self.stages.as_ref().map(|stages| stages.candidates(frames, Limits::default().score).candidates);
-        seen.map_or(Ok(()), |seen| self.candidates(at, &seen))
+        self.put(time, "/camera/calibration", &calibration(time, width, height))?;
+        let seen = self
+            .stages
+            .as_ref()
+            .map(|stages| stages.candidates(frames, CorroborationLimits::default().score).candidates);
+        seen.map_or(Ok(()), |seen| self.candidates(time, &seen))
     }
 
     /// The stages' detections, as boxes over the image.
-    fn candidates(&mut self, at: Micros, of: &Candidates) -> Result<(), ViewError> {
+    fn candidates(&mut self, time: Micros, of: &Candidates) -> Result<(), ViewError> {
         let rgb = of.rgb.iter().flat_map(|list| list.iter()).map(|d| (d.bounds, d.class, d.score));
         let warm = of.thermal.iter().flat_map(|list| list.iter()).map(|b| (b.bounds, b.class, b.score));
         for (topic, found) in [
             ("/camera/rgb/detections", rgb.collect::<Vec<_>>()),
             ("/camera/thermal/detections", warm.collect::<Vec<_>>()),
         ] {
-            let points = found.iter().map(|(bounds, class, _)| outline(at, *bounds, *class)).collect();
-            let texts = found.iter().map(|(bounds, class, score)| label(at, *bounds, *class, *score)).collect();
-            let drawn = ImageAnnotations { timestamp: Some(stamp(at)), points, texts, ..ImageAnnotations::default() };
-            self.put(at, topic, &drawn)?;
+            let points = found.iter().map(|(bounds, class, _)| outline(time, *bounds, *class)).collect();
+            let texts = found.iter().map(|(bounds, class, score)| label(time, *bounds, *class, *score)).collect();
+            let drawn = ImageAnnotations { timestamp: Some(stamp(time)), points, texts, ..ImageAnnotations::default() };
+            self.put(time, topic, &drawn)?;
         }
         Ok(())
     }
 }
 
-fn outline(at: Micros, bounds: PixelBox, class: Class) -> PointsAnnotation {
+fn outline(time: Micros, bounds: PixelBox, class: Class) -> PointsAnnotation {
     let [x0, y0, x1, y1] = [bounds.x0, bounds.y0, bounds.x1, bounds.y1].map(f64::from);
     PointsAnnotation {
-        timestamp: Some(stamp(at)),
+        timestamp: Some(stamp(time)),
         r#type: points_annotation::Type::LineLoop as i32,
         points: [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Point2 { x, y }).to_vec(),
         outline_color: Some(of_class(class, 1.0)),
@@ -137,9 +140,9 @@ fn outline(at: Micros, bounds: PixelBox, class: Class) -> PointsAnnotation {
     }
 }
 
-fn label(at: Micros, bounds: PixelBox, class: Class, score: u16) -> TextAnnotation {
+fn label(time: Micros, bounds: PixelBox, class: Class, score: u16) -> TextAnnotation {
     TextAnnotation {
-        timestamp: Some(stamp(at)),
+        timestamp: Some(stamp(time)),
         position: Some(Point2 { x: f64::from(bounds.x0), y: f64::from(bounds.y0) }),
         text: format!("{} {} %", class.name(), score / 10),
         font_size: 6.0,
@@ -150,7 +153,7 @@ fn label(at: Micros, bounds: PixelBox, class: Class, score: u16) -> TextAnnotati
 }
 
 /// The returns of the beams, in the LiDAR's frame, metres.
-fn cloud(at: Micros, ranges: &[u8]) -> PointCloud {
+fn cloud(time: Micros, ranges: &[u8]) -> PointCloud {
     let points = returns(Lidar::GROUND, ranges).flatten();
     let data: Vec<u8> = points.flat_map(f32::to_le_bytes).collect();
     let field = |name: &str, offset: u32| PackedElementField {
@@ -159,7 +162,7 @@ fn cloud(at: Micros, ranges: &[u8]) -> PointCloud {
         r#type: NumericType::Float32 as i32,
     };
     PointCloud {
-        timestamp: Some(stamp(at)),
+        timestamp: Some(stamp(time)),
         frame_id: lidar(UnitId::A),
         pose: Some(pose(0.0, 0.0, 0.0, STRAIGHT)),
         point_stride: 12,
@@ -169,11 +172,11 @@ fn cloud(at: Micros, ranges: &[u8]) -> PointCloud {
 }
 
 /// The pinhole camera: no distortion, its principal point in the middle.
-fn calibration(at: Micros, width: u16, height: u16) -> CameraCalibration {
+fn calibration(time: Micros, width: u16, height: u16) -> CameraCalibration {
     let focal = f64::from(Camera::GROUND.focal_px);
     let (cx, cy) = (f64::from(width) / 2.0, f64::from(height) / 2.0);
     CameraCalibration {
-        timestamp: Some(stamp(at)),
+        timestamp: Some(stamp(time)),
         frame_id: camera(UnitId::A),
         width: u32::from(width),
         height: u32::from(height),

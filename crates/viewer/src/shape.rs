@@ -3,7 +3,7 @@
 use foxglove::messages::{Color, Point3, Pose, Quaternion, Vector3};
 use wire::sensor::Class;
 
-/// From our convention of a body (x ahead, y left, z up) to an optical frame (x right, y down, z ahead).
+/// Turn from our convention of a body (x ahead, y left, z up) to an optical frame (x right, y down, z ahead).
 pub(crate) const OPTICAL: Quaternion = Quaternion { x: -0.5, y: 0.5, z: -0.5, w: 0.5 };
 /// No turn.
 pub(crate) const STRAIGHT: Quaternion = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };

@@ -66,7 +66,7 @@ fn written(more: &[(Topic, Vec<u8>)]) -> (Vec<u8>, Vec<Channel>, u64) {
     (file.into_inner(), channels, unread)
 }
 
-/// The same run gives the same bytes.
+/// Equal runs give equal bytes.
 #[test]
 fn messages_match_their_schema_and_bytes_repeat() {
     let (file, channels, unread) = written(&[]);
@@ -76,8 +76,8 @@ fn messages_match_their_schema_and_bytes_repeat() {
         let schema = message.channel.schema.as_ref().unwrap().name.clone();
         found.entry(message.channel.topic.clone()).or_insert((schema, 0)).1 += 1;
     }
-    let told = channels.iter().map(|c| (c.topic.clone(), (c.schema.clone(), c.messages))).collect();
-    assert_eq!(found, told);
+    let map = channels.iter().map(|c| (c.topic.clone(), (c.schema.clone(), c.messages))).collect();
+    assert_eq!(found, map);
     let topics: Vec<&str> = found.keys().map(String::as_str).collect();
     let wanted = [
         "/audit/sim",
@@ -96,35 +96,38 @@ fn messages_match_their_schema_and_bytes_repeat() {
 
 #[test]
 fn file_of_an_invalid_recording_opens_with_that() {
-    let of = |invalid: Option<&str>| {
+    let messages_of = |invalid: Option<&str>| {
         let mut file = Cursor::new(Vec::new());
         let mut viewer = Viewer::new(&mut file, None, None).unwrap();
         viewer.verification("runs/x/1", "ab", invalid).unwrap();
         viewer.event(200, &entry(NodeId::SIM, Event::Started)).unwrap();
         viewer.finish().unwrap();
         let file = file.into_inner();
-        let told: Vec<(String, u64, String)> = mcap::MessageStream::new(&file)
+        let messages: Vec<(String, u64, String)> = mcap::MessageStream::new(&file)
             .unwrap()
             .map(Result::unwrap)
             .map(|m| (m.channel.topic.clone(), m.log_time, String::from_utf8_lossy(&m.data).into_owned()))
             .collect();
-        told
+        messages
     };
-    let told = of(Some("event 7: no such chain"));
-    let verification = told.iter().find(|(topic, ..)| topic == "/custody").unwrap();
+    let messages = messages_of(Some("event 7: no such chain"));
+    let verification = messages.iter().find(|(topic, ..)| topic == "/custody").unwrap();
     let object: serde_json::Value = serde_json::from_str(&verification.2).unwrap();
     assert_eq!(
         (verification.1, &object["valid"], &object["reason"]),
         (0, &false.into(), &"event 7: no such chain".into())
     );
-    let line = told.iter().find(|(topic, ..)| topic == "/log").unwrap();
+    let line = messages.iter().find(|(topic, ..)| topic == "/log").unwrap();
     assert!(line.1 == 0 && line.2.contains("INVALID, evidence of nothing: runs/x/1: event 7"), "{line:?}");
-    let told = of(None);
-    assert!(told.iter().any(|(topic, _, text)| topic == "/custody" && text.contains("\"valid\":true")), "{told:?}");
-    assert!(told.iter().all(|(_, _, text)| !text.contains("INVALID")), "{told:?}");
+    let messages = messages_of(None);
+    assert!(
+        messages.iter().any(|(topic, _, text)| topic == "/custody" && text.contains("\"valid\":true")),
+        "{messages:?}"
+    );
+    assert!(messages.iter().all(|(_, _, text)| !text.contains("INVALID")), "{messages:?}");
 }
 
-/// A cut at any byte does no harm.
+/// A cut at any byte is harmless.
 #[test]
 fn unreadable_bytes_and_wrong_planes_are_left_out() {
     let whole = frames(&[9; 24], &[0xe8, 3]);

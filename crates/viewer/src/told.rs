@@ -41,13 +41,13 @@ impl<W: Write + Seek> Viewer<W> {
     ///
     /// When the file cannot be extended.
     pub fn verification(&mut self, run: &str, sha256: &str, invalid: Option<&str>) -> Result<(), ViewError> {
-        let of = json!({ "run": run, "sha256": sha256, "valid": invalid.is_none(), "reason": invalid });
-        self.put_json(0, "/custody", VERIFICATION, &of)?;
-        let Some(why) = invalid else { return Ok(()) };
+        let value = json!({ "run": run, "sha256": sha256, "valid": invalid.is_none(), "reason": invalid });
+        self.put_json(0, "/custody", VERIFICATION, &value)?;
+        let Some(reason) = invalid else { return Ok(()) };
         let line = Log {
             timestamp: Some(stamp(0)),
             level: log::Level::Fatal as i32,
-            message: format!("INVALID, evidence of nothing: {run}: {why}"),
+            message: format!("INVALID, evidence of nothing: {run}: {reason}"),
             name: "custody".to_owned(),
             file: String::new(),
             line: 0,
@@ -55,25 +55,25 @@ impl<W: Write + Seek> Viewer<W> {
         self.put(0, "/log", &line)
     }
 
-    pub(crate) fn told(&mut self, at: Micros, entry: &Entry) -> Result<(), ViewError> {
+    pub(crate) fn write_entry(&mut self, time: Micros, entry: &Entry) -> Result<(), ViewError> {
         let Entry { node, boot, counter, at: local, event, .. } = entry;
         let whole = json!({ "boot": boot, "counter": counter, "local_us": local, "event": event });
-        self.put_json(at, &format!("/audit/{node}"), ENTRY, &whole)?;
+        self.put_json(time, &format!("/audit/{node}"), ENTRY, &whole)?;
         if let Some(level) = level(event) {
             let line = Log {
-                timestamp: Some(stamp(at)),
+                timestamp: Some(stamp(time)),
                 level: level as i32,
                 message: json!(event).to_string(),
                 name: node.to_string(),
                 file: String::new(),
                 line: 0,
             };
-            self.put(at, "/log", &line)?;
+            self.put(time, "/log", &line)?;
         }
         match *event {
             Any::Service(Event::Transition { from, to, cause, .. }) => {
-                let of = json!({ "mode": to.name(), "from": from.name(), "cause": cause.label() });
-                self.put_json(at, &format!("/mode/{node}"), MODE, &of)
+                let value = json!({ "mode": to.name(), "from": from.name(), "cause": cause.label() });
+                self.put_json(time, &format!("/mode/{node}"), MODE, &value)
             }
             Any::Service(Event::Displayed {
                 unit,
@@ -86,16 +86,16 @@ impl<W: Write + Seek> Viewer<W> {
                 ..
             }) => {
                 let age_ms = age.as_ms();
-                let of = json!({
+                let value = json!({
                     "mode": mode.name(), "freshness": freshness, "authority": authority, "age_ms": age_ms,
                     "tracks_fresh": tracks_fresh, "tracks_stale": tracks_stale,
                 });
-                self.put_json(at, &format!("/display/{unit}"), DISPLAY, &of)
+                self.put_json(time, &format!("/display/{unit}"), DISPLAY, &value)
             }
             Any::Service(Event::Located { pose_x_mm, pose_y_mm, .. }) => {
                 let place = pose(metres(pose_x_mm), metres(pose_y_mm), 0.0, heading(0.0));
-                let of = PoseInFrame { timestamp: Some(stamp(at)), frame_id: WORLD.to_owned(), pose: Some(place) };
-                self.put(at, &format!("/localisation/{node}"), &of)
+                let frame = PoseInFrame { timestamp: Some(stamp(time)), frame_id: WORLD.to_owned(), pose: Some(place) };
+                self.put(time, &format!("/localisation/{node}"), &frame)
             }
             _ => Ok(()),
         }

@@ -16,7 +16,7 @@ use crate::time::Instant;
 /// Refusals of one shared-memory interface that are logged one by one; later ones are only counted. A writer to a
 /// segment is as fast as memory, with no handshake before it and no key needed to be refused: each entry
 /// would be hashed, recorded and signed for. This many show the sender and the content; of more, the count is enough, and the
-/// closing account gives it. Other interfaces have a link's pace or a rate of their own.
+/// closing account gives it. Other interfaces have a link's pace or their own rate.
 pub const WRITTEN_REFUSALS: u64 = 256;
 
 /// Counters by account.
@@ -30,22 +30,22 @@ impl Accounts {
     }
 
     /// The count so far.
-    pub fn of(&self, account: Account) -> u64 {
+    pub fn total(&self, account: Account) -> u64 {
         self.0.get(&account).copied().unwrap_or_default()
     }
 
-    /// A record was delivered to `at` and accepted there.
-    pub fn accepted(&mut self, at: Interface) {
-        self.count(Account::Received(at));
-        self.count(Account::Accepted(at));
+    /// A record was delivered to `interface` and accepted there.
+    pub fn accepted(&mut self, interface: Interface) {
+        self.count(Account::Received(interface));
+        self.count(Account::Accepted(interface));
     }
 
-    /// A record was delivered to `at` and refused there; gives the event that says so, where it is to be written.
+    /// A record was delivered to `at` and refused there; gives the event that reports it, where it is to be written.
     pub fn refused(&mut self, at: Interface, peer: Option<PeerId>, refusal: &Refusal) -> Option<Event> {
         let reason = refusal.reason();
         self.count(Account::Received(at));
         self.count(Account::Refused(at, reason));
-        let refused = self.of(Account::Received(at)) - self.of(Account::Accepted(at));
+        let refused = self.total(Account::Received(at)) - self.total(Account::Accepted(at));
         let written = !matches!(at, Interface::Bus(_)) || refused <= WRITTEN_REFUSALS;
         written.then(|| Event::Refused { at, peer, reason, detail: Text::new(&refusal.to_string()) })
     }
@@ -72,14 +72,15 @@ mod tests {
         let refusal = |n: &u64| {
             if n.is_multiple_of(2) { Refusal::Tag { expected: NodeId::SIM } } else { Refusal::Schema { at: 0 } }
         };
-        let mut written = |at, n: u64| (0..n).filter(|n| accounts.refused(at, None, &refusal(n)).is_some()).count();
+        let mut written =
+            |interface, n: u64| (0..n).filter(|n| accounts.refused(interface, None, &refusal(n)).is_some()).count();
         let (seals, tracks) = (Interface::Bus(Topic::Seals), Interface::Bus(Topic::Tracks));
         assert_eq!(written(seals, 1000), 256);
         assert_eq!(written(tracks, 1), 1, "another channel has a bound of its own");
         assert_eq!(written(Interface::Uplink, 1000), 1000);
         accounts.accepted(seals);
-        let of = |account| accounts.of(account);
-        let refused = Reason::ALL.iter().map(|reason| of(Account::Refused(seals, *reason))).sum::<u64>();
-        assert_eq!((of(Account::Received(seals)), of(Account::Accepted(seals)), refused), (1001, 1, 1000));
+        let total_of = |account| accounts.total(account);
+        let refused = Reason::ALL.iter().map(|reason| total_of(Account::Refused(seals, *reason))).sum::<u64>();
+        assert_eq!((total_of(Account::Received(seals)), total_of(Account::Accepted(seals)), refused), (1001, 1, 1000));
     }
 }

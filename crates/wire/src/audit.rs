@@ -82,7 +82,7 @@ impl Journal {
         Self { node, boot, counter: 0, head: [0; 32], key, signed: None }
     }
 
-    /// The same chain in a forked world.
+    /// Copy of the chain for a forked world.
     #[must_use]
     pub fn fork(&self) -> Journal {
         let key = self.key.as_ref().map(Key::fork);
@@ -92,7 +92,7 @@ impl Journal {
     /// Appends `event` and queues it, with a signature over the chain when one is due.
     pub fn write<E: Encode<()>>(&mut self, now: Instant, event: E, out: &mut std::collections::VecDeque<Output>) {
         out.push_back(Output::Audit { bytes: self.append(now, event) });
-        if self.key.is_some() && self.signed.is_none_or(|at| now.since(at) >= SIGN_PERIOD) {
+        if self.key.is_some() && self.signed.is_none_or(|time| now.since(time) >= SIGN_PERIOD) {
             self.sign(now, out);
         }
     }
@@ -100,8 +100,8 @@ impl Journal {
     /// Signs the chain now; the last thing a node does.
     pub fn sign(&mut self, now: Instant, out: &mut std::collections::VecDeque<Output>) {
         let Some(key) = &self.key else { return };
-        let over = self.next(now, Event::Signed { signature: [0; 64] }).signed_as();
-        let signed = key.sign(Purpose::Head, &over);
+        let length = self.next(now, Event::Signed { signature: [0; 64] }).signed_as();
+        let signed = key.sign(Purpose::Head, &length);
         let signature: [u8; 64] = *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature");
         self.signed = Some(now);
         out.push_back(Output::Audit { bytes: self.append(now, Event::Signed { signature }) });
@@ -145,7 +145,7 @@ pub struct Head {
 
 impl Head {
     /// The head of a chain of `E` that ends with this entry; `None` when it is unreadable.
-    pub fn of<'b, E: Decode<'b, ()> + Encode<()>>(last: &'b [u8]) -> Option<Head> {
+    pub fn from_last<'b, E: Decode<'b, ()> + Encode<()>>(last: &'b [u8]) -> Option<Head> {
         let entry = Entry::<E>::decode(last).ok()?;
         Some(Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash: Sha256::digest(last).into() })
     }
@@ -173,8 +173,8 @@ pub enum ChainError {
     },
 }
 
-/// Most chains that one recorder follows, fewer than there are identities: with boots below 24 and counters below 2³² the
-/// heads of so many take 334 bytes of a seal, which has 512 on its channel.
+/// Most chains that one recorder follows, fewer than there are identities: with boots below 24 and counters below 2³²
+/// that many heads take 334 bytes of a seal, which has 512 on its channel.
 pub const MAX_CHAINS: usize = 32;
 
 /// Follows the chains of all nodes of a run, one entry at a time.
@@ -244,7 +244,7 @@ pub struct SealedHead {
     pub counter: u64,
 }
 
-/// The recorder's core: follows every chain, seals four times a second and says so on the bus. `E` is any event that it is sent.
+/// The recorder's core: follows every chain, seals four times a second and reports it on the bus. `E` is any event that it is sent.
 #[derive(Debug)]
 pub struct Recorder<E = Event> {
     chains: Chains,
@@ -272,7 +272,7 @@ impl<E> Recorder<E> {
         }
     }
 
-    /// The same recorder in a forked world.
+    /// Copy of the recorder for a forked world.
     #[must_use]
     pub fn fork(&self) -> Recorder<E> {
         Recorder {

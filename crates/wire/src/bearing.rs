@@ -13,7 +13,7 @@ use crate::time::Instant;
 pub struct Direction(#[n(0)] pub [i32; 3]);
 
 impl Direction {
-    /// From a vector of about unit length.
+    /// Direction of a vector of about unit length.
     pub fn new(unit: [f64; 3]) -> Self {
         Direction(unit.map(|part| (part * 1e9).round() as i32))
     }
@@ -53,14 +53,14 @@ pub struct Bearings {
 impl Bearings {
     /// The sensors that gave a product, each by the modality whose place it takes.
     pub fn present(&self) -> Modalities {
-        let given = [self.stars.is_some(), self.sun.is_some(), self.horizon.is_some(), self.field.is_some()];
-        let given = Modality::ALL.into_iter().zip(given).filter(|(_, is)| *is);
-        given.fold(Modalities::default(), |set, (modality, _)| set.with(modality))
+        let readings = [self.stars.is_some(), self.sun.is_some(), self.horizon.is_some(), self.field.is_some()];
+        let readings = Modality::ALL.into_iter().zip(readings).filter(|(_, is)| *is);
+        readings.fold(Modalities::default(), |set, (modality, _)| set.with_modality(modality))
     }
 
-    /// The same as if the sensor in the place of `modality` had given no product.
+    /// Bearings as if the sensor in the place of `modality` had given no product.
     #[must_use]
-    pub fn without(self, modality: Modality) -> Self {
+    pub fn without_modality(self, modality: Modality) -> Self {
         match modality {
             Modality::Rgb => Bearings { stars: None, ..self },
             Modality::Depth => Bearings { sun: None, ..self },

@@ -142,13 +142,13 @@ pub struct Text<const N: usize>(arrayvec::ArrayString<N>);
 impl<const N: usize> Text<N> {
     /// The text, cut at `N` bytes on a character boundary, other characters than plain ones replaced by spaces.
     pub fn new(text: &str) -> Self {
-        let mut kept = arrayvec::ArrayString::new();
+        let mut string = arrayvec::ArrayString::new();
         for c in text.chars().map(plain::shown) {
-            if kept.try_push(c).is_err() {
+            if string.try_push(c).is_err() {
                 break;
             }
         }
-        Text(kept)
+        Text(string)
     }
 
     /// As a string slice.

@@ -22,10 +22,10 @@ pub const MAX_AHEAD: Span = Span::s(86_400);
 /// intent repeats, so a delay on the way moves neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, serde::Deserialize)]
 pub struct TimeTag {
-    /// From the nonce's issue until the command is due.
+    /// Time from the nonce's issue until the command is due.
     #[n(0)]
     pub after: Span,
-    /// From then on, for how long it may still be carried out.
+    /// Time after that within which it may be carried out.
     #[n(1)]
     pub within: Span,
 }

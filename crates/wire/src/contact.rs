@@ -73,7 +73,7 @@ impl Contacts {
     }
 
     /// Time left in the contact under way this long after the start of the run, zero between contacts, and time to the next one; none without a plan.
-    pub fn at(&self, since: Span) -> Option<(Span, Option<Span>)> {
+    pub fn time_left(&self, since: Span) -> Option<(Span, Option<Span>)> {
         let left = self.0.iter().find(|contact| (contact.from..contact.until).contains(&since));
         let next = self.0.iter().find(|contact| contact.from > since);
         let to = |time: Span| Span(time.0 - since.0);
@@ -128,11 +128,11 @@ mod tests {
     #[test]
     fn plan_tells_the_time_left_and_the_time_to_the_next_contact() {
         let contacts = plan(&[(0, 20), (50, 90)]).unwrap();
-        assert_eq!(contacts.at(Span::s(5)), Some((Span::s(15), Some(Span::s(45)))));
-        assert_eq!(contacts.at(Span::s(20)), Some((Span::ZERO, Some(Span::s(30)))));
-        assert_eq!(contacts.at(Span::s(60)), Some((Span::s(30), None)));
-        assert_eq!(contacts.at(Span::s(91)), Some((Span::ZERO, None)));
-        assert_eq!(Contacts::default().at(Span::s(5)), None);
+        assert_eq!(contacts.time_left(Span::s(5)), Some((Span::s(15), Some(Span::s(45)))));
+        assert_eq!(contacts.time_left(Span::s(20)), Some((Span::ZERO, Some(Span::s(30)))));
+        assert_eq!(contacts.time_left(Span::s(60)), Some((Span::s(30), None)));
+        assert_eq!(contacts.time_left(Span::s(91)), Some((Span::ZERO, None)));
+        assert_eq!(Contacts::default().time_left(Span::s(5)), None);
     }
 
     #[test]

@@ -138,7 +138,7 @@ pub enum Side {
 
 impl Side {
     /// The other side.
-    pub fn other(self) -> Side {
+    pub fn opposite(self) -> Side {
         match self {
             Side::Client => Side::Server,
             Side::Server => Side::Client,
@@ -345,7 +345,7 @@ pub enum Output {
         /// UTF-8 without control characters other than newline.
         #[n(0)]
         text: String,
-        /// The same as one JSON object in one line.
+        /// The picture as one JSON object in one line.
         #[n(1)]
         picture: String,
     },

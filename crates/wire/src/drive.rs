@@ -8,7 +8,7 @@ use crate::time::{Instant, Span};
 /// Motion that a plant is asked for, in the terms of its kind of body. A plant refuses the terms of another kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum SetPoint {
-    /// Of a body that steers.
+    /// Motion of a body that steers.
     #[n(0)]
     Course {
         /// Forward speed, mm/s.
@@ -18,7 +18,7 @@ pub enum SetPoint {
         #[n(1)]
         curvature_um: i32,
     },
-    /// Of a body that moves freely, in the level frame: x along its heading, y left, z up.
+    /// Motion of a body that moves freely, in the level frame: x along its heading, y left, z up.
     #[n(1)]
     Velocity {
         /// Along x, y and z, mm/s.

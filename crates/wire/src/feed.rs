@@ -16,7 +16,7 @@ pub enum Feed<'b> {
     #[n(0)]
     Accepted(#[b(0)] AcceptedReport<'b>),
     /// Something was refused; how many were by now in this boot, for this reason and from this peer. Not every refusal is
-    /// told of: from one number to the next is how many there were.
+    /// reported: from one number to the next is how many there were.
     #[n(1)]
     Refused(#[n(0)] Reason, #[n(1)] Option<PeerId>, #[n(2)] u64),
     /// A session opened (true) or ended (false).

@@ -1,4 +1,4 @@
-//! Messages between an autonomy core and a *guest*: a program of somebody else that takes the place of mission and navigation.
+//! Messages between an autonomy core and a *guest*: a third party's program that takes the place of mission and navigation.
 //!
 //! A guest is asked once at the start and then once a step, and answers each request with one message. Keys, signatures,
 //! links and the clock stay with the core, so that a guest needs none of them. The form in which a program reads and writes these
@@ -57,9 +57,9 @@ pub struct Block {
     pub heading_mrad: i32,
 }
 
-/// The mission and its surroundings, told once.
+/// The mission and its surroundings, sent once.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Start {
+pub struct MissionStart {
     /// Time on the vehicle host's clock.
     #[n(0)]
     pub now: Instant,
@@ -91,7 +91,7 @@ pub struct Start {
 
 /// What the unit knows at one control step.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Step {
+pub struct ControlStep {
     /// Number of the step, from 1.
     #[n(0)]
     pub number: u32,
@@ -120,10 +120,10 @@ pub struct Step {
 pub enum Request {
     /// The mission.
     #[n(0)]
-    Start(#[n(0)] Box<Start>),
+    Start(#[n(0)] Box<MissionStart>),
     /// A step.
     #[n(1)]
-    Step(#[n(0)] Box<Step>),
+    Step(#[n(0)] Box<ControlStep>),
 }
 
 /// How a guest describes its own state, by the table in its file. A statement of the guest: no verdict rests on it.

@@ -1,7 +1,7 @@
 //! Identities. Two of them are deliberately different types: [`PeerId`] is who the session authenticated, [`NodeId`]
 //! is who a record says it is. The project's central finding lives in the gap between them, so there is no `From`
 //! between the two; comparing them is the business of `trust::attribution` alone. So a peer gives away neither name nor
-//! number, by which a node could be found: it can be printed, and told from other peers.
+//! number, by which a node could be found: it can be printed, and distinguished from other peers.
 
 use core::fmt;
 
@@ -104,7 +104,7 @@ impl NodeId {
     pub const INSIDER_B: NodeId = NodeId(12);
     /// The first operator.
     pub const OPERATOR: NodeId = NodeId(13);
-    /// The second operator: admitted in every run; in those of some scenarios a rogue holds its key.
+    /// The second operator: admitted in every run; in runs of some scenarios a rogue holds its key.
     pub const OPERATOR_2: NodeId = NodeId(14);
     /// The campaign engine or launcher itself.
     pub const CAMPAIGN: NodeId = NodeId(15);
@@ -240,7 +240,7 @@ impl UnitId {
 pub struct ByPeer<T>([T; NODES]);
 
 impl<T> ByPeer<T> {
-    /// Each made anew.
+    /// Each made again.
     pub fn new(mut make: impl FnMut() -> T) -> Self {
         Self(core::array::from_fn(|_| make()))
     }

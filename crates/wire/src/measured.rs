@@ -1,4 +1,4 @@
-//! Measurements by which a unit's guards are judged: for each a value, in a unit of its own, and its bound.
+//! Measurements by which a unit's guards are judged: for each a value, in its own unit, and its bound.
 //!
 //! A unit reports both the failing guards (`mode::Guards`) and these values. Some guards fail for a reason without a number, or until a value
 //! has come back further than it had to go: the failing guards are never worked out from here.
@@ -20,7 +20,7 @@ pub const OFFSET_US: i32 = 5_000;
 /// The values, as they were when a report was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Measured {
-    /// By guard, in the unit of its [`Limit`]; none where there is no measurement, or no number expresses it.
+    /// Values by guard, in the unit of its [`Limit`]; none where there is no measurement, or no number expresses it.
     #[n(0)]
     values: [Option<i32>; Guard::ALL.len()],
     /// The teammate with claims that cannot all be true, and the reason.
@@ -31,7 +31,7 @@ pub struct Measured {
 impl Measured {
     /// With a value for `guard`, in the unit of its limit.
     #[must_use]
-    pub fn with(mut self, guard: Guard, value: Option<i32>) -> Self {
+    pub fn with_value(mut self, guard: Guard, value: Option<i32>) -> Self {
         self.values[guard as usize] = value;
         self
     }
@@ -39,7 +39,7 @@ impl Measured {
     /// With an age: the begun millisecond counts, so that a value above its limit never looks as if it were not.
     #[must_use]
     pub fn aged(self, guard: Guard, age: Option<Span>) -> Self {
-        self.with(guard, age.map(|age| i32::try_from(age.0.div_ceil(1000)).unwrap_or(i32::MAX)))
+        self.with_value(guard, age.map(|age| i32::try_from(age.0.div_ceil(1000)).unwrap_or(i32::MAX)))
     }
 
     /// With the findings about teammates' claims.
@@ -54,7 +54,7 @@ impl Measured {
     }
 
     /// The value of `guard`.
-    pub fn of(&self, guard: Guard) -> Option<i32> {
+    pub fn value(&self, guard: Guard) -> Option<i32> {
         self.values[guard as usize]
     }
 }
@@ -74,7 +74,7 @@ pub enum Limit {
 
 impl Limit {
     /// The limit of `guard` on a platform of these bounds; none where no number expresses its judgement.
-    pub fn of(guard: Guard, bounds: &Bounds) -> Option<Limit> {
+    pub fn for_guard(guard: Guard, bounds: &Bounds) -> Option<Limit> {
         let age = |ms: u64| Some(Limit::Age(i32::try_from(ms).unwrap_or(i32::MAX)));
         match guard {
             Guard::Rgb | Guard::Depth | Guard::Thermal | Guard::Lidar | Guard::Tracks | Guard::Localisation => {
@@ -106,8 +106,8 @@ mod tests {
     #[test]
     fn age_one_microsecond_over_shows_over_limit() {
         let measured = Measured::default().aged(Guard::Rgb, Some(Span(300_001)));
-        assert_eq!(measured.of(Guard::Rgb), Some(301));
+        assert_eq!(measured.value(Guard::Rgb), Some(301));
         assert!(Limit::Age(300).exceeded(301) && !Limit::Age(300).exceeded(300));
-        assert_eq!(Measured::default().aged(Guard::Rgb, Some(Span(u64::MAX))).of(Guard::Rgb), Some(i32::MAX));
+        assert_eq!(Measured::default().aged(Guard::Rgb, Some(Span(u64::MAX))).value(Guard::Rgb), Some(i32::MAX));
     }
 }

@@ -111,7 +111,7 @@ impl Guard {
     pub const ALL: [Guard; Guard::COUNT] = *Guard::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// The guard over a perception stage.
-    pub fn of(modality: Modality) -> Guard {
+    pub fn from_modality(modality: Modality) -> Guard {
         match modality {
             Modality::Rgb => Guard::Rgb,
             Modality::Depth => Guard::Depth,
@@ -134,12 +134,12 @@ pub struct Guards(#[n(0)] pub u16);
 impl Guards {
     /// With one more.
     #[must_use]
-    pub fn with(self, g: Guard) -> Guards {
+    pub fn with_guard(self, g: Guard) -> Guards {
         Guards(self.0 | 1 << g as u16)
     }
 
     /// True if `g` is in the set.
-    pub fn has(self, g: Guard) -> bool {
+    pub fn contains(self, g: Guard) -> bool {
         self.0 & (1 << g as u16) != 0
     }
 
@@ -150,7 +150,7 @@ impl Guards {
 
     /// The members, in order.
     pub fn iter(self) -> impl Iterator<Item = Guard> {
-        Guard::ALL.into_iter().filter(move |g| self.has(*g))
+        Guard::ALL.into_iter().filter(move |g| self.contains(*g))
     }
 
     /// Members that are also in `other`.
@@ -160,7 +160,7 @@ impl Guards {
     }
 }
 
-/// By name, for people and for other programs.
+/// Names of the guards, for people and for other programs.
 impl serde::Serialize for Guards {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.iter())

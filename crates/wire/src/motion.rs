@@ -14,7 +14,7 @@ impl Attitude {
     /// Body axes along the world's.
     pub const LEVEL: Attitude = Attitude([1_000_000_000, 0, 0, 0]);
 
-    /// From a quaternion `w x y z` of about unit length.
+    /// Attitude of a quaternion `w x y z` of about unit length.
     pub fn new(q: [f64; 4]) -> Self {
         let sign = if q[0] < 0.0 { -1e9 } else { 1e9 };
         Attitude(q.map(|part| (part * sign).round() as i32))

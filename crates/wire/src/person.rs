@@ -99,7 +99,7 @@ pub enum Alarm {
     /// This peer's session at the broker was cut, or taken by another connection.
     #[n(6)]
     SessionLost(#[n(0)] PeerId),
-    /// No word of a command in time.
+    /// No message about a command in time.
     #[n(7)]
     NotAcknowledged(#[n(0)] CommandId),
     /// A command was refused, by the gateway or by the unit.
@@ -165,7 +165,7 @@ pub enum Unable {
     /// A condition shown beside the control does not hold.
     #[n(4)]
     Interlock,
-    /// The same order is under way.
+    /// An equal order is under way.
     #[n(5)]
     Pending,
     /// No order is prepared, or another one is.
@@ -193,7 +193,7 @@ impl Unable {
     pub const ALL: [Unable; Unable::COUNT] = *Unable::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// Message to the person.
-    pub fn says(self) -> &'static str {
+    pub fn message(self) -> &'static str {
         match self {
             Unable::Malformed => "not understood",
             Unable::Repeated => "already done: its number has been used",

@@ -7,7 +7,7 @@ pub fn is_plain(c: char) -> bool {
     !c.is_control() && !hides
 }
 
-/// The same, with each other character as a space.
+/// A character for display: each other one is a space.
 pub fn shown(c: char) -> char {
     if is_plain(c) { c } else { ' ' }
 }

@@ -81,7 +81,7 @@ pub struct Multirotor {
 }
 
 impl Multirotor {
-    /// That of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and drags are those of the quadrotor of
+    /// That of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and drags are as of the quadrotor of
     /// PX4's SIH (`sih_params.c`); the rest is assumed, with its reason in the file.
     pub const SIH: Multirotor = Multirotor {
         mass_kg: 1.0,
@@ -185,7 +185,7 @@ impl FixedWing {
 }
 
 /// A small satellite on three wheels, pointed at places of a region that it passes over. Body frame: principal axes, +z the payload's line of
-/// sight, the solar array on the other side. Speeds are those of the point that the payload looks at, in units of the map.
+/// sight, the solar array on the other side. Speeds apply to the point that the payload looks at, in units of the map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Satellite {
@@ -356,15 +356,15 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Those of `platforms/ground.toml`; a test holds the two equal.
+    /// Sensors of `platforms/ground.toml`; a test holds the two equal.
     pub const GROUND: Sensors = Sensors { camera: Camera::GROUND, lidar: Lidar::GROUND };
-    /// Those of `platforms/air.toml` as seen from the ground below its cruise; a test holds the two equal.
+    /// Sensors of `platforms/air.toml` as seen from the ground below its cruise; a test holds the two equal.
     pub const ALOFT: Sensors = Sensors {
         camera: Camera { forward_m: 0.2, up_m: 3.1, ..Camera::GROUND },
         lidar: Lidar { up_m: 3.15, ..Lidar::GROUND },
     };
 
-    /// Those of the two for which networks are trained that look from about as high as `camera`.
+    /// Sensors among the two for which networks are trained that look from about as high as `camera`.
     pub fn trained_like(camera: &Camera) -> &'static Sensors {
         let middle = (Self::GROUND.camera.up_m + Self::ALOFT.camera.up_m) / 2.0;
         if camera.up_m < middle { &Self::GROUND } else { &Self::ALOFT }
@@ -425,13 +425,13 @@ pub struct Limits {
     /// Set-points are velocities, and rest is a motion of the body's own.
     #[serde(default)]
     pub free: bool,
-    /// Of a body that flies.
+    /// Values of a body that flies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aloft: Option<Aloft>,
 }
 
 impl Limits {
-    /// Those of `platforms/ground.toml`; a test holds the two equal.
+    /// Limits of `platforms/ground.toml`; a test holds the two equal.
     pub const GROUND: Limits = Limits {
         reaction_ms: 150,
         fix_gate_mm: 500,

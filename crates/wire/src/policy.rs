@@ -1,7 +1,7 @@
 //! The one file that says which checks, guards and display rules stand: each is `required` or `waived`.
 //!
 //! Length, schema, minting and accounting are not listed because they cannot be waived. A run with anything waived is
-//! an ablation: it needs the scenario loader's token before authority is minted, and every artefact says so.
+//! an ablation: it needs the scenario loader's token before authority is minted, and every artefact reports it.
 
 use std::collections::BTreeMap;
 
@@ -120,7 +120,7 @@ pub struct Waived(#[n(0)] pub u32);
 impl Waived {
     /// With one more.
     #[must_use]
-    pub fn with(self, check: Check) -> Waived {
+    pub fn with_check(self, check: Check) -> Waived {
         Waived(self.0 | 1 << check as u16)
     }
 
@@ -176,7 +176,7 @@ pub enum BusProtection {
     Confidential,
 }
 
-/// Policy by which a display judges reports: the display's own rule on signatures stands in place of the boundary's. A report is
+/// Policy by which a display judges reports: the display's own rule on signatures replaces the boundary's. A report is
 /// attributed by its signature alone under no other policy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DisplayPolicy(Policy);
@@ -209,15 +209,15 @@ impl Policy {
     /// The waived guards.
     pub fn waived_guards(&self) -> Guards {
         let waived = self.guards.iter().filter(|(_, r)| **r == Requirement::Waived);
-        waived.fold(Guards::default(), |set, (g, _)| set.with(*g))
+        waived.fold(Guards::default(), |set, (g, _)| set.with_guard(*g))
     }
 
     /// True if every check, guard and rule stands.
     pub fn is_full(&self) -> bool {
-        let stands = |r: &Requirement| *r == Requirement::Required;
-        self.boundary.values().all(stands)
-            && self.guards.values().all(stands)
-            && self.display.values().all(stands)
-            && stands(&self.record_guard)
+        let is_required = |r: &Requirement| *r == Requirement::Required;
+        self.boundary.values().all(is_required)
+            && self.guards.values().all(is_required)
+            && self.display.values().all(is_required)
+            && is_required(&self.record_guard)
     }
 }

@@ -85,15 +85,15 @@ pub enum Refusal {
         /// Theirs.
         got: Nonce,
     },
-    /// Of no session that stands.
+    /// Not of an established session.
     #[error("session: one that stands expected, got none")]
     NoSession,
-    /// From before the sender's newest boot.
+    /// Number from before the sender's newest boot.
     #[error("epoch: boot {expected:?} or later expected, got {got:?}")]
     Epoch {
         /// Newest seen.
         expected: Boot,
-        /// In the record.
+        /// The boot in the record.
         got: Boot,
     },
     /// Seen before, or too old for the window.
@@ -101,7 +101,7 @@ pub enum Refusal {
     Replayed {
         /// Highest accepted.
         highest: Sequence,
-        /// In the record.
+        /// The number in the record.
         got: Sequence,
     },
     /// Further ahead than a sender can run.
@@ -111,7 +111,7 @@ pub enum Refusal {
         limit: u64,
         /// Highest accepted.
         highest: Sequence,
-        /// In the record.
+        /// The number in the record.
         got: Sequence,
     },
     /// The tag does not verify under the channel's key.
@@ -157,7 +157,7 @@ pub enum Refusal {
     Late {
         /// Limit.
         limit: Span,
-        /// In the intent.
+        /// The nonce in the intent.
         got: Nonce,
     },
     /// A command of the same operator after it was already seen.
@@ -165,7 +165,7 @@ pub enum Refusal {
     Duplicate {
         /// Newest seen.
         last: CommandId,
-        /// In the intent.
+        /// The id in the intent.
         got: CommandId,
     },
     /// A command away from safe without its second signed step.
@@ -194,7 +194,7 @@ pub enum Refusal {
     Repeated {
         /// Number of commands remembered.
         kept: usize,
-        /// In the intent.
+        /// The id in the intent.
         got: CommandId,
     },
     /// Further ahead than an operator can have come.
@@ -202,15 +202,15 @@ pub enum Refusal {
     Ahead {
         /// The furthest that is taken up.
         furthest: Sequence,
-        /// In the intent.
+        /// The id in the intent.
         got: CommandId,
     },
-    /// Of a boot further ahead than an operator's console can have come.
+    /// A boot further ahead than an operator's console can have come.
     #[error("jump: at most {furthest:?} expected, got {got:?}")]
     AheadBoot {
         /// The furthest that is taken up.
         furthest: Boot,
-        /// In the intent.
+        /// The id in the intent.
         got: CommandId,
     },
     /// More of them in a short time than there can be need for.
@@ -218,7 +218,7 @@ pub enum Refusal {
     Rate {
         /// At once.
         burst: u32,
-        /// In a second.
+        /// Limit in a second.
         per_s: u32,
         /// Sender.
         got: NodeId,
@@ -228,7 +228,7 @@ pub enum Refusal {
     Unproven {
         /// At once.
         burst: u32,
-        /// In a second.
+        /// Limit in a second.
         per_s: u32,
     },
     /// The authority of the run has revoked the peer or signer.
@@ -266,7 +266,7 @@ pub enum Refusal {
     AheadTag {
         /// Limit.
         limit: Span,
-        /// From the nonce's issue to the end of the window.
+        /// Time from the nonce's issue to the end of the window.
         got: Span,
     },
     /// Stored, and the mode has changed since, a HOLD has come or the session at the broker is lost.

@@ -142,10 +142,10 @@ pub struct Report {
     /// Measurements by which the guards were judged.
     #[n(18)]
     pub measured: Measured,
-    /// Values that an operator has set, where the unit does not go by the platform's own.
+    /// Values that an operator has set, where the unit does not use the platform's own.
     #[n(19)]
     pub settings: Option<Settings>,
-    /// Of a body that leaves the ground.
+    /// Motion of a body that leaves the ground.
     #[n(20)]
     pub motion: Option<ReportedMotion>,
     /// Contact by the unit's own plan; absent where the link always carries.

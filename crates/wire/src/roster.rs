@@ -86,10 +86,10 @@ mod tests {
 
     #[test]
     fn unsound_key_table_is_refused_by_name() {
-        let of = |keys: &[(NodeId, [u8; 32])]| Keyring::default().of_run(keys).err();
-        assert_eq!(of(&[(A, public(1)), (B, public(2))]), None);
-        assert_eq!(of(&[(A, public(1)), (A, public(2))]), Some(RosterError::Twice { got: A }));
-        assert_eq!(of(&[(A, public(1)), (B, [2; 32])]), Some(RosterError::Key { of: B }));
+        let with_keys = |keys: &[(NodeId, [u8; 32])]| Keyring::default().of_run(keys).err();
+        assert_eq!(with_keys(&[(A, public(1)), (B, public(2))]), None);
+        assert_eq!(with_keys(&[(A, public(1)), (A, public(2))]), Some(RosterError::Twice { got: A }));
+        assert_eq!(with_keys(&[(A, public(1)), (B, [2; 32])]), Some(RosterError::Key { of: B }));
     }
 
     #[test]
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(run.cast("units", [A, B]), Ok(()));
         assert_eq!(run.cast("units", [A, stranger]), Err(RosterError::Stranger { field: "units", got: stranger }));
         assert_eq!(run.cast("units", [A, B, A]), Err(RosterError::Again { field: "units", got: A }));
-        let said = RosterError::Stranger { field: "units", got: stranger }.to_string();
-        assert_eq!(said, "units: an identity with a key in this run expected, got `unit-64`");
+        let refused = RosterError::Stranger { field: "units", got: stranger }.to_string();
+        assert_eq!(refused, "units: an identity with a key in this run expected, got `unit-64`");
     }
 }

@@ -55,18 +55,18 @@ pub struct Modalities(#[n(0)] pub u8);
 impl Modalities {
     /// With one more.
     #[must_use]
-    pub fn with(self, m: Modality) -> Modalities {
+    pub fn with_modality(self, m: Modality) -> Modalities {
         Modalities(self.0 | 1 << m as u8)
     }
 
     /// True if `m` is in the set.
-    pub fn has(self, m: Modality) -> bool {
+    pub fn contains(self, m: Modality) -> bool {
         self.0 & (1 << m as u8) != 0
     }
 
     /// True if these suffice to designate a vehicle that they support: warmth, which is costly to counterfeit, and one more.
     pub fn designate(self) -> bool {
-        self.count() >= 2 && self.has(Modality::Thermal)
+        self.count() >= 2 && self.contains(Modality::Thermal)
     }
 
     /// Number of modalities.
@@ -75,10 +75,10 @@ impl Modalities {
     }
 }
 
-/// By name, for people and for other programs.
+/// Names of the modalities, for people and for other programs.
 impl serde::Serialize for Modalities {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(Modality::ALL.into_iter().filter(|m| self.has(*m)))
+        serializer.collect_seq(Modality::ALL.into_iter().filter(|m| self.contains(*m)))
     }
 }
 
@@ -230,7 +230,7 @@ pub struct Navigation {
     /// Absent while odometry gives no reading.
     #[n(2)]
     pub odometry: Option<Odometry>,
-    /// Of a body that leaves the ground.
+    /// Values of a body that leaves the ground.
     #[n(3)]
     pub spatial: Option<Spatial>,
 }
@@ -358,8 +358,8 @@ pub struct Candidates {
     /// LiDAR clusters.
     #[n(6)]
     pub lidar: Option<List<Cluster, 64>>,
-    /// Of candidates without planes: the noise of the plane that each modality's list stands for, as one number, which another plane has by
-    /// chance alone. Absent where there are planes.
+    /// Noise of candidates without planes: the noise of the plane that each modality's list represents, as one number, which another plane
+    /// has by chance alone. Absent where there are planes.
     #[n(7)]
     pub grain: Option<[u32; 4]>,
 }

@@ -15,7 +15,7 @@ pub const SESSION_VERSION: u8 = 1;
 /// Longest record in bytes; DTLS application records are never fragmented.
 pub const MAX_SESSION_MESSAGE: usize = 1200;
 
-/// Most teammates whose reports one unit is told: the gateway tells it of no more, and its memory has no more room.
+/// Most teammates whose reports one unit gets: the gateway tells it of no more, and its memory has no more room.
 pub const MAX_TEAMMATES: usize = 3;
 
 /// One record of a session.

@@ -1,6 +1,6 @@
 //! Settings of an operator before a mission: speed, distance from the fence, confidence.
 //!
-//! Each value has a range of its own, which is part of the schema. The safety of the values together depends on the
+//! Each value has its own range, which is part of the schema. The safety of the values together depends on the
 //! platform and is judged by the unit (`autonomy::settings`).
 
 use core::ops::RangeInclusive;
@@ -32,8 +32,8 @@ pub struct Settings {
 
 impl Settings {
     /// A platform's own values, as near as they can be set.
-    pub fn of(bounds: &Bounds) -> Settings {
-        let own = [
+    pub fn from_bounds(bounds: &Bounds) -> Settings {
+        let own_values = [
             bounds.max_speed_mm_s,
             bounds.fence_margin_mm,
             bounds.designation_confidence.into(),
@@ -42,7 +42,8 @@ impl Settings {
         let near = |value: u32, range: &RangeInclusive<u16>| {
             value.clamp((*range.start()).into(), (*range.end()).into()) as u16
         };
-        let [speed_mm_s, margin_mm, arm_permille, keep_permille] = core::array::from_fn(|k| near(own[k], &RANGES[k]));
+        let [speed_mm_s, margin_mm, arm_permille, keep_permille] =
+            core::array::from_fn(|k| near(own_values[k], &RANGES[k]));
         Settings { speed_mm_s, margin_mm, arm_permille, keep_permille }
     }
 }

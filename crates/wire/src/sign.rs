@@ -61,12 +61,12 @@ pub struct Key {
 }
 
 impl Key {
-    /// From 32 secret bytes.
+    /// Key of 32 secret bytes.
     pub fn from_bytes(secret: &[u8; 32]) -> Self {
         Key { signing: Arc::new(SigningKey::from_bytes(secret)), verifier: None }
     }
 
-    /// The same, and `verifier` is told of each signature.
+    /// The key, with `verifier` informed of each signature.
     #[must_use]
     pub fn told_to(self, verifier: SharedVerifier) -> Self {
         Key { verifier: Some(verifier), ..self }
@@ -110,7 +110,7 @@ impl core::fmt::Debug for Key {
 pub struct PublicKey(VerifyingKey);
 
 impl PublicKey {
-    /// From its encoding; none when that is no point on the curve.
+    /// Key from its encoding; none when that is no point on the curve.
     pub fn from_bytes(public: &[u8; 32]) -> Option<Self> {
         VerifyingKey::from_bytes(public).ok().map(PublicKey)
     }
@@ -171,14 +171,14 @@ impl Keyring {
             Some(SharedVerifier(verifier)) => verifier.key(public),
             None => PublicKey::from_bytes(public),
         };
-        let (at, known) = match self.at(node) {
+        let (index, known) = match self.position(node) {
             Ok(at) => (at, true),
             Err(at) => (at, false),
         };
         match (key, known) {
-            (Some(key), true) => self.keys[at].1 = key,
-            (Some(key), false) => self.keys.insert(at, (node, key)),
-            (None, true) => drop(self.keys.remove(at)),
+            (Some(key), true) => self.keys[index].1 = key,
+            (Some(key), false) => self.keys.insert(index, (node, key)),
+            (None, true) => drop(self.keys.remove(index)),
             (None, false) => {}
         }
         key.is_some()
@@ -186,17 +186,17 @@ impl Keyring {
 
     /// True if it has a key of `node`.
     pub fn names(&self, node: NodeId) -> bool {
-        self.at(node).is_ok()
+        self.position(node).is_ok()
     }
 
-    fn at(&self, node: NodeId) -> Result<usize, usize> {
+    fn position(&self, node: NodeId) -> Result<usize, usize> {
         self.keys.binary_search_by_key(&node, |(node, _)| *node)
     }
 
     /// Verifies that `signed` is `signer`'s for `purpose` (strict verification, no malleability).
     pub fn verify(&self, signer: NodeId, purpose: Purpose, signed: &Signed<'_>) -> Result<(), Refusal> {
-        let at = self.at(signer).map_err(|_| Refusal::Signer { got: signer })?;
-        let key = &self.keys[at].1;
+        let index = self.position(signer).map_err(|_| Refusal::Signer { got: signer })?;
+        let key = &self.keys[index].1;
         let message = to_be_signed(purpose, signed.payload);
         let good = match &self.verifier {
             Some(SharedVerifier(verifier)) => verifier.verify(key, &message, signed.signature),

@@ -10,16 +10,16 @@ use crate::sensor::Modality;
 /// Sensors of a kind of platform.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Suite {
-    /// Those of a vehicle on the ground or in the air, which looks at objects: cameras and a LiDAR.
+    /// Sensors of a vehicle on the ground or in the air, which looks at objects: cameras and a LiDAR.
     #[default]
     Scene,
-    /// Those of a satellite, which looks at the sky ([`crate::bearing::Bearings`]).
+    /// Sensors of a satellite, which looks at the sky ([`crate::bearing::Bearings`]).
     Sky,
 }
 
 impl Suite {
-    /// Of a unit that reports this motion: sunlight is told in an orbit alone.
-    pub fn of(motion: Option<&ReportedMotion>) -> Self {
+    /// Suite of a unit that reports this motion: sunlight is reported in an orbit alone.
+    pub fn from_motion(motion: Option<&ReportedMotion>) -> Self {
         if motion.is_some_and(|motion| motion.sunlit.is_some()) { Suite::Sky } else { Suite::Scene }
     }
 
@@ -55,7 +55,7 @@ impl Suite {
     pub fn guard(self, guard: Guard) -> &'static str {
         Modality::ALL
             .into_iter()
-            .find(|place| Guard::of(*place) == guard)
+            .find(|place| Guard::from_modality(*place) == guard)
             .map_or(guard.name(), |place| self.sensor(place))
     }
 

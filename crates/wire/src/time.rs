@@ -35,17 +35,17 @@ impl Span {
     /// No time.
     pub const ZERO: Span = Span(0);
 
-    /// So many milliseconds.
+    /// A given number of milliseconds.
     pub const fn ms(n: u64) -> Span {
         Span(n * 1000)
     }
 
-    /// So many seconds.
+    /// A given number of seconds.
     pub const fn s(n: u64) -> Span {
         Span(n * 1_000_000)
     }
 
-    /// In milliseconds, for people.
+    /// Milliseconds, for people.
     pub fn as_ms(self) -> f64 {
         self.0 as f64 / 1000.0
     }
@@ -80,7 +80,7 @@ impl Instant {
         Span(self.0.saturating_sub(earlier.0))
     }
 
-    /// The same point as a number for another host to read.
+    /// The instant as a number for another host to read.
     pub fn stamp(self) -> PeerStamp {
         PeerStamp(self.0)
     }
@@ -128,9 +128,9 @@ impl Age {
         Age(now.since(stamped))
     }
 
-    /// The same record's age when it was already `before` old at the start of this one.
+    /// Age of a record that was already `before` old at the start of this one.
     #[must_use]
-    pub fn after(self, before: Span) -> Age {
+    pub fn plus(self, before: Span) -> Age {
         Age(self.0 + before)
     }
 
@@ -192,12 +192,12 @@ impl AgeBound {
 
     /// Time at which the current nonce was issued.
     pub fn issued_at(&self) -> Option<Instant> {
-        self.issued.map(|(_, at)| at)
+        self.issued.map(|(_, time)| time)
     }
 
     /// Time at which this nonce went out, if it is ours and still answerable.
     pub fn sent(&self, nonce: Nonce) -> Option<Instant> {
-        [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == nonce).map(|(_, at)| at)
+        [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == nonce).map(|(_, time)| time)
     }
 
     /// Takes an echo into account. False when its nonce was not ours or is no longer answerable.
@@ -260,7 +260,7 @@ mod tests {
         let mut bound = proven(0, 1000);
         bound.issue(Nonce(8), Instant(1_000_000));
         assert!(bound.prove(Echo { nonce: Nonce(8), seen: PeerStamp(1_300_000) }));
-        let young = |at: u64| bound.age(PeerStamp(at), Instant(at)).unwrap().upper();
+        let young = |time: u64| bound.age(PeerStamp(time), Instant(time)).unwrap().upper();
         assert!(young(2_000_000) < Span::ms(2), "{}", young(2_000_000));
         assert!(young(3_100_000) >= Span::ms(300), "the earlier one serves no more");
     }

@@ -62,7 +62,7 @@ fn written(values: &[Named]) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// With `HOLDSAFE_RENEW` set the vectors are written anew; then read the diff.
+/// With `HOLDSAFE_RENEW` set the vectors are written again; then read the diff.
 #[test]
 fn named_values_match_bytes_and_notation() {
     for (message, values) in values::all() {

@@ -12,7 +12,7 @@ use std::time::Duration;
 use dataset::cells::{self, Split};
 use dataset::example::Example;
 use link::clock::thread_cpu_us;
-use perception::corroborate::{Limits, Sighting, corroborate};
+use perception::corroborate::{CorroborationLimits, Sighting, corroborate};
 use perception::detector::{Detector, DetectorError};
 use perception::fused::{SAY, claims, image};
 use perception::lidar::Scanner;
@@ -64,10 +64,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     stages(&detector)?;
     let (world, plant) = settled(0)?;
     let image = Example::new(&Sensors::GROUND, cells::named("clear")?, Split::HeldOut, 0)?.frame.rgb;
-    here(&world, &plant, &detector, &image)?;
+    detect_in_process(&world, &plant, &detector, &image)?;
     if let Some(python) = after("--python") {
         referee(&python, &world, &plant, &image)?;
-        here(&world, &plant, &detector, &image)?;
+        detect_in_process(&world, &plant, &detector, &image)?;
     }
     Ok(())
 }
@@ -80,7 +80,7 @@ fn frames<'a>(imagers: &'a Imagers, camera: Camera, (frame, stamp): (FrameId, In
     Frames { frame, stamp, width, height, rgb, depth, thermal, lidar }
 }
 
-fn here(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Result<(), Box<dyn Error>> {
+fn detect_in_process(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Result<(), Box<dyn Error>> {
     let (rays, inference) = (rays(world, plant) / 1e6, inference(detector, image)? * 1e3);
     println!("here: {rays:.2} million rays a second; an inference with what is made of it {inference:.3} ms");
     let (rate, way) = stepped()?;
@@ -105,7 +105,7 @@ fn stepped() -> Result<(f64, f32), Box<dyn Error>> {
 
 /// Frames through every stage, each on its own.
 fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
-    let (camera, limits, scanner) = (Camera::GROUND, Limits::default(), Scanner::new(&Lidar::GROUND));
+    let (camera, limits, scanner) = (Camera::GROUND, CorroborationLimits::default(), Scanner::new(&Lidar::GROUND));
     let pose = Pose { x_mm: 0, y_mm: 0, yaw_mrad: 0 };
     let (mut ego, network) = (Ego::default(), Detector::thermal(&Camera::GROUND)?);
     let fused = Detector::fused(&camera)?.ok_or("no fused network for this camera")?;
@@ -134,10 +134,11 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
             odometry: None,
             spatial: None,
         });
-        let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar, grain: None };
+        let all =
+            Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar, grain: None };
         let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all, disputed));
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
-        let (tracking, ()) = timed(|| tracker.update(frame, stamp, ego.at(stamp, STEP).as_ref(), &sightings));
+        let (tracking, ()) = timed(|| tracker.update(frame, stamp, ego.pose_at(stamp, STEP).as_ref(), &sightings));
         took.push([sensing, detecting, fusing, warming, sampling, clustering, judging, tracking]);
     }
     let counted = &took[WARM_UP as usize..];
@@ -148,10 +149,10 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn row(name: &str, mut of: Vec<Duration>) {
-    of.sort();
-    let at = |share: f64| of[((of.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
-    println!("{name:26} p50 {:7.3} ms   p99 {:7.3} ms   n {}", at(0.5), at(0.99), of.len());
+fn row(name: &str, mut durations: Vec<Duration>) {
+    durations.sort();
+    let at = |share: f64| durations[((durations.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
+    println!("{name:26} p50 {:7.3} ms   p99 {:7.3} ms   n {}", at(0.5), at(0.99), durations.len());
 }
 
 fn timed<T>(run: impl FnOnce() -> T) -> (Duration, T) {
@@ -173,7 +174,7 @@ fn rays(world: &World, plant: &Plant) -> f64 {
     (sweep.pixels().len() * CASTS) as f64 / took.as_secs_f64()
 }
 
-/// The same rays and the same image, elsewhere.
+/// Equal rays and an equal image, elsewhere.
 fn referee(python: &Path, world: &World, plant: &Plant, image: &[u8]) -> Result<(), Box<dyn Error>> {
     let (camera, state) = (Camera::GROUND, plant.state(world));
     let mut sweep = Sweep::new(&camera);
@@ -182,19 +183,20 @@ fn referee(python: &Path, world: &World, plant: &Plant, image: &[u8]) -> Result<
     let rays: Vec<_> =
         (0..sweep.pixels().len()).map(|k| (state.rotation * ray(&camera, centre(k))).to_array()).collect();
     let ranges: Vec<_> = sweep.pixels().iter().map(|pixel| pixel.hit.map(|hit| hit.distance)).collect();
-    let terrain = (0..=CELLS).map(|row| (0..=CELLS).map(|column| world.terrain().at(row, column)).collect::<Vec<_>>());
+    let terrain =
+        (0..=CELLS).map(|row| (0..=CELLS).map(|column| world.terrain().height_at(row, column)).collect::<Vec<_>>());
     let objects = world.scene().objects.iter().zip(world.placements()).map(|(object, place)| {
         json!({ "class": object.class.name(), "size": object.size, "centre": place.centre.to_array(), "facing": place.facing })
     });
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let told = json!({
+    let value = json!({
         "side": SIDE, "terrain": terrain.collect::<Vec<_>>(), "objects": objects.collect::<Vec<_>>(), "reach": REACH,
         "eye": eye(&camera, &state).to_array(), "rays": rays, "ranges": ranges, "image": image, "casts": CASTS, "images": IMAGES,
         "steps": STEPS, "step": STEP.as_ms() / 1e3, "speed": SPEED, "at": state.position.to_array(), "yaw": state.yaw(),
         "model": root.join("crates/perception/models/detector.onnx"),
     });
     let file = std::env::temp_dir().join(format!("holdsafe-frame-{}.json", std::process::id()));
-    std::fs::write(&file, told.to_string())?;
+    std::fs::write(&file, value.to_string())?;
     let ran = Command::new(python).arg(root.join("tools/referee/frame.py")).arg(&file).status();
     std::fs::remove_file(&file)?;
     if ran?.success() { Ok(()) } else { Err("the referee failed".into()) }

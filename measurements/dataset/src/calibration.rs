@@ -38,8 +38,8 @@ pub fn bins(outcomes: &[Outcome], least: u16) -> Vec<Bin> {
 /// Expected calibration error of the bins.
 pub fn error(bins: &[Bin]) -> f64 {
     let given: u32 = bins.iter().map(|b| b.given).sum();
-    let apart: f64 = bins.iter().map(|b| f64::from(b.given) * (b.score - b.right).abs()).sum();
-    apart / f64::from(given.max(1))
+    let distance: f64 = bins.iter().map(|b| f64::from(b.given) * (b.score - b.right).abs()).sum();
+    distance / f64::from(given.max(1))
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub struct Coco {
 /// Description of the set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Info {
-    /// In words.
+    /// Description in words.
     pub description: String,
     /// Version of the program that made it.
     pub version: String,
@@ -75,7 +75,7 @@ pub struct Annotation {
 /// One class.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Category {
-    /// From 1.
+    /// Index, from 1.
     pub id: u32,
     /// Name.
     pub name: &'static str,
@@ -97,7 +97,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Of a detection on frame `image_id`.
+    /// Counts of a detection on frame `image_id`.
     pub fn new(image_id: u64, detection: &Detection) -> Self {
         let b = detection.bounds;
         Found {

@@ -5,7 +5,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use sim::scene::{Disguise, Ground, Object, Scene, Start};
+use sim::scene::{Disguise, Ground, Object, Scene, StartPose};
 use sim::weather::Weather;
 use wire::sensor::Class;
 
@@ -22,7 +22,7 @@ const MOST: usize = 6;
 ///
 /// # Errors
 /// `cells.toml` was edited into something else.
-pub fn scene(cell: &Cell, split: Split, number: u64) -> Result<(Scene, Start), CellsError> {
+pub fn scene(cell: &Cell, split: Split, number: u64) -> Result<(Scene, StartPose), CellsError> {
     let variant = cells::variant(split)?;
     let place = cells::all()?.iter().position(|c| c.name == cell.name).unwrap_or_default() as u64;
     let mut rng = ChaCha8Rng::seed_from_u64(number);
@@ -36,22 +36,24 @@ struct Draw<'a> {
 }
 
 impl Draw<'_> {
-    fn scene(mut self, cell: &Cell) -> (Scene, Start) {
-        let start = Start { east: self.within([-12.0, 12.0]), north: self.within([-12.0, 12.0]), heading: self.turn() };
+    fn scene(mut self, cell: &Cell) -> (Scene, StartPose) {
+        let start =
+            StartPose { east: self.uniform([-12.0, 12.0]), north: self.uniform([-12.0, 12.0]), heading: self.turn() };
         let ground = Ground {
             seed: self.rng.next_u64(),
-            amplitude: self.within(self.variant.amplitude_m),
-            wavelength: self.within(self.variant.wavelength_m),
-            kelvin: self.within(cell.ground_kelvin),
+            amplitude: self.uniform(self.variant.amplitude_m),
+            wavelength: self.uniform(self.variant.wavelength_m),
+            kelvin: self.uniform(cell.ground_kelvin),
         };
         let weather = Weather {
-            light: self.within(cell.light),
-            visibility_m: cell.visibility_m.map(|range| self.within(range)),
-            rain_mm_h: self.within(cell.rain_mm_h),
-            smear_px: cell.smear_px[0] + self.below(usize::from(cell.smear_px[1] - cell.smear_px[0]) + 1) as u16,
+            light: self.uniform(cell.light),
+            visibility_m: cell.visibility_m.map(|range| self.uniform(range)),
+            rain_mm_h: self.uniform(cell.rain_mm_h),
+            smear_px: cell.smear_px[0]
+                + self.uniform_below(usize::from(cell.smear_px[1] - cell.smear_px[0]) + 1) as u16,
         };
         let mut objects: Vec<Object> = Vec::new();
-        let wanted = 1 + self.below(MOST);
+        let wanted = 1 + self.uniform_below(MOST);
         for _ in 0..3 * wanted {
             if objects.len() < wanted {
                 let object = self.object(&start);
@@ -65,8 +67,8 @@ impl Draw<'_> {
         (Scene { start, objects, ground, weather, ..Scene::default() }, start)
     }
 
-    fn object(&mut self, start: &Start) -> Object {
-        let class = Class::ALL[self.below(4)];
+    fn object(&mut self, start: &StartPose) -> Object {
+        let class = Class::ALL[self.uniform_below(4)];
         let (sizes, kelvin) = match class {
             Class::Vehicle => (self.variant.vehicle, [308.0, 330.0]),
             Class::Decoy => (self.variant.vehicle, [280.0, 292.0]),
@@ -74,12 +76,12 @@ impl Draw<'_> {
             Class::Obstacle => (self.variant.obstacle, [280.0, 290.0]),
         };
         let size = self.size(sizes);
-        let range = self.within(RANGE) + 0.5 * size[0].max(size[1]);
-        let (sin, cos) = libm::sincosf(start.heading + self.within([-BEARING, BEARING]));
+        let range = self.uniform(RANGE) + 0.5 * size[0].max(size[1]);
+        let (sin, cos) = libm::sincosf(start.heading + self.uniform([-BEARING, BEARING]));
         Object {
             class,
             size,
-            kelvin: self.within(kelvin),
+            kelvin: self.uniform(kelvin),
             heated: None,
             colour: self.paint(class),
             disguise: Disguise::default(),
@@ -96,25 +98,25 @@ impl Draw<'_> {
     fn paint(&mut self, class: Class) -> [u8; 3] {
         let range = self.variant.paint;
         if class == Class::Obstacle {
-            let grey = self.within([80.0, 150.0]);
+            let grey = self.uniform([80.0, 150.0]);
             return [grey, grey * 0.92, grey * 0.8].map(|v| v as u8);
         }
-        core::array::from_fn(|_| self.within(range) as u8)
+        core::array::from_fn(|_| self.uniform(range) as u8)
     }
 
     fn size(&mut self, sizes: Sizes) -> [f32; 3] {
-        core::array::from_fn(|axis| self.within([sizes.least[axis], sizes.most[axis]]))
+        core::array::from_fn(|axis| self.uniform([sizes.least[axis], sizes.most[axis]]))
     }
 
-    fn within(&mut self, range: Range) -> f32 {
+    fn uniform(&mut self, range: Range) -> f32 {
         within(&mut self.rng, range)
     }
 
     fn turn(&mut self) -> f32 {
-        self.within([-3.1, 3.1])
+        self.uniform([-3.1, 3.1])
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    fn uniform_below(&mut self, n: usize) -> usize {
         self.rng.next_u32() as usize % n
     }
 }

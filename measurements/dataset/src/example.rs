@@ -2,7 +2,7 @@
 
 use minicbor::bytes::ByteSlice;
 use sim::limits::SceneError;
-use sim::scene::{Scene, Start};
+use sim::scene::{Scene, StartPose};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
 use wire::platform::Sensors;
@@ -35,7 +35,7 @@ pub struct Example {
     /// The scene.
     pub scene: Scene,
     /// Viewpoint.
-    pub start: Start,
+    pub start: StartPose,
     /// The sensors, over the viewpoint.
     pub sensors: Sensors,
     /// Their output, with its labels.
@@ -49,14 +49,14 @@ impl Example {
     /// `cells.toml` was edited into something else.
     pub fn new(sensors: &Sensors, cell: &Cell, split: Split, number: u64) -> Result<Self, ExampleError> {
         let (scene, start) = draw::scene(cell, split, number)?;
-        Example::of(sensors, scene, start, number)
+        Example::from_scene(sensors, scene, start, number)
     }
 
     /// The frame of any scene, with the noise of frame `number`.
     ///
     /// # Errors
     /// The scene cannot be built.
-    pub fn of(sensors: &Sensors, scene: Scene, start: Start, number: u64) -> Result<Self, ExampleError> {
+    pub fn from_scene(sensors: &Sensors, scene: Scene, start: StartPose, number: u64) -> Result<Self, ExampleError> {
         let frame = render(sensors, &scene, start, number ^ NOISE)?;
         Ok(Example { scene, start, sensors: *sensors, frame })
     }

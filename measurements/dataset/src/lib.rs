@@ -5,7 +5,7 @@
 //! - [`precision`] is the detector's average precision, [`calibration`] the meaning of its scores, [`warmth`] the thermal
 //!   stage, [`sightings`] corroboration of both; [`quality`] measures them all, cell by cell.
 //! - [`rides`] drives a unit through scenes in which things move; [`tracking`] scores tracks over a ride, [`likeness`] sets the
-//!   noise model beside the stages that it stands in for.
+//!   noise model beside the stages that it replaces.
 //! - [`coco`] writes frames for others to learn from, [`sheet`] a picture of them for people.
 //!
 //! Sensors are `sim`'s and stages are `perception`'s; this crate copies neither. Files are the command's.

@@ -3,7 +3,7 @@
 //! For each visible object: found or missed, and where; by range, and by partial cover. For each frame: false detections. For
 //! each ride: the length of series of misses, for one miss that lasts costs a track and ten that are scattered do not.
 
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use serde::Serialize;
 use sim::Label;
 use sim::ride::Shot;
@@ -13,7 +13,7 @@ use wire::sensor::{Candidates, Class, Cluster, PixelBox};
 use crate::draw::distance;
 use crate::example::counts;
 
-/// Upper ends of the ranges that are told apart, metres along the optical axis; the last is open.
+/// Upper ends of the ranges that are distinguished, metres along the optical axis; the last is open.
 pub const RANGES_M: [f32; 3] = [8.0, 13.0, 18.0];
 /// A box is of an object from this share of shared over united area on.
 const SAME: f32 = 0.3;
@@ -22,7 +22,7 @@ const NOTHING: f32 = 0.05;
 /// A cluster is of an object within this distance of its outline, metres.
 const NEAR_M: f32 = 0.8;
 /// Permitted deviation of the noise model, committed before it was fitted: shares found and shares under their class,
-/// by so much either way, where at least [`LEAST_ASKED`] were asked for.
+/// by this much either way, where at least [`LEAST_ASKED`] were asked for.
 const SHARE: f64 = 0.05;
 const LEAST_ASKED: u32 = 100;
 /// False detections, per frame.
@@ -65,9 +65,9 @@ impl Stage {
 pub struct Found {
     /// Objects that frames show.
     pub asked: u32,
-    /// Of those, found.
+    /// Number of these that were found.
     pub found: u32,
-    /// Of those, under their own class, or as warm as their class is; of LiDAR all.
+    /// Number of these found under their own class, or as warm as their class is; of LiDAR all.
     pub named: u32,
 }
 
@@ -77,7 +77,7 @@ impl Found {
         (self.asked > 0).then(|| f64::from(self.found) / f64::from(self.asked))
     }
 
-    /// Of those found, the share under their class.
+    /// Share of those found under their class.
     pub fn named(self) -> f64 {
         f64::from(self.named) / f64::from(self.found.max(1))
     }
@@ -92,9 +92,9 @@ impl Found {
 /// Output of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Given {
-    /// By range, of unobstructed objects.
+    /// Counts by range, of unobstructed objects.
     pub whole: [Found; RANGES_M.len() + 1],
-    /// Of partly covered objects, at any range.
+    /// Counts of partly covered objects, at any range.
     pub partly: Found,
     /// Frames.
     pub frames: u32,
@@ -116,7 +116,7 @@ impl Given {
         f64::from(self.missed) / f64::from(self.bursts.max(1))
     }
 
-    /// Of all objects, covered or not, asked and found.
+    /// Counts of all objects, covered or not, asked and found.
     pub fn all(&self) -> Found {
         let sum = |a: Found, b: &Found| Found {
             asked: a.asked + b.asked,
@@ -145,7 +145,7 @@ impl Given {
 /// The three stages on one way, over a number of rides.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Likeness {
-    /// In the order of [`Stage::ALL`].
+    /// Counts in the order of [`Stage::ALL`].
     pub stages: [Given; 3],
     /// Per stage and object of this ride: whether the frame before asked and missed.
     #[serde(skip)]
@@ -155,11 +155,11 @@ pub struct Likeness {
 /// Deviations of the noise model's findings from a stage's beyond the tolerances.
 pub fn departures(rendered: &Given, stand_in: &Given) -> Vec<String> {
     let mut all = Vec::new();
-    let mut share = |what: String, a: Option<f64>, b: Option<f64>, least: f64| {
+    let mut share = |name: String, a: Option<f64>, b: Option<f64>, least: f64| {
         if let (Some(a), Some(b)) = (a, b)
             && (a - b).abs() > least
         {
-            all.push(format!("{what}: {b:.3} for {a:.3}"));
+            all.push(format!("{name}: {b:.3} for {a:.3}"));
         }
     };
     let bins = rendered.whole.iter().zip(&stand_in.whole).enumerate().map(|(k, (a, b))| (bin(k), a, b));
@@ -170,9 +170,9 @@ pub fn departures(rendered: &Given, stand_in: &Given) -> Vec<String> {
     share("under its class".to_owned(), Some(rendered.all().named()), Some(stand_in.all().named()), SHARE);
     share("of nothing, a frame".to_owned(), Some(rendered.strays()), Some(stand_in.strays()), STRAY);
     share("score".to_owned(), Some(rendered.score()), Some(stand_in.score()), SCORE);
-    let mut factor = |what: &str, a: f64, b: f64| {
+    let mut factor = |name: &str, a: f64, b: f64| {
         if a > 0.0 && b > 0.0 && !(1.0 / FACTOR..=FACTOR).contains(&(b / a)) {
-            all.push(format!("{what}: {b:.2} for {a:.2}"));
+            all.push(format!("{name}: {b:.2} for {a:.2}"));
         }
     };
     factor("misses in a row", rendered.burst(), stand_in.burst());
@@ -202,7 +202,7 @@ impl Likeness {
     }
 
     /// Takes one frame's candidates.
-    pub fn take(&mut self, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) {
+    pub fn take(&mut self, candidates: &Candidates, limits: &CorroborationLimits, shot: &Shot, scene: &Scene) {
         for (k, stage) in Stage::ALL.into_iter().enumerate() {
             let (given, missing) = (&mut self.stages[k], &mut self.missing[k]);
             given.frames += 1;
@@ -235,7 +235,7 @@ impl Likeness {
 fn sight(
     stage: Stage,
     candidates: &Candidates,
-    limits: &Limits,
+    limits: &CorroborationLimits,
     label: &Label,
     (object, place): (&Object, [f32; 2]),
 ) -> Option<Sight> {
@@ -264,7 +264,7 @@ fn sight(
 }
 
 /// Number of a stage's false detections.
-fn stray(stage: Stage, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) -> u32 {
+fn stray(stage: Stage, candidates: &Candidates, limits: &CorroborationLimits, shot: &Shot, scene: &Scene) -> u32 {
     let of_none = |bounds: &PixelBox| shot.boxes.iter().flatten().all(|b| b.shared(bounds) < NOTHING);
     let far = |cluster: &&Cluster| {
         let clear =
@@ -289,7 +289,7 @@ fn warm(object: &Object, scene: &Scene) -> bool {
     matches!(object.class, Class::Vehicle | Class::Person) && object.kelvin - scene.ground.kelvin >= WARM_K
 }
 
-/// From its middle, metres.
+/// Distance from its middle, metres.
 fn reach(object: &Object) -> f32 {
     0.5 * object.size[0].max(object.size[1]) + NEAR_M
 }
@@ -308,8 +308,8 @@ fn body(shot: &Shot, [east, north]: [f32; 2]) -> [f32; 2] {
 /// Between the middles of two boxes, pixels.
 fn middles(a: &PixelBox, b: &PixelBox) -> f64 {
     let middle = |b: &PixelBox| [f64::from(b.x0 + b.x1) / 2.0, f64::from(b.y0 + b.y1) / 2.0];
-    let ([ax, ay], [bx, by]) = (middle(a), middle(b));
-    (ax - bx).hypot(ay - by)
+    let ([ax, ay], [bx, amount]) = (middle(a), middle(b));
+    (ax - bx).hypot(ay - amount)
 }
 
 #[cfg(test)]
@@ -329,8 +329,8 @@ mod tests {
             ..Given::default()
         };
         assert_eq!(departures(&given(140, 2, 60), &given(149, 3, 50)), Vec::<String>::new());
-        let told = departures(&given(140, 2, 60), &given(180, 9, 30));
-        let what: Vec<&str> = told.iter().filter_map(|t| t.split(':').next()).collect();
+        let texts = departures(&given(140, 2, 60), &given(180, 9, 30));
+        let what: Vec<&str> = texts.iter().filter_map(|t| t.split(':').next()).collect();
         assert_eq!(what, ["beyond 18 m", "of nothing, a frame", "misses in a row"]);
     }
 }

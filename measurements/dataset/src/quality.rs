@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::detector::DetectorError;
 use perception::stages::Stages;
 use serde::Serialize;
@@ -45,7 +45,7 @@ pub struct Quality {
     pub mean_average_precision: f64,
     /// 95 % by the bootstrap over frames.
     pub interval: [f64; 2],
-    /// By class: vehicle, person, decoy, obstacle.
+    /// Precision by class: vehicle, person, decoy, obstacle.
     pub average_precision: [Option<f64>; 4],
     /// Expected calibration error of scores at or above the threshold in force.
     pub calibration_error: f64,
@@ -68,7 +68,7 @@ pub fn measure(
     cell: &Cell,
     split: Split,
     numbers: Range<u64>,
-    limits: &Limits,
+    limits: &CorroborationLimits,
 ) -> Result<Quality, QualityError> {
     let (mut outcomes, mut claims, mut sightings) = (Vec::new(), Claims::default(), Sightings::default());
     for number in numbers {

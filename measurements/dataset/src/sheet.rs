@@ -7,9 +7,9 @@
 use std::fmt::Write as _;
 
 use base64::Engine as _;
-use perception::corroborate::{Judgement, Limits, corroborate};
+use perception::corroborate::{CorroborationLimits, Judgement, corroborate};
 use perception::lidar::returns;
-use perception::stages::{Claims, Stages};
+use perception::stages::{StageClaims, Stages};
 use wire::sensor::{Blob, Candidates, Class, Modalities, Modality, PixelBox};
 
 use crate::coco::picture;
@@ -45,8 +45,8 @@ pub fn draw(entries: &[Entry<'_>], stages: &Stages) -> Result<String, png::Encod
          font-family=\"sans-serif\" font-size=\"14\"><rect width=\"100%\" height=\"100%\" fill=\"#15181c\"/>"
     );
     for (k, entry) in entries.iter().enumerate() {
-        let limits = Limits::default();
-        let Claims { candidates, disputed } = stages.candidates(&entry.example.frames(), limits.score);
+        let limits = CorroborationLimits::default();
+        let StageClaims { candidates, disputed } = stages.candidates(&entry.example.frames(), limits.score);
         let judged = corroborate(&camera, &limits, Modalities::default(), &candidates, disputed);
         let top = k as u32 * row + GAP;
         // Writing to a String cannot fail.
@@ -76,7 +76,7 @@ pub fn draw(entries: &[Entry<'_>], stages: &Stages) -> Result<String, png::Encod
             top + TITLE,
             2.0 * ABOVE_M,
             2.0 * ABOVE_M,
-            above(entry.example, &candidates)
+            draw_top_view(entry.example, &candidates)
         );
     }
     svg.push_str("</svg>\n");
@@ -100,20 +100,20 @@ fn colour(class: Class) -> &'static str {
 fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]) -> String {
     let truth = example.frame.labels.iter().map(|l| outline(&l.bounds, "stroke=\"#fff\" stroke-width=\"0.5\""));
     let mut marks: String = truth.collect();
-    let limits = Limits::default();
+    let limits = CorroborationLimits::default();
     let found = candidates.rgb.iter().flat_map(|list| list.iter()).filter(|d| d.score >= limits.score);
     for (detection, judgement) in found.zip(judged) {
         let dashes = match judgement.sighting {
-            Some(sighting) if sighting.stands() => "",
+            Some(sighting) if sighting.is_uncontradicted() => "",
             Some(_) => "stroke-dasharray=\"4 2\"",
             None if judgement.vetoed.count() > 0 => "stroke-dasharray=\"4 2\"",
             None => "stroke-dasharray=\"1 1\"",
         };
         let colour = colour(detection.class);
         marks += &outline(&detection.bounds, &format!("stroke=\"{colour}\" stroke-width=\"1\" {dashes}"));
-        let against: Vec<&str> =
-            Modality::ALL.into_iter().filter(|m| judgement.vetoed.has(*m)).map(Modality::name).collect();
-        let against = if against.is_empty() { String::new() } else { format!(" not {}", against.join(", ")) };
+        let texts: Vec<&str> =
+            Modality::ALL.into_iter().filter(|m| judgement.vetoed.contains(*m)).map(Modality::name).collect();
+        let text = if texts.is_empty() { String::new() } else { format!(" not {}", texts.join(", ")) };
         // Words begin at a box's left edge, or end at its right one where they would run out of the picture.
         let b = detection.bounds;
         let (x, anchor) = if b.x0 > example.frame.width / 2 { (b.x1, "end") } else { (b.x0, "start") };
@@ -121,7 +121,7 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
         let _ = write!(
             marks,
             "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-size=\"5.5\" fill=\"{colour}\" stroke=\"#000\" stroke-width=\"1.2\" \
-             paint-order=\"stroke\">{} 0.{:03}{against}</text>",
+             paint-order=\"stroke\">{} 0.{:03}{text}</text>",
             detection.class.name(),
             detection.score.min(999)
         );
@@ -130,17 +130,18 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
 }
 
 /// Brightness of a depth, millimetres: near is bright; black is no return.
-fn near(mm: u16) -> u8 {
+fn depth_brightness(mm: u16) -> u8 {
     if mm == 0 { 0 } else { (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8 }
 }
 
 fn depth(example: &Example) -> Result<(Vec<u8>, String), png::EncodingError> {
-    let grey: Vec<u8> = example.frame.depth.chunks_exact(2).map(|b| near(u16::from_le_bytes([b[0], b[1]]))).collect();
+    let grey: Vec<u8> =
+        example.frame.depth.chunks_exact(2).map(|b| depth_brightness(u16::from_le_bytes([b[0], b[1]]))).collect();
     let size = (example.frame.width, example.frame.height);
     Ok((picture(size, png::ColorType::Grayscale, png::BitDepth::Eight, &grey)?, String::new()))
 }
 
-/// From 10 K below the ground's temperature (black) to 30 K above it (white).
+/// Image of 10 K below the ground's temperature (black) to 30 K above it (white).
 fn thermal(example: &Example, candidates: &Candidates) -> Result<(Vec<u8>, String), png::EncodingError> {
     let ground = example.scene.ground.kelvin;
     let shade = |b: &[u8]| {
@@ -156,7 +157,7 @@ fn thermal(example: &Example, candidates: &Candidates) -> Result<(Vec<u8>, Strin
 }
 
 /// Returns as dots, clusters as circles; ahead is up.
-fn above(example: &Example, candidates: &Candidates) -> String {
+fn draw_top_view(example: &Example, candidates: &Candidates) -> String {
     let (mut path, mut marks) = (String::new(), String::new());
     for [x, y, _] in returns(example.sensors.lidar, &example.frame.lidar) {
         if libm::hypotf(x, y) < ABOVE_M {

@@ -2,10 +2,10 @@
 //!
 //! An unvetoed sighting is right within 2 m (the bound of property P11) of an object of its class.
 
-use perception::corroborate::{Limits, corroborate};
-use perception::stages::{Claims, Stages};
+use perception::corroborate::{CorroborationLimits, corroborate};
+use perception::stages::{StageClaims, Stages};
 use serde::Serialize;
-use sim::scene::Start;
+use sim::scene::StartPose;
 use wire::id::ObjectId;
 use wire::sensor::{Class, Modalities};
 
@@ -24,21 +24,22 @@ pub struct Sightings {
     pub found: u32,
     /// Unvetoed sightings.
     pub given: u32,
-    /// Those that are near an object of their class.
+    /// Detections near an object of their class.
     pub right: u32,
     /// Sum of the squared distances of those from their object, square metres.
     pub squares_m2: f64,
 }
 
 impl Sightings {
-    /// Adds those of one frame.
-    pub fn add(&mut self, stages: &Stages, limits: &Limits, example: &Example) {
+    /// Adds the detections of one frame.
+    pub fn add(&mut self, stages: &Stages, limits: &CorroborationLimits, example: &Example) {
         let seen = standing(stages, limits, example);
         for label in example.frame.labels.iter().filter(|l| counts(l)) {
-            let at = example.scene.objects[usize::from(label.object.0)].path[0];
+            let position = example.scene.objects[usize::from(label.object.0)].path[0];
             self.objects += 1;
-            self.found +=
-                u32::from(seen.iter().any(|(class, place)| *class == label.class && distance(at, *place) <= NEAR_M));
+            self.found += u32::from(
+                seen.iter().any(|(class, place)| *class == label.class && distance(position, *place) <= NEAR_M),
+            );
         }
         for (class, place) in &seen {
             let objects = example.scene.objects.iter().filter(|o| o.class == *class);
@@ -53,7 +54,7 @@ impl Sightings {
 
     /// Both together.
     #[must_use]
-    pub fn with(self, other: &Sightings) -> Self {
+    pub fn merged(self, other: &Sightings) -> Self {
         Sightings {
             objects: self.objects + other.objects,
             found: self.found + other.found,
@@ -80,21 +81,27 @@ impl Sightings {
 }
 
 /// True if an object stands as one of `class`: an unvetoed sighting of that class is near it.
-pub fn stands_near(stages: &Stages, limits: &Limits, example: &Example, object: ObjectId, class: Class) -> bool {
-    let at = example.scene.objects[usize::from(object.0)].path[0];
-    standing(stages, limits, example).iter().any(|(of, place)| *of == class && distance(at, *place) <= NEAR_M)
+pub fn stands_near(
+    stages: &Stages,
+    limits: &CorroborationLimits,
+    example: &Example,
+    object: ObjectId,
+    class: Class,
+) -> bool {
+    let position = example.scene.objects[usize::from(object.0)].path[0];
+    standing(stages, limits, example).iter().any(|(of, place)| *of == class && distance(position, *place) <= NEAR_M)
 }
 
 /// Class and place in the world of each unvetoed sighting.
-fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, [f32; 2])> {
-    let Claims { candidates, disputed } = stages.candidates(&example.frames(), limits.score);
+fn standing(stages: &Stages, limits: &CorroborationLimits, example: &Example) -> Vec<(Class, [f32; 2])> {
+    let StageClaims { candidates, disputed } = stages.candidates(&example.frames(), limits.score);
     let judged = corroborate(&example.sensors.camera, limits, Modalities::default(), &candidates, disputed);
-    let left = judged.iter().filter_map(|j| j.sighting.filter(|s| s.stands()));
+    let left = judged.iter().filter_map(|j| j.sighting.filter(|s| s.is_uncontradicted()));
     left.map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32)))).collect()
 }
 
 /// A place in the body frame (metres forward, metres left) in the world.
-fn world(start: &Start, [forward, left]: [f32; 2]) -> [f32; 2] {
+fn world(start: &StartPose, [forward, left]: [f32; 2]) -> [f32; 2] {
     let (sin, cos) = libm::sincosf(start.heading);
     [start.east + cos * forward - sin * left, start.north + sin * forward + cos * left]
 }

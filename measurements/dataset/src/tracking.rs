@@ -7,9 +7,9 @@
 
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
-use perception::corroborate::{Limits, Sighting, corroborate};
+use perception::corroborate::{CorroborationLimits, Sighting, corroborate};
 use perception::pose::Ego;
-use perception::stages::Claims;
+use perception::stages::StageClaims;
 use perception::tracker::Tracker;
 use serde::Serialize;
 use sim::ride::Shot;
@@ -22,9 +22,9 @@ use wire::track::Track;
 use crate::draw::distance;
 use crate::example::counts;
 
-/// From here on an object and a track are not of one another, metres: the bound of property P11.
+/// Distance from which on an object and a track are not of one another, metres: the bound of property P11.
 pub const CUT_OFF_M: f32 = 2.0;
-/// Localisation is good for so long.
+/// Time for which localisation is good.
 const FIX: Span = Span::ms(500);
 
 /// Sums over frames.
@@ -34,9 +34,9 @@ pub struct Tracking {
     pub frames: u32,
     /// Objects that frames show.
     pub shown: u32,
-    /// Of those, with a track.
+    /// Number of these with a track.
     pub followed: u32,
-    /// Of those, by a track of their class.
+    /// Number of these with a track of their class.
     pub named: u32,
     /// False tracks.
     pub stray: u32,
@@ -51,7 +51,7 @@ pub struct Tracking {
 impl Tracking {
     /// Both together.
     #[must_use]
-    pub fn with(self, other: &Tracking) -> Self {
+    pub fn merged(self, other: &Tracking) -> Self {
         Tracking {
             frames: self.frames + other.frames,
             shown: self.shown + other.shown,
@@ -85,11 +85,17 @@ pub struct Follower {
 
 impl Follower {
     /// Takes one frame's candidates.
-    pub fn take(&mut self, Claims { candidates, disputed }: &Claims, limits: &Limits, shot: &Shot, scene: &Scene) {
+    pub fn take(
+        &mut self,
+        StageClaims { candidates, disputed }: &StageClaims,
+        limits: &CorroborationLimits,
+        shot: &Shot,
+        scene: &Scene,
+    ) {
         self.ego.note(&shot.navigation);
         let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), candidates, *disputed);
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
-        self.tracker.update(shot.frame, shot.stamp, self.ego.at(shot.stamp, FIX).as_ref(), &sightings);
+        self.tracker.update(shot.frame, shot.stamp, self.ego.pose_at(shot.stamp, FIX).as_ref(), &sightings);
         let shown = |k| shot.shown.labels.iter().any(|l| usize::from(l.object.0) == k && counts(l));
         let objects = scene.objects.iter().zip(&shot.places).enumerate();
         let truth: Vec<Truth> =
@@ -223,20 +229,20 @@ mod tests {
             scorer.frame(truth, tracks);
             scorer.score.gospa_m - before
         };
-        let mut there = truth(&[[0.0, 0.0], [10.0, 0.0]]);
+        let mut truths = truth(&[[0.0, 0.0], [10.0, 0.0]]);
         // One half a metre off, the other missed, a track of nothing: a quarter, and twice half of c squared.
-        let seen = gospa(&mut scorer, &there, &[track(1, 500), track(2, 20_000)]);
+        let seen = gospa(&mut scorer, &truths, &[track(1, 500), track(2, 20_000)]);
         assert!((seen - 4.25f64.sqrt()).abs() < 1e-6, "{seen}");
         // What the frame does not show is not missed, and a track that coasts on it is not of nothing.
-        there[1].shown = false;
-        assert!((gospa(&mut scorer, &there, &[track(1, 500), track(3, 10_300)]) - 0.5).abs() < 1e-6);
+        truths[1].shown = false;
+        assert!((gospa(&mut scorer, &truths, &[track(1, 500), track(3, 10_300)]) - 0.5).abs() < 1e-6);
         assert_eq!(
             (scorer.score.shown, scorer.score.followed, scorer.score.stray, scorer.score.switches),
             (3, 2, 1, 0)
         );
         // Under another track: a switch, once.
-        scorer.frame(&there, &[track(4, 100)]);
-        scorer.frame(&there, &[track(4, 100)]);
+        scorer.frame(&truths, &[track(4, 100)]);
+        scorer.frame(&truths, &[track(4, 100)]);
         assert_eq!((scorer.score.switches, scorer.score.named), (1, 4));
     }
 }

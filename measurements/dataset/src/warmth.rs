@@ -27,7 +27,7 @@ pub struct Claims {
 }
 
 impl Claims {
-    /// Adds those of one frame that are about objects `of` it.
+    /// Adds the detections of one frame that are about objects `of` it.
     pub fn add(&mut self, network: &Detector, example: &Example, of: impl Fn(ObjectId) -> bool) {
         let frame = &example.frame;
         let Some(blobs) = thermal::blobs(network, &frame.thermal, frame.width, frame.height) else { return };

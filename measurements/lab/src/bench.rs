@@ -161,14 +161,14 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let mut quiet = None;
     if args.minutes > 0 {
         let long = nominal.soak(args.minutes as f64 * 60.0, 0.0);
-        let again = format!("lab live --runs 0 --hours 0 --minutes {}", args.minutes);
-        quiet = Some(bench.measure(Mode::Live, &soaked(context, &long, &wanted, &again)?, 1)?);
+        let repeated = format!("lab live --runs 0 --hours 0 --minutes {}", args.minutes);
+        quiet = Some(bench.measure(Mode::Live, &soaked(context, &long, &wanted, &repeated)?, 1)?);
     }
     let mut soak = None;
     if args.hours > 0 {
         let long = nominal.soak(SOAK_TRIAL_S, SOAK_LOSS);
-        let again = "lab live --runs 0 --minutes 0 --hours 1";
-        let planned = soaked(context, &long, &Wanted::default(), again)?;
+        let repeated = "lab live --runs 0 --minutes 0 --hours 1";
+        let planned = soaked(context, &long, &Wanted::default(), repeated)?;
         soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
     }
     let live_latency_ms = losses.iter().filter_map(LiveLatency::of_run).collect();
@@ -188,10 +188,10 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
 }
 
 /// A soak's variations, with the command that reproduces it: it is no scenario of a file.
-fn soaked(context: &Context, long: &Scenario, wanted: &Wanted, again: &str) -> Result<Vec<Planned>, Failure> {
+fn soaked(context: &Context, long: &Scenario, wanted: &Wanted, repeated: &str) -> Result<Vec<Planned>, Failure> {
     let mut planned = plan::of_scenario(context, long, wanted)?;
     for one in &mut planned {
-        one.command = Some(again.to_owned());
+        one.command = Some(repeated.to_owned());
     }
     Ok(planned)
 }

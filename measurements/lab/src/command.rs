@@ -1,6 +1,6 @@
 //! The `lab` command: measurements that only the authors run, pages that are generated, and labelled frames.
 //!
-//! Options of every command and exit codes are those of `holdsafe`.
+//! Options of every command and exit codes are as in `holdsafe`.
 
 mod catalogue;
 mod dataset;

@@ -1,7 +1,7 @@
 //! Information about the unit's mode in lengths and times on the links.
 //!
 //! A *piece* is a datagram of the telemetry link, or a burst of the command plane's byte stream, as the relay in the
-//! path saw it: direction, length, time, never a byte of it. Seconds of a run are told apart by simple features of
+//! path saw it: direction, length, time, never a byte of it. Seconds of a run are distinguished by simple features of
 //! their pieces, and a classifier (`guess`) that has learned from other runs names the unit's mode. `measure` gives its
 //! accuracy, against chance. This code knows neither the platform nor a key.
 
@@ -33,9 +33,9 @@ pub const FEATURES: usize = 2 * OF_LINK;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sees {
-    /// Those of the telemetry link.
+    /// Sizes of the telemetry link.
     Telemetry,
-    /// Those of the unit's connection to the broker.
+    /// Sizes of the unit's connection to the broker.
     Command,
     /// All of them.
     Both,
@@ -92,7 +92,7 @@ struct Piece {
 }
 
 impl Run {
-    /// Of a twin that kept its input journals.
+    /// Run of a twin that kept its input journals.
     pub fn of_twin(seed: u64, topology: &Topology, twin: &Twin) -> Self {
         let mut pieces = Vec::new();
         for (node, journal) in twin.nodes().iter().zip(twin.journals().unwrap_or_default()) {
@@ -100,7 +100,7 @@ impl Run {
                 continue;
             }
             let clock = HostClock::from(topology.clocks[usize::from(node.host)]);
-            pieces.extend(journal.iter().filter_map(|fed| piece(clock.when(fed.now), &fed.input)));
+            pieces.extend(journal.iter().filter_map(|fed| piece(clock.true_time(fed.now), &fed.input)));
         }
         Self { seed, windows: windows(&pieces, &changes(twin.log()), topology.duration) }
     }
@@ -158,7 +158,7 @@ fn features(pieces: &[Piece]) -> [f64; FEATURES] {
         seen.sort_unstable_by_key(|piece| piece.at);
         let (n, bytes) = (seen.len() as f64, seen.iter().map(|piece| piece.length).sum::<usize>() as f64);
         let span = seen.last().zip(seen.first()).map_or(0, |(last, first)| last.at - first.at);
-        // Of fewer than two pieces the gap is as long as the window.
+        // The gap of fewer than two pieces is as long as the window.
         let gap = if seen.len() > 1 { span as f64 / (n - 1.0) } else { WINDOW_US as f64 };
         of_direction.copy_from_slice(&[n, bytes, bytes / n.max(1.0), gap]);
     }

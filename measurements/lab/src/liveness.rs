@@ -1,6 +1,6 @@
 //! Cost of noticing silence sooner: detectors of silence on a modelled stream of periodic messages.
 //!
-//! The stream stands for grants to a unit and for reports to the gateway: one message every 100 ms, lost with some
+//! The stream represents grants to a unit and for reports to the gateway: one message every 100 ms, lost with some
 //! probability or late by some jitter. Three kinds of detector watch the very same arrivals:
 //!
 //! - a *fixed* time since the last arrival, as the supervision lease is;
@@ -26,7 +26,7 @@ pub const PERIOD_MS: f64 = 100.0;
 pub const LEASE_MS: f64 = 500.0;
 /// Messages that an adaptive detector remembers: a minute.
 const WINDOW: usize = 600;
-/// It goes by the lease alone before it has seen so many.
+/// It uses the lease alone before it has seen that many.
 const WARM: usize = 100;
 /// Least scatter assumed of arrivals, milliseconds: the host's contribution.
 const SCATTER_MS: f64 = 5.0;
@@ -44,7 +44,7 @@ pub struct Weather {
     pub loss: f64,
     /// Longest uniform delay beside the usual, milliseconds.
     pub jitter_ms: f64,
-    /// True if the loss comes and goes by the minute.
+    /// True if the loss comes and goes with the minute.
     pub changing: bool,
 }
 
@@ -107,9 +107,9 @@ pub struct Outcome {
     pub hours: f64,
     /// Suspicions of a source that was alive.
     pub false_trips: u64,
-    /// From a blackout to its suspicion, mean, milliseconds.
+    /// Time from a blackout to its suspicion, mean, milliseconds.
     pub latency_ms: f64,
-    /// The same, 95th percentile.
+    /// Its 95th percentile.
     pub latency_p95_ms: f64,
 }
 
@@ -124,7 +124,7 @@ impl Outcome {
 pub struct Draws(Vec<(f32, f32)>);
 
 impl Draws {
-    /// For so many hours of messages.
+    /// For a given number of hours of messages.
     pub fn new(seed: u64, hours: u64) -> Draws {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut unit = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
@@ -282,7 +282,7 @@ mod tests {
         }
     }
 
-    /// As often as so many losses in a row come.
+    /// As often as a given number of losses in a row come.
     #[test]
     fn lease_trips_as_often_as_loss_bursts() {
         let draws = Draws::new(1, 20);

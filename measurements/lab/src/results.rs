@@ -1,7 +1,7 @@
 //! docs/results.md, written from the records of measurements.
 //!
 //! A record is the JSON object of one measurement with its command, commit and machine. A row of the page is a sentence whose numbers are
-//! pointers into that object, so that no figure of it is typed. Figures without a record stand in a table that is kept by hand.
+//! pointers into that object, so that no figure of it is typed. Figures without a record are in a table that is kept by hand.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -77,7 +77,7 @@ pub fn file(folder: &Path, name: &str) -> PathBuf {
 /// # Errors
 /// A file of them cannot be used, or a sentence points to a number that is not there.
 pub fn page(folder: &Path) -> Result<String, String> {
-    let rows: Rows = toml::from_str(&read(&folder.join(ROWS))?).map_err(|why| format!("{ROWS}: {why}"))?;
+    let rows: Rows = toml::from_str(&read(&folder.join(ROWS))?).map_err(|error| format!("{ROWS}: {error}"))?;
     let lines = rows.row.iter().map(|row| line(folder, row)).collect::<Result<Vec<_>, _>>()?;
     let table = match lines.is_empty() {
         true => "No figure has a record yet.\n".to_owned(),
@@ -91,15 +91,15 @@ pub fn page(folder: &Path) -> Result<String, String> {
 
 fn line(folder: &Path, row: &Row) -> Result<String, String> {
     let path = file(folder, &row.record);
-    let of: Record = serde_json::from_str(&read(&path)?).map_err(|why| format!("{}: {why}", path.display()))?;
-    let filled = |text: &str| fill(text, &of.result).map_err(|why| format!("{ROWS}, {}: {why}", row.record));
+    let record: Record = serde_json::from_str(&read(&path)?).map_err(|error| format!("{}: {error}", path.display()))?;
+    let filled = |text: &str| fill(text, &record.result).map_err(|reason| format!("{ROWS}, {}: {reason}", row.record));
     let cells = [
         row.what.clone(),
         filled(&row.figure)?,
         filled(&row.n)?,
-        format!("`{}`", of.command),
-        format!("`{}`", of.commit),
-        of.machine,
+        format!("`{}`", record.command),
+        format!("`{}`", record.commit),
+        record.machine,
     ];
     Ok(format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).join(" | ")))
 }
@@ -129,7 +129,7 @@ fn number(pointer: &str, object: &Value) -> Result<String, String> {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|why| format!("{}: {why}", path.display()))
+    fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 #[cfg(test)]
@@ -165,8 +165,8 @@ mod tests {
     #[test]
     fn a_missing_number_is_an_error() {
         for (figure, why) in [("{/none}", "at `/none`"), ("{/kind:1}", "decimals"), ("{/kind", "not closed")] {
-            let said = page(folder(figure).path()).unwrap_err();
-            assert!(said.contains(why) && said.contains("rows.toml, x"), "{said}");
+            let text = page(folder(figure).path()).unwrap_err();
+            assert!(text.contains(why) && text.contains("rows.toml, x"), "{text}");
         }
     }
 

@@ -16,8 +16,8 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// Of points; none of fewer than three, or where all have the same first coordinate.
-    pub fn of(points: &[(f64, f64)]) -> Option<Self> {
+    /// Slope of points; none of fewer than three, or where all have the same first coordinate.
+    pub fn from_points(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len();
         let mean = |get: fn(&(f64, f64)) -> f64| points.iter().map(get).sum::<f64>() / n as f64;
         let (x, y) = (mean(|(x, _)| *x), mean(|(_, y)| *y));
@@ -26,7 +26,7 @@ impl Slope {
             return None;
         }
         let each = points.iter().map(|(at, value)| (at - x) * (value - y)).sum::<f64>() / spread;
-        let off = |(at, value): &(f64, f64)| value - y - each * (at - x);
+        let off = |(place, value): &(f64, f64)| value - y - each * (place - x);
         let variance = points.iter().map(|point| off(point) * off(point)).sum::<f64>() / (n as f64 - 2.0);
         let t = StudentsT::new(0.0, 1.0, n as f64 - 2.0).ok()?.inverse_cdf(0.5 + LEVEL / 2.0);
         let half = t * libm::sqrt(variance / spread);
@@ -41,16 +41,16 @@ mod tests {
     #[test]
     fn slope_of_a_line_is_exact() {
         let line: Vec<(f64, f64)> = (0..10).map(|n| (f64::from(n), 3.0 + 2.0 * f64::from(n))).collect();
-        let slope = Slope::of(&line).unwrap();
+        let slope = Slope::from_points(&line).unwrap();
         assert!((slope.each - 2.0).abs() < 1e-9 && (slope.interval[1] - slope.interval[0]) < 1e-6, "{slope:?}");
-        assert_eq!(Slope::of(&line[..2]), None);
-        assert_eq!(Slope::of(&[(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]), None);
+        assert_eq!(Slope::from_points(&line[..2]), None);
+        assert_eq!(Slope::from_points(&[(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]), None);
     }
 
-    /// By hand: slope 0.8, and t of 3 degrees at 97.5 % is 3.18245.
+    /// Computed by hand: slope 0.8, and t of 3 degrees at 97.5 % is 3.18245.
     #[test]
     fn interval_is_by_the_t_table() {
-        let slope = Slope::of(&[(0.0, 1.0), (1.0, 3.0), (2.0, 2.0), (3.0, 5.0), (4.0, 4.0)]).unwrap();
+        let slope = Slope::from_points(&[(0.0, 1.0), (1.0, 3.0), (2.0, 2.0), (3.0, 5.0), (4.0, 4.0)]).unwrap();
         let [low, high] = slope.interval;
         assert!(
             (slope.each - 0.8).abs() < 1e-9 && (low + 0.30243).abs() < 1e-3 && (high - 1.90243).abs() < 1e-3,

@@ -78,7 +78,7 @@ pub struct Row {
     pub way: &'static str,
     /// Live.
     pub live: Quantiles,
-    /// In the twin.
+    /// Quantiles in the twin.
     pub twin: Quantiles,
     /// Twin minus live, median, microseconds.
     pub gap_p50_us: i64,
@@ -108,7 +108,7 @@ impl Delays {
                         at = clock.trace_at(now);
                         words.extend(heard(at, node, &input));
                     }
-                    Entry::Output(output) => words.extend(said(at, node, &output)),
+                    Entry::Output(output) => words.extend(spoken_word(at, node, &output)),
                     // A journal is read here before it is thinned.
                     Entry::LeftOut { .. } => {}
                 }
@@ -124,9 +124,9 @@ impl Delays {
         for (node, entries) in twin.nodes().iter().zip(twin.journals().unwrap_or_default()) {
             let clock = clock::HostClock::from(topology.clocks[usize::from(node.host)]);
             for entry in entries {
-                let at = clock.when(entry.now);
+                let at = clock.true_time(entry.now);
                 words.extend(heard(at, node.id, &entry.input));
-                words.extend(entry.outputs.iter().filter_map(|output| said(at, node.id, output)));
+                words.extend(entry.outputs.iter().filter_map(|output| spoken_word(at, node.id, output)));
             }
         }
         self.take(words);
@@ -195,7 +195,7 @@ fn heard(at: u64, node: NodeId, input: &Input) -> Option<Word> {
     Some(Word { at, node, said: false, way, hash: wire_hash(bytes) })
 }
 
-fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
+fn spoken_word(at: u64, node: NodeId, output: &Output) -> Option<Word> {
     let (way, bytes) = match output {
         Output::Bus { topic, bytes } => (Way::Bus(*topic), bytes),
         Output::Record { bytes, .. } => (Way::Session, bytes),
@@ -218,7 +218,7 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
 mod tests {
     use super::*;
 
-    /// From the input that made one core speak to the same bytes at the next.
+    /// Time from the input that made one core speak to the same bytes at the next.
     #[test]
     fn stage_lasts_from_cause_to_next_input() {
         let word = |at, node, said, hash| Word { at, node, said, way: Way::Session, hash };

@@ -27,13 +27,14 @@ pub struct Median {
 }
 
 impl Median {
-    /// Of `waits` in any order, with an interval of at least this level; none of none.
-    pub fn of(waits: &[Wait], level: f64) -> Option<Self> {
+    /// Median of `waits` in any order, with an interval of at least this level; none of none.
+    pub fn from_waits(waits: &[Wait], level: f64) -> Option<Self> {
         let mut sorted = waits.to_vec();
         sorted.sort_by(|a, b| b.came.cmp(&a.came).then(a.waited.total_cmp(&b.waited)));
         let n = sorted.len();
         let median = *sorted.get(n / 2)?;
-        // Of rank r from either end: as long as P(Binomial(n, 1/2) < r) is no more than what one side may miss.
+        // Order statistics of rank r from either end: as long as P(Binomial(n, 1/2) < r) is no more than what one side
+        // may miss.
         let fewer = |r: usize| beta_reg((n - r + 1) as f64, r as f64, 0.5);
         let rank = (1..=n / 2).rev().find(|r| fewer(*r) <= (1.0 - level) / 2.0);
         Some(Self { median, interval: rank.map(|r| [sorted[r - 1], sorted[n - r]]) })
@@ -64,10 +65,10 @@ pub enum Known {
 }
 
 impl Ratio {
-    /// Of the median of `of` over that of `over`.
-    pub fn of(of: &[Wait], over: &[Wait]) -> Self {
+    /// Ratio of the median of `waits` to that of `over`.
+    pub fn from_waits(waits: &[Wait], over: &[Wait]) -> Self {
         let each = 1.0 - (1.0 - LEVEL) / 2.0;
-        let (Some(above), Some(below)) = (Median::of(of, each), Median::of(over, each)) else {
+        let (Some(above), Some(below)) = (Median::from_waits(waits, each), Median::from_waits(over, each)) else {
             return Self { ratio: Known::Unknown, interval_95: [None, None] };
         };
         let quotient = above.median.waited / below.median.waited;
@@ -91,7 +92,7 @@ impl Ratio {
 mod tests {
     use super::*;
 
-    fn came(values: impl IntoIterator<Item = u32>) -> Vec<Wait> {
+    fn arrived_waits(values: impl IntoIterator<Item = u32>) -> Vec<Wait> {
         values.into_iter().map(|value| Wait { waited: f64::from(value), came: true }).collect()
     }
 
@@ -102,29 +103,33 @@ mod tests {
     #[test]
     fn median_lies_between_the_binomial_ranks() {
         // n = 20: P(Binomial(20, 1/2) < 6) = 0.0207 and < 7 is 0.0577; the tables have ranks 6 and 15 for 95 %.
-        let of = Median::of(&came((1..=20).rev()), 0.95).unwrap();
-        assert_eq!((of.median.waited, of.interval.unwrap().map(|end| end.waited)), (11.0, [6.0, 15.0]));
-        assert_eq!(Median::of(&came(1..=5), 0.95).unwrap().interval, None, "one in 16 lies on one side");
-        assert_eq!(Median::of(&[], 0.95), None);
+        let median = Median::from_waits(&arrived_waits((1..=20).rev()), 0.95).unwrap();
+        assert_eq!((median.median.waited, median.interval.unwrap().map(|end| end.waited)), (11.0, [6.0, 15.0]));
+        assert_eq!(
+            Median::from_waits(&arrived_waits(1..=5), 0.95).unwrap().interval,
+            None,
+            "one in 16 lies on one side"
+        );
+        assert_eq!(Median::from_waits(&[], 0.95), None);
     }
 
     #[test]
     fn missing_events_rank_last_and_give_a_bound() {
-        let half = [in_vain(12, 5.0), came(1..=8)].concat();
-        let of = Median::of(&half, 0.95).unwrap();
-        assert_eq!(of.median, Wait { waited: 5.0, came: false });
-        assert_eq!(of.interval.unwrap(), [Wait { waited: 6.0, came: true }, Wait { waited: 5.0, came: false }]);
+        let half = [in_vain(12, 5.0), arrived_waits(1..=8)].concat();
+        let median = Median::from_waits(&half, 0.95).unwrap();
+        assert_eq!(median.median, Wait { waited: 5.0, came: false });
+        assert_eq!(median.interval.unwrap(), [Wait { waited: 6.0, came: true }, Wait { waited: 5.0, came: false }]);
     }
 
     #[test]
     fn ratio_is_as_certain_as_its_medians() {
-        let (fast, slow) = (came(1..=20), came((1..=20).map(|i| i * 100)));
-        let ratio = Ratio::of(&fast, &slow);
+        let (fast, slow) = (arrived_waits(1..=20), arrived_waits((1..=20).map(|i| i * 100)));
+        let ratio = Ratio::from_waits(&fast, &slow);
         // At 97.5 % the ranks are 5 and 16.
         assert_eq!(ratio, Ratio { ratio: Known::Is(0.01), interval_95: [Some(5.0 / 1600.0), Some(16.0 / 500.0)] });
-        let beyond = Ratio::of(&fast, &in_vain(20, 1000.0));
+        let beyond = Ratio::from_waits(&fast, &in_vain(20, 1000.0));
         assert_eq!(beyond, Ratio { ratio: Known::AtMost(0.011), interval_95: [None, Some(0.016)] });
-        assert_eq!(Ratio::of(&in_vain(20, 1000.0), &fast).ratio, Known::AtLeast(1000.0 / 11.0));
-        assert_eq!(Ratio::of(&in_vain(20, 9.0), &in_vain(20, 9.0)).ratio, Known::Unknown);
+        assert_eq!(Ratio::from_waits(&in_vain(20, 1000.0), &fast).ratio, Known::AtLeast(1000.0 / 11.0));
+        assert_eq!(Ratio::from_waits(&in_vain(20, 9.0), &in_vain(20, 9.0)).ratio, Known::Unknown);
     }
 }

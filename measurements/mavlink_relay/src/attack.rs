@@ -99,29 +99,33 @@ impl Attack {
     }
 
     /// The attacker's datagram. `key` is the link's, and is used by holders of the key alone; on an unsigned link they sign with
-    /// a key of their own.
-    pub fn datagram(self, of: Captured<'_>, key: Option<&Key>, rng: &mut ChaCha8Rng) -> Vec<u8> {
+    /// their own key.
+    pub fn datagram(self, captured: Captured<'_>, key: Option<&Key>, rng: &mut ChaCha8Rng) -> Vec<u8> {
         let key = key.unwrap_or(&FOREIGN);
-        let (now, own) = (stamp(of.coming), link(of.coming));
-        let command = || arm(of.newest, of.round as f32);
+        let (now, own_link) = (stamp(captured.coming), link(captured.coming));
+        let command = || arm(captured.newest, captured.round as f32);
         let frame = match self {
             Attack::UnsignedCommand => command(),
-            Attack::UnknownMessage => unknown(of.newest, rng.next_u64().to_le_bytes()),
-            Attack::Downgrade => downgraded(of.newest),
-            Attack::ReplayNewest | Attack::RebootReplayRecent | Attack::RebootReplayOld => of.newest.clone(),
-            Attack::ReplayOlder => of.older.clone(),
-            Attack::KeyChangeUnsigned => key_change(of.newest, &FOREIGN, now),
-            Attack::PayloadFlip | Attack::PayloadRewrite => flipped_payload(self, of.coming, rng),
-            Attack::Truncation => return truncated(of.coming, rng),
+            Attack::UnknownMessage => unknown(captured.newest, rng.next_u64().to_le_bytes()),
+            Attack::Downgrade => downgraded(captured.newest),
+            Attack::ReplayNewest | Attack::RebootReplayRecent | Attack::RebootReplayOld => captured.newest.clone(),
+            Attack::ReplayOlder => captured.older.clone(),
+            Attack::KeyChangeUnsigned => key_change(captured.newest, &FOREIGN, now),
+            Attack::PayloadFlip | Attack::PayloadRewrite => flipped_payload(self, captured.coming, rng),
+            Attack::Truncation => return truncated(captured.coming, rng),
             // On an unsigned link any system's word is as good: nothing is signed there.
-            Attack::Spoof if is_signed(of.coming) => signed(command(), key, INSIDER, now),
+            Attack::Spoof if is_signed(captured.coming) => signed(command(), key, INSIDER, now),
             Attack::Spoof => command(),
-            Attack::SignatureFlip | Attack::FutureForged => damaged(self, of.coming, key, rng),
-            Attack::RelabelledLink => relabelled(of, key),
-            Attack::NewLinkOld => signed(command(), key, other_link(own, of.round), now.saturating_sub(120 * TICKS)),
-            Attack::NewLinkRecent => signed(command(), key, other_link(own, of.round), now.saturating_sub(30 * TICKS)),
-            Attack::KeyChangeSigned => signed(key_change(of.newest, &FOREIGN, now), key, INSIDER, now),
-            Attack::FutureInsider => signed(command(), key, own, now + HOUR),
+            Attack::SignatureFlip | Attack::FutureForged => damaged(self, captured.coming, key, rng),
+            Attack::RelabelledLink => relabelled(captured, key),
+            Attack::NewLinkOld => {
+                signed(command(), key, other_link(own_link, captured.round), now.saturating_sub(120 * TICKS))
+            }
+            Attack::NewLinkRecent => {
+                signed(command(), key, other_link(own_link, captured.round), now.saturating_sub(30 * TICKS))
+            }
+            Attack::KeyChangeSigned => signed(key_change(captured.newest, &FOREIGN, now), key, INSIDER, now),
+            Attack::FutureInsider => signed(command(), key, own_link, now + HOUR),
             Attack::FutureInsiderBeside => signed(Frame { system: INSIDER, ..command() }, key, INSIDER, now + HOUR),
         };
         frame.write()
@@ -129,18 +133,18 @@ impl Attack {
 }
 
 /// Timestamp of a captured message; an hour after the epoch where it has none.
-fn stamp(of: &Frame) -> u64 {
-    of.signature.map_or(HOUR, |signature| signature.timestamp)
+fn stamp(frame: &Frame) -> u64 {
+    frame.signature.map_or(HOUR, |signature| signature.timestamp)
 }
 
 /// Link id of a captured message.
-fn link(of: &Frame) -> u8 {
-    of.signature.map_or(0, |signature| signature.link)
+fn link(frame: &Frame) -> u8 {
+    frame.signature.map_or(0, |signature| signature.link)
 }
 
 /// A link id other than `own`, another in each of 255 rounds.
-fn other_link(own: u8, round: u32) -> u8 {
-    own.wrapping_add((round % 255) as u8 + 1)
+fn other_link(own_link: u8, round: u32) -> u8 {
+    own_link.wrapping_add((round % 255) as u8 + 1)
 }
 
 fn signed(mut frame: Frame, key: &Key, link: u8, timestamp: u64) -> Frame {
@@ -163,15 +167,15 @@ fn flipped_payload(attack: Attack, of: &Frame, rng: &mut ChaCha8Rng) -> Frame {
 }
 
 /// Between 2 and 12 bytes fewer: of a signed frame, a part of the signature.
-fn truncated(of: &Frame, rng: &mut ChaCha8Rng) -> Vec<u8> {
-    let mut bytes = of.write();
+fn truncated(frame: &Frame, rng: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut bytes = frame.write();
     let cut = 2 + rng.next_u32() as usize % (SIGNATURE_LENGTH - 2);
     bytes.truncate(bytes.len().saturating_sub(cut).max(HEADER_V2));
     bytes
 }
 
-fn is_signed(of: &Frame) -> bool {
-    matches!(of.version, Version::V2 { incompatible, .. } if incompatible & SIGNED != 0)
+fn is_signed(frame: &Frame) -> bool {
+    matches!(frame.version, Version::V2 { incompatible, .. } if incompatible & SIGNED != 0)
 }
 
 /// Attacks without the key on the block behind the checksum. A message of an unsigned link is signed under a foreign key first.
@@ -189,13 +193,13 @@ fn damaged(attack: Attack, of: &Frame, key: &Key, rng: &mut ChaCha8Rng) -> Frame
     frame
 }
 
-/// The same signed message, link id aside.
-fn relabelled(of: Captured<'_>, key: &Key) -> Frame {
-    let newest = of.newest;
+/// The signed message, link id aside.
+fn relabelled(captured: Captured<'_>, key: &Key) -> Frame {
+    let newest = captured.newest;
     let mut frame =
         if is_signed(newest) { newest.clone() } else { signed(newest.clone(), key, link(newest), stamp(newest)) };
     if let Some(block) = &mut frame.signature {
-        block.link = other_link(block.link, of.round);
+        block.link = other_link(block.link, captured.round);
     }
     frame
 }

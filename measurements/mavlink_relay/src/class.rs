@@ -27,8 +27,8 @@ pub enum Measured {
 }
 
 impl Measured {
-    /// Of `k` accepted messages of `n`; `None` of none.
-    pub fn of(k: u64, n: u64) -> Option<Self> {
+    /// Share of `k` accepted messages of `n`; `None` of none.
+    pub fn from_counts(k: u64, n: u64) -> Option<Self> {
         match (k, n) {
             (_, 0) => None,
             (0, _) => Some(Measured::Refused),

@@ -12,9 +12,9 @@ const TABLE: &str = include_str!("../expected.toml");
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// Of the attacker's messages.
+    /// Counts of the attacker's messages.
     pub attack: Required,
-    /// Of the true sender's messages after the first of these.
+    /// Counts of the true sender's messages after the first of these.
     pub honest: Required,
     /// Section of the published rules, and its content in short.
     pub rule: String,
@@ -36,7 +36,7 @@ pub struct Row {
 
 impl Row {
     /// The classes on this kind of link.
-    pub fn on(&self, link: Link) -> &Cell {
+    pub fn cell(&self, link: Link) -> &Cell {
         match link {
             Link::Unsigned => &self.unsigned,
             Link::Signed => &self.signed,

@@ -69,7 +69,7 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// Of exactly [`SIGNATURE_LENGTH`] bytes.
+    /// Signature of exactly [`SIGNATURE_LENGTH`] bytes.
     pub fn read(bytes: &[u8]) -> Option<Self> {
         let (&link, rest) = bytes.split_first()?;
         let (stamp, hash) = rest.split_at_checked(6)?;
@@ -144,7 +144,7 @@ impl Frame {
         bytes
     }
 
-    /// Makes the checksum anew, with the message's `seed` of its dialect.
+    /// Makes the checksum again, with the message's `seed` of its dialect.
     pub fn seal(&mut self, seed: u8) {
         self.checksum = self.sum(seed);
     }

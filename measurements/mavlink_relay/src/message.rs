@@ -25,7 +25,7 @@ pub fn seed(message: u32) -> u8 {
 }
 
 /// An unsigned MAVLink 2 frame with the sender of `like`.
-fn beside(like: &Frame, message: u32, mut payload: Vec<u8>) -> Frame {
+fn unsigned_like(like: &Frame, message: u32, mut payload: Vec<u8>) -> Frame {
     // MAVLink 2 cuts trailing zeros, but the first byte stays.
     while payload.len() > 1 && payload.last() == Some(&0) {
         payload.pop();
@@ -50,7 +50,7 @@ pub fn arm(like: &Frame, parameter: f32) -> Frame {
     payload[24..28].copy_from_slice(&parameter.to_le_bytes());
     payload.extend(ARM.to_le_bytes());
     payload.extend([TARGET.0, TARGET.1, 0]);
-    beside(like, COMMAND_LONG, payload)
+    unsigned_like(like, COMMAND_LONG, payload)
 }
 
 /// A change of the key, in the name of the sender of `like`.
@@ -58,15 +58,15 @@ pub fn key_change(like: &Frame, key: &Key, timestamp: u64) -> Frame {
     let mut payload = timestamp.to_le_bytes().to_vec();
     payload.extend([TARGET.0, TARGET.1]);
     payload.extend(key);
-    beside(like, SETUP_SIGNING, payload)
+    unsigned_like(like, SETUP_SIGNING, payload)
 }
 
 /// A message that the dialect does not have, in the name of the sender of `like`.
 pub fn unknown(like: &Frame, content: [u8; 8]) -> Frame {
-    beside(like, UNKNOWN, content.to_vec())
+    unsigned_like(like, UNKNOWN, content.to_vec())
 }
 
-/// The same message in MAVLink 1, which has no signature and no cut payload.
+/// The message in MAVLink 1, which has no signature and no cut payload.
 pub fn downgraded(of: &Frame) -> Frame {
     let mut frame = Frame { version: Version::V1, signature: None, ..of.clone() };
     if of.message == COMMAND_LONG {

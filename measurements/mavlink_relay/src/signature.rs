@@ -12,7 +12,7 @@ pub const TICKS: u64 = 100_000;
 /// Secret key that both ends hold.
 pub type Key = [u8; 32];
 
-/// Signs a MAVLink 2 frame, and makes its checksum anew with the message's `seed`: the flag is under both. A MAVLink 1 frame has
+/// Signs a MAVLink 2 frame, and makes its checksum again with the message's `seed`: the flag is under both. A MAVLink 1 frame has
 /// no place for a signature and stays as it is.
 pub fn sign(frame: &mut Frame, key: &Key, seed: u8, link: u8, timestamp: u64) {
     let Version::V2 { incompatible, compatible } = frame.version else { return };

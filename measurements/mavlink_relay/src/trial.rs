@@ -150,15 +150,15 @@ impl Run<'_> {
         }
     }
 
-    /// The same, and the receiver has it.
+    /// The frame passed on, and the receiver has it.
     fn passed_on(&mut self) -> Result<Frame, EndFault> {
         let frame = self.next()?;
         self.give(Author::Uncounted, frame.write())?;
         Ok(frame)
     }
 
-    fn attack(&mut self, of: Captured<'_>) -> Result<(), EndFault> {
-        let datagram = self.trial.attack.datagram(of, self.start.key.as_ref(), &mut self.rng);
+    fn attack(&mut self, captured: Captured<'_>) -> Result<(), EndFault> {
+        let datagram = self.trial.attack.datagram(captured, self.start.key.as_ref(), &mut self.rng);
         self.give(Author::Attacker, datagram)
     }
 

@@ -60,11 +60,11 @@ proptest! {
 
     #[test]
     fn damaged_seeds_are_refused_or_kept(
-        of: prop::sample::Index, other: prop::sample::Index, ends in any::<[prop::sample::Index; 3]>(),
+        index: prop::sample::Index, other: prop::sample::Index, ends in any::<[prop::sample::Index; 3]>(),
         noise in prop::collection::vec(any::<u8>(), 0..9),
     ) {
         let seeds = seeds();
-        let (mut bytes, other) = (of.get(&seeds).clone(), other.get(&seeds));
+        let (mut bytes, other) = (index.get(&seeds).clone(), other.get(&seeds));
         let [start, end, from] = ends;
         let start = start.index(bytes.len() + 1);
         let end = start + end.index(bytes.len() - start + 1);

@@ -30,8 +30,8 @@ fn sent(n: u8, key: Option<&Key>) -> Frame {
 /// The attacker's bytes, and the message that is on its way.
 fn attacked(attack: Attack, key: Option<&Key>, round: u32) -> (Vec<u8>, Frame) {
     let [older, newest, coming] = [1, 2, 3].map(|n| sent(n, key));
-    let of = Captured { coming: &coming, newest: &newest, older: &older, round };
-    let datagram = attack.datagram(of, key, &mut ChaCha8Rng::seed_from_u64(u64::from(round)));
+    let captured = Captured { coming: &coming, newest: &newest, older: &older, round };
+    let datagram = attack.datagram(captured, key, &mut ChaCha8Rng::seed_from_u64(u64::from(round)));
     (datagram, coming)
 }
 
@@ -173,7 +173,7 @@ fn messages_have_the_ids_that_are_stated() {
     ] {
         assert_eq!(signed(attack, 0).message, id, "{attack:?}");
     }
-    let (own, beside) = (signed(Attack::FutureInsider, 0), signed(Attack::FutureInsiderBeside, 0));
-    assert_eq!((own.system, signed(Attack::Spoof, 0).system), (1, 1));
-    assert_ne!(beside.system, own.system);
+    let (own_frame, frame) = (signed(Attack::FutureInsider, 0), signed(Attack::FutureInsiderBeside, 0));
+    assert_eq!((own_frame.system, signed(Attack::Spoof, 0).system), (1, 1));
+    assert_ne!(frame.system, own_frame.system);
 }

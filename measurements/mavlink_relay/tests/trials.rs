@@ -62,7 +62,7 @@ fn trial(attack: Attack, link: Link, accept_unsigned: bool) -> Counts {
 fn measured(counts: Counts) -> (Measured, Measured) {
     let all = u64::from(ROUNDS);
     assert_eq!((counts.attacks, counts.honest, counts.undelivered), (all, all, 0));
-    let of = |k| Measured::of(k, all).unwrap();
+    let of = |k| Measured::from_counts(k, all).unwrap();
     (of(counts.attacks_accepted), of(counts.honest_accepted))
 }
 
@@ -129,7 +129,7 @@ fn lost_message_makes_the_cell_invalid() {
     let trial = Trial { attack: Attack::ReplayOlder, link: Link::Signed, rounds: 9, seed: 1, accept_unsigned: false };
     let counts = run(trial, &mut Own::default(), &mut Lossy::default()).unwrap();
     assert!(counts.undelivered > 0 && counts.attacks + counts.honest < 18, "{counts:?}");
-    let of = |k, n| Measured::of(k, n);
+    let of = |k, n| Measured::from_counts(k, n);
     let classes = [(of(0, counts.attacks), Required::Refused), (of(counts.honest, counts.honest), Required::Accepted)];
     assert_eq!(judge(counts.undelivered, classes), Verdict::Invalid);
 }

@@ -9,7 +9,7 @@ use dataset::example::ExampleError;
 use dataset::quality::{Quality, QualityError, measure};
 use dataset::sightings::Sightings;
 use dataset::warmth::Claims;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use perception::{detector::Detector, head::Head, runtime};
@@ -32,7 +32,7 @@ const TUNING: u64 = 60;
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Training {
-    /// In order.
+    /// Rounds in order.
     pub(crate) round: Vec<Round>,
 }
 
@@ -88,7 +88,7 @@ impl Made {
     fn read(sense: Sense, directory: &Path) -> Result<Self, Box<dyn std::error::Error>> {
         let bytes = std::fs::read(sense.model(directory))?;
         let sha256 = hex_digest(&bytes);
-        let detector = Arc::new(Detector::over(sense.inputs(), Model::pinned(&bytes, &sha256)?, Head::Grid)?);
+        let detector = Arc::new(Detector::with_planes(sense.inputs(), Model::pinned(&bytes, &sha256)?, Head::Grid)?);
         Ok(Made { bytes: bytes.len(), sha256, training: Training::read(sense, directory)?, detector })
     }
 }
@@ -143,7 +143,7 @@ fn all_cells() -> Result<Vec<(Split, &'static Cell)>, ExampleError> {
 /// Measurements of each of [`all_cells`].
 fn qualities(stages: &Stages, frames: u64) -> Result<Vec<Quality>, QualityError> {
     parallel::map(parallel::cores(), &all_cells()?, |(split, cell)| {
-        let row = measure(stages, cell, *split, 0..frames, &Limits::default())?;
+        let row = measure(stages, cell, *split, 0..frames, &CorroborationLimits::default())?;
         eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);
         Ok(row)
     })
@@ -229,7 +229,7 @@ fn card(sensors: &Sensors, made: &Made, rows: &[Quality], points: &str, runtime:
          **Not for** anything but this simulation. It knows one camera, one sun and the paints of these classes; \
          nothing here says how it would do on a photograph. {attacks}\n",
         rounds(training),
-        Limits::default().score,
+        CorroborationLimits::default().score,
         table(rows),
     )
 }
@@ -296,12 +296,12 @@ fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
 fn points(stages: &Stages) -> Result<String, Box<dyn std::error::Error>> {
     let mut table = String::from("| threshold | corroborated recall | precision |\n|---|---|---|\n");
     for score in THRESHOLDS {
-        let limits = Limits { score, ..Limits::default() };
+        let limits = CorroborationLimits { score, ..CorroborationLimits::default() };
         let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
-        let of = parallel::map(parallel::cores(), &learnt, |cell| {
+        let sightings = parallel::map(parallel::cores(), &learnt, |cell| {
             measure(stages, cell, Split::Tuning, 1_000..1_000 + TUNING, &limits).map(|quality| quality.sightings)
         })?;
-        let all = of.iter().fold(Sightings::default(), |all, of| all.with(of));
+        let all = sightings.iter().fold(Sightings::default(), |all, sightings| all.merged(sightings));
         writeln!(table, "| {score} | {:.3} | {:.3} |", all.recall(), all.precision())?;
     }
     Ok(table)

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use sha2::{Digest, Sha256};
 use sim::Label;
-use sim::scene::{Scene, Start};
+use sim::scene::{Scene, StartPose};
 use wire::id::ObjectId;
 use wire::platform::Sensors;
 use wire::sensor::Class;
@@ -130,7 +130,7 @@ fn disguised(sensors: &Sensors, cell: &Cell, number: u64, pool: &[Vec<f32>]) -> 
             object.print = print(&shifts, &[]).and_then(|print| print.heated(heat));
         }
     }
-    Frame::of(sensors, scene, start, number)
+    Frame::from_scene(sensors, scene, start, number)
 }
 
 /// A frame of a scene in which a third of all decoys and obstacles are heated evenly, and which those are; another third bear heat
@@ -143,7 +143,7 @@ pub(crate) fn heated(
     pool: &[Vec<f32>],
 ) -> Result<(Frame, Vec<ObjectId>), ExampleError> {
     let (scene, start, which) = warmed(cell, split, number, pool)?;
-    Ok((Frame::of(sensors, scene, start, number)?, which))
+    Ok((Frame::from_scene(sensors, scene, start, number)?, which))
 }
 
 /// The scene of [`heated`], and the objects that are heated evenly.
@@ -152,7 +152,7 @@ fn warmed(
     split: Split,
     number: u64,
     pool: &[Vec<f32>],
-) -> Result<(Scene, Start, Vec<ObjectId>), ExampleError> {
+) -> Result<(Scene, StartPose, Vec<ObjectId>), ExampleError> {
     let (mut scene, start) = draw::scene(cell, split, number)?;
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let ground = scene.ground.kelvin;

@@ -15,7 +15,7 @@ pub(crate) struct Descent {
 }
 
 impl Descent {
-    /// From `values`, each of which stays between `low` and `high`.
+    /// Descent from `values`, each of which stays between `low` and `high`.
     pub(crate) fn new(values: Vec<f32>, low: f32, high: f32) -> Self {
         Descent { pace: vec![0.0; values.len()], values, low, high }
     }

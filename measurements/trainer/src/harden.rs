@@ -90,7 +90,7 @@ impl Change {
         let count = fields.iter().flatten().max().map_or(0, |most| most + 1);
         let mut labels = example.labels.clone();
         if downhill {
-            labels.iter_mut().for_each(|label| label.class = other(label.class));
+            labels.iter_mut().for_each(|label| label.class = target_class(label.class));
         }
         Change {
             wanted: Example { image: Vec::new(), labels, ignored: example.ignored.clone() },
@@ -126,7 +126,7 @@ impl Change {
     }
 }
 
-/// The fields of a print that covers each object's box, those of the smallest on top.
+/// The fields of a print that covers each object's box, the smallest on top.
 fn printed(labels: &[Label], mirrored: bool) -> Vec<Option<usize>> {
     let mut fields = vec![None; HEIGHT * WIDTH];
     let mut order: Vec<&Label> = labels.iter().collect();
@@ -144,7 +144,7 @@ fn printed(labels: &[Label], mirrored: bool) -> Vec<Option<usize>> {
 }
 
 /// The class that an object is to be taken for.
-fn other(class: Class) -> Class {
+fn target_class(class: Class) -> Class {
     match class {
         Class::Vehicle => Class::Decoy,
         Class::Decoy | Class::Obstacle => Class::Vehicle,

@@ -14,7 +14,7 @@ use dataset::cells::Split;
 use dataset::draw::uniform;
 use dataset::example::{Example as Frame, ExampleError};
 use dataset::sightings::stands_near;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::corroborate::thermal::{Warmth, judge as fits};
 use perception::detector::Detector;
 use perception::letterbox::{HEIGHT, WIDTH};
@@ -45,7 +45,7 @@ const HEATS: [u8; 4] = [0, 10, 20, 30];
 const DESIGN: (u8, u8) = (32, 30);
 /// A strength fails if its share of views that stand is above this with 95 % confidence.
 const FAILS: f64 = 0.05;
-/// Steps after which, and after every so many more, the suit of that step may be kept.
+/// Steps after which, and after every further such number, the suit of that step may be kept.
 const SETTLED: usize = 30;
 const EVERY: usize = 10;
 
@@ -104,14 +104,14 @@ struct Tally {
     /// Stand as a vehicle after corroboration: with the same print heated evenly, and as made.
     even: u32,
     joint: u32,
-    /// Views of each [`Aspect`](crate::views::Aspect), and those of them in which it stands as made.
+    /// Views of each [`Aspect`](crate::views::Aspect), and views in which it stands as made.
     by_aspect: [(u32, u32); 3],
 }
 
 /// Attacks the detector in `of[0]` with the thermal stage in `of[1]`, by their own weights and by those in `of[2]` and `of[3]`;
 /// writes `page`, and beside it the suit of the design strength.
-pub(crate) fn write(of: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
-    let (own, other) = (Pair::read(of[0], of[1])?, Pair::read(of[2], of[3])?);
+pub(crate) fn write(paths: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
+    let (own_pair, other) = (Pair::read(paths[0], paths[1])?, Pair::read(paths[2], paths[3])?);
     let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
     let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
     eprintln!("{} views rendered", made_on.len() + judged_on.len());
@@ -120,25 +120,25 @@ pub(crate) fn write(of: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(
     let attack = |(knows, strength): &(Knows, (u8, u8))| -> Result<(String, Suit), Box<dyn Error>> {
         let (knows, strength) = (*knows, *strength);
         let suit = match knows {
-            Knows::Pair => made(&own, &made_on, strength)?,
+            Knows::Pair => made(&own_pair, &made_on, strength)?,
             Knows::OtherPair => made(&other, &made_on, strength)?,
             Knows::Nothing => {
                 let heat = Begins::AtRandom(0).heat(f32::from(strength.1));
                 Suit { shifts: at_random(strength.0, SHIFTS), heat }
             }
         };
-        let row = row(knows, strength, &judge(&own, &judged_on, &suit, strength)?);
+        let row = row(knows, strength, &judge(&own_pair, &judged_on, &suit, strength)?);
         eprint!("{row}");
         Ok((row, suit))
     };
-    let made = parallel::map(parallel::cores(), &attacks, |of| attack(of).map_err(|why| why.to_string()))?;
+    let made = parallel::map(parallel::cores(), &attacks, |of| attack(of).map_err(|error| error.to_string()))?;
     for ((knows, strength), (_, suit)) in attacks.iter().zip(&made) {
         if matches!(knows, Knows::Pair) && *strength == DESIGN {
             std::fs::write(page.with_extension("txt"), hex(&suit.shifts, COLUMNS) + &warm_hex(&suit.heat))?;
         }
     }
     let rows: String = made.into_iter().map(|(row, _)| row).collect();
-    let text = text(&own, &other, judged_on.len(), &rows);
+    let text = text(&own_pair, &other, judged_on.len(), &rows);
     std::fs::write(page, &text)?;
     println!("{text}");
     Ok(())
@@ -163,7 +163,7 @@ fn made(pair: &Pair, views: &[View], (coat, heat): (u8, u8)) -> Result<Suit, Box
     Ok(best.1)
 }
 
-/// Downhill in each network, by so much at most, to labels that say vehicle; `each` gets the suit after each step, from 1.
+/// Downhill in each network, by this much at most, to labels that say vehicle; `each` gets the suit after each step, from 1.
 pub(crate) fn descend(
     colour: Option<(&Net, u8)>,
     thermal: Option<(&Net, u8)>,
@@ -270,7 +270,7 @@ impl Begins {
 
 /// Count of the views in which the decoy stands as a vehicle, as the platform judges it.
 fn standing(stages: &Stages, views: &[View], suit: &Suit) -> Result<usize, ExampleError> {
-    let limits = Limits::default();
+    let limits = CorroborationLimits::default();
     let mut count = 0;
     for view in views {
         let frame = view.heated(&suit.shifts, &suit.heat)?;
@@ -280,7 +280,7 @@ fn standing(stages: &Stages, views: &[View], suit: &Suit) -> Result<usize, Examp
 }
 
 fn judge(pair: &Pair, views: &[View], suit: &Suit, (_, heat): (u8, u8)) -> Result<Tally, Box<dyn Error>> {
-    let limits = Limits::default();
+    let limits = CorroborationLimits::default();
     let evenly = Begins::Even.heat(f32::from(heat));
     let mut tally = Tally::default();
     for view in views {
@@ -336,7 +336,7 @@ fn warm_hex(heat: &[f32]) -> String {
         .collect()
 }
 
-fn text(own: &Pair, other: &Pair, views: usize, rows: &str) -> String {
+fn text(own_pair: &Pair, other: &Pair, views: usize, rows: &str) -> String {
     format!(
         "# A print in colour and warmth, against the detector `{:.12}`, the thermal stage `{:.12}` and the fused network `{:.12}`\n\n\
          Written by `trainer joint`. One print of {ROWS} × {COLUMNS} fields on each side of a decoy of a vehicle's size, so that depth and \
@@ -348,9 +348,9 @@ fn text(own: &Pair, other: &Pair, views: usize, rows: &str) -> String {
          strength, steps and views were fixed before the first was made. Intervals are Wilson's, 95 %.\n\n\
          | attacker knows | coat, of 255 | heat, K | called a vehicle | warm like one | stands, heated evenly | stands, as made | end | corner | side |\n\
          |---|---|---|---|---|---|---|---|---|---|\n{rows}",
-        own.colour.sha256,
-        own.thermal.sha256,
-        own.fused.as_ref().map_or("none", |fused| &fused.sha256),
+        own_pair.colour.sha256,
+        own_pair.thermal.sha256,
+        own_pair.fused.as_ref().map_or("none", |fused| &fused.sha256),
         100.0 * FAILS,
         other.colour.sha256,
         other.thermal.sha256,

@@ -4,7 +4,7 @@
 //! with other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose (for warmth: with fakes
 //! that bear heat made against it), `trainer calibrate` calibrates scores. `trainer measure DIR [FRAMES]` runs both files through
 //! the pure-Rust runtime on frames that were not learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]`
-//! changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys,
+//! changes the image before the colour network with its own gradients, `trainer prints DIR OTHER [VIEWS]` prints on decoys,
 //! `trainer perturbations DIR OTHER [VIEWS]` adds one pattern to every image, `trainer joint` prints on them and heats them
 //! against all stages at once. `trainer aloft`, before one of the first five, looks from where the air platform's camera is. Built with
 //! `--features burn/wgpu` it learns on a GPU, whose weights differ from a CPU's in their last digits. Not part of the normal build: no crate depends on this package.
@@ -95,8 +95,8 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
             shifts::write(means, Path::new(directory), Path::new(other), number(rest.first())?)
         }
         ["joint", colour, thermal, other_colour, other_thermal, page, rest @ ..] if rest.len() <= 1 => {
-            let of = [colour, thermal, other_colour, other_thermal].map(|directory| Path::new(*directory));
-            joint::write(of, Path::new(page), number(rest.first())?)
+            let paths = [colour, thermal, other_colour, other_thermal].map(|directory| Path::new(*directory));
+            joint::write(paths, Path::new(page), number(rest.first())?)
         }
         _ => Err(USAGE.into()),
     }
@@ -106,7 +106,7 @@ fn sense(name: &str) -> Result<Sense, String> {
     Sense::named(name).ok_or_else(|| format!("{name}: colour, thermal or fused"))
 }
 
-/// One round: from new weights, or from those of the round before with frames that follow its own.
+/// One round: from new weights, or from the weights of the round before with frames that follow its own.
 fn train(
     sense: Sense,
     sensors: &Sensors,

@@ -60,7 +60,7 @@ impl Means {
         }
     }
 
-    /// From the gradient at the image to that at the shifts, added to `sum`.
+    /// Gradient at the shifts from that at the image, added to `sum`.
     pub(crate) fn back(self, view: &View, gradient: &[f32], sum: &mut [f32]) {
         match self {
             Means::Print => view.back(gradient, sum),
@@ -77,7 +77,7 @@ impl Means {
     }
 
     /// Text above its table.
-    pub(crate) fn says(self) -> String {
+    pub(crate) fn title(self) -> String {
         let [rows, columns] = self.fields();
         match self {
             Means::Print => {

@@ -57,7 +57,7 @@ impl Net {
         Net { blocks, head: Conv2dConfig::new([into, CHANNELS], [1, 1]).init(device) }
     }
 
-    /// The same network with objectness `slope · x + offset`: the calibration, folded into the head.
+    /// The network with objectness `slope · x + offset`: the calibration, folded into the head.
     pub(crate) fn calibrated(self, slope: f32, offset: f32, device: &Device) -> Self {
         let row = |first: f32, rest: f32| {
             let mut values = vec![rest; CHANNELS];
@@ -92,19 +92,19 @@ pub(crate) struct Wanted {
 
 /// Focal objectness, cross entropy of the class and a smooth distance of the box, the last two where an object
 /// is, by the weight of its cells.
-pub(crate) fn loss(given: Tensor<4>, wanted: Wanted) -> Tensor<1> {
-    let [n, channels, rows, columns] = given.dims();
-    let given = given.reshape([n, channels, rows * columns]);
+pub(crate) fn loss(tensor: Tensor<4>, wanted: Wanted) -> Tensor<1> {
+    let [n, channels, rows, columns] = tensor.dims();
+    let tensor = tensor.reshape([n, channels, rows * columns]);
     let objects = wanted.object.clone().sum().clamp_min(1.0);
-    let x = given.clone().narrow(1, 0, 1);
+    let x = tensor.clone().narrow(1, 0, 1);
     let miss = sigmoid(x.clone()).detach() - wanted.object.clone();
     let weight = miss.clone() * miss * wanted.asked * (wanted.object.clone() + 1.0);
     let entropy = relu(x.clone()) - x.clone() * wanted.object.clone() + (x.abs().neg().exp() + 1.0).log();
     let objectness = (entropy * weight).sum() / objects.clone();
     let total = wanted.weight.clone().sum().clamp_min(1.0);
-    let class = log_softmax(given.clone().narrow(1, 1, 4), 1) * wanted.class * wanted.weight.clone();
+    let class = log_softmax(tensor.clone().narrow(1, 1, 4), 1) * wanted.class * wanted.weight.clone();
     let class = class.sum().neg() / total.clone();
-    let apart = given.narrow(1, 5, 4) - wanted.place;
+    let apart = tensor.narrow(1, 5, 4) - wanted.place;
     let apart = ((apart.clone() * apart + 0.01).sqrt() - 0.1) * wanted.weight;
     objectness * 2.0 + class + apart.sum() / total
 }

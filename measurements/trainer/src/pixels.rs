@@ -15,7 +15,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use dataset::cells::{self, Split};
 use dataset::example::{Example as Frame, counts};
 use dataset::sightings::stands_near;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::detector::Detector;
 use perception::letterbox::{HEIGHT, WIDTH};
 use perception::model::{Model, hex_digest};
@@ -133,7 +133,7 @@ fn perturb(net: &Net, frame: &Frame, goal: Goal, strength: u8, device: &Device) 
 
 fn judge(stages: &Stages, mut frame: Frame, rgb: Vec<u8>, tally: &mut Tally) {
     frame.frame.rgb = rgb;
-    let limits = Limits::default();
+    let limits = CorroborationLimits::default();
     let candidates = stages.candidates(&frame.frames(), limits.score).candidates;
     let found = candidates.rgb.as_deref().unwrap_or_default();
     for label in frame.frame.labels.iter().filter(|l| counts(l)) {

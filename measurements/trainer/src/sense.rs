@@ -14,7 +14,7 @@ pub(crate) enum Sense {
 }
 
 impl Sense {
-    /// By its name on the command line.
+    /// Sense by its name on the command line.
     pub(crate) fn named(name: &str) -> Option<Sense> {
         [Sense::Colour, Sense::Thermal, Sense::Fused].into_iter().find(|sense| sense.name() == name)
     }

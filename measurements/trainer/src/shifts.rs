@@ -16,7 +16,7 @@ use dataset::cells::Split;
 use dataset::example::{Example as Frame, counts};
 use dataset::quality::LEAST;
 use dataset::sightings::stands_near;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::detector::Detector;
 use perception::letterbox::{HEIGHT, WIDTH};
 use perception::stages::Stages;
@@ -72,8 +72,8 @@ struct Tally {
 /// Attacks `directory/detector.onnx`, by its own weights, by its scores and by the weights in `other`; writes a page and the
 /// shifts of the design strength.
 pub(crate) fn write(means: Means, directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
-    let [own, other] = [Victim::read(Sense::Colour, directory)?, Victim::read(Sense::Colour, other)?];
-    let stages = own.stages(&Arc::new(Detector::thermal(&Sensors::GROUND.camera)?), None);
+    let [own_victim, other] = [Victim::read(Sense::Colour, directory)?, Victim::read(Sense::Colour, other)?];
+    let stages = own_victim.stages(&Arc::new(Detector::thermal(&Sensors::GROUND.camera)?), None);
     let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
     let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
     eprintln!("{} views rendered", made_on.len() + judged_on.len());
@@ -85,18 +85,18 @@ pub(crate) fn write(means: Means, directory: &Path, other: &Path, views: Option<
     {
         let shifts = match knows {
             Knows::Nothing => at_random(strength, means.shifts()),
-            Knows::Scores => by_scores(means, &own, &made_on[..BATCH], strength)?,
+            Knows::Scores => by_scores(means, &own_victim, &made_on[..BATCH], strength)?,
             Knows::OtherWeights => by_weights(means, &other.net, &made_on, strength)?,
-            Knows::Weights => by_weights(means, &own.net, &made_on, strength)?,
+            Knows::Weights => by_weights(means, &own_victim.net, &made_on, strength)?,
         };
-        let row = row(means, knows, strength, &judge(means, &own, &stages, &judged_on, &shifts)?);
+        let row = row(means, knows, strength, &judge(means, &own_victim, &stages, &judged_on, &shifts)?);
         eprint!("{row}");
         rows += &row;
         if (knows, strength) == (Knows::Weights, design) {
             std::fs::write(directory.join(means.name()).with_extension("txt"), hex(&shifts, means.fields()[1]))?;
         }
     }
-    let text = page(means, &own, &other, judged_on.len(), &rows);
+    let text = page(means, &own_victim, &other, judged_on.len(), &rows);
     std::fs::write(directory.join(format!("{}s.md", means.name())), &text)?;
     println!("{text}");
     Ok(())
@@ -138,11 +138,12 @@ fn by_scores(means: Means, target: &Victim, views: &[View], strength: u8) -> Res
         // Ever smaller: half of all at first, a field at the end.
         let side = |of: usize| (of as f32 * 0.7 * (1.0 - query as f32 / QUERIES as f32)) as usize + 1;
         let (rows, columns) = (side(all_rows), side(all_columns));
-        let (top, left) = (below(&mut rng, all_rows - rows + 1), below(&mut rng, all_columns - columns + 1));
+        let (top, left) =
+            (uniform_below(&mut rng, all_rows - rows + 1), uniform_below(&mut rng, all_columns - columns + 1));
         let end: [f32; 3] = core::array::from_fn(|_| if rng.next_u32() & 1 == 0 { -1.0 } else { 1.0 });
         for (row, column) in (top..top + rows).flat_map(|row| (left..left + columns).map(move |column| (row, column))) {
-            let at = 3 * (row * all_columns + column);
-            (0..3).for_each(|c| shifts[at + c] = end[c] * f32::from(strength));
+            let index = 3 * (row * all_columns + column);
+            (0..3).for_each(|c| shifts[index + c] = end[c] * f32::from(strength));
         }
         let mut score = 0.0;
         for view in views {
@@ -162,8 +163,8 @@ fn margin(means: Means, target: &Victim, view: &View, shifts: &[f32]) -> Result<
     let rgb: Vec<u8> = (0..FRAME).map(byte).collect();
     let found = target.detector.detect(&rgb, LEAST)?;
     let best = |class| {
-        let of = found.iter().filter(|d| d.class == class && d.bounds.shared(&view.label.bounds) >= 0.5);
-        of.map(|d| f32::from(d.score)).fold(0.0, f32::max)
+        let detections = found.iter().filter(|d| d.class == class && d.bounds.shared(&view.label.bounds) >= 0.5);
+        detections.map(|d| f32::from(d.score)).fold(0.0, f32::max)
     };
     Ok(best(Class::Vehicle) - best(Class::Decoy))
 }
@@ -173,7 +174,7 @@ pub(crate) fn at_random(strength: u8, shifts: usize) -> Vec<f32> {
     (0..shifts).map(|_| if rng.next_u32() & 1 == 0 { -f32::from(strength) } else { f32::from(strength) }).collect()
 }
 
-fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
+fn uniform_below(rng: &mut ChaCha8Rng, n: usize) -> usize {
     rng.next_u32() as usize % n
 }
 
@@ -184,7 +185,7 @@ fn judge(
     views: &[View],
     shifts: &[f32],
 ) -> Result<Tally, Box<dyn Error>> {
-    let limits = Limits::default();
+    let limits = CorroborationLimits::default();
     let mut tally = Tally::default();
     for view in views {
         let [cold, heated] = [means.frame(view, shifts, COLD)?, means.frame(view, shifts, HEATED)?];
@@ -224,7 +225,7 @@ pub(crate) fn hex(shifts: &[f32], columns: usize) -> String {
     shifts.chunks_exact(3 * columns).map(|row| row.iter().map(byte).collect::<String>() + "\n").collect()
 }
 
-fn page(means: Means, own: &Victim, other: &Victim, views: usize, rows: &str) -> String {
+fn page(means: Means, own_victim: &Victim, other: &Victim, views: usize, rows: &str) -> String {
     let kind = match means {
         Means::Print => "Prints on a decoy",
         Means::Perturbation => "Perturbations of the colour image",
@@ -238,9 +239,9 @@ fn page(means: Means, own: &Victim, other: &Victim, views: usize, rows: &str) ->
          `{:.12}`. Strengths, design strength, steps and views were fixed before the first was made. Intervals are Wilson's, \
          95 %.\n\n\
          | attacker knows | strength | called decoy | called vehicle | stands, cold | stands, heated |\n|---|---|---|---|---|---|\n{rows}",
-        own.sha256,
+        own_victim.sha256,
         means.name(),
-        means.says(),
+        means.title(),
         other.sha256,
     )
 }

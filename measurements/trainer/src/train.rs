@@ -36,7 +36,7 @@ pub(crate) enum Kind {
     New,
     /// The weights of the round before.
     Again,
-    /// Those too, and half of each batch is made harder on purpose, by at most so much of 255.
+    /// Also shifts and prints, and half of each batch is made harder on purpose, by at most this much of 255.
     Hardened(u8),
 }
 

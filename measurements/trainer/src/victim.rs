@@ -28,7 +28,7 @@ impl Victim {
         let net = Net::new(sense, &Device::default()).try_load_file(path.with_extension("bpk"))?;
         let bytes = std::fs::read(path)?;
         let sha256 = hex_digest(&bytes);
-        let detector = Arc::new(Detector::over(sense.inputs(), Model::pinned(&bytes, &sha256)?, Head::Grid)?);
+        let detector = Arc::new(Detector::with_planes(sense.inputs(), Model::pinned(&bytes, &sha256)?, Head::Grid)?);
         Ok(Victim { sha256, net, detector })
     }
 

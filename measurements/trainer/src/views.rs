@@ -1,7 +1,7 @@
 //! Views of one decoy, among the other objects of a scene: prints and heat are made on some of them and judged on others.
 //!
 //! Scenes are drawn as for measurements, and the decoys in them are all the attacker's: of one size and coat, which it knows. Its
-//! prints and heat are judged on other views, rendered anew with the print in the scene.
+//! prints and heat are judged on other views, rendered again with the print in the scene.
 
 use dataset::cells::{self, Split};
 use dataset::draw;
@@ -13,7 +13,7 @@ use sim::Label;
 use sim::fault::MAX_STRENGTH;
 use sim::perturbation::{self, Perturbation};
 use sim::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
-use sim::scene::{Scene, Start};
+use sim::scene::{Scene, StartPose};
 use wire::platform::Sensors;
 use wire::sensor::Class;
 
@@ -22,7 +22,7 @@ use crate::train::{FRAME, paint};
 /// Fields of a print, and the channels of all of them.
 pub(crate) const FIELDS: usize = ROWS * COLUMNS;
 pub(crate) const SHIFTS: usize = 3 * FIELDS;
-/// The attacker's decoy: of a vehicle's size, in a coat of its own.
+/// The attacker's decoy: of a vehicle's size, in its own coat.
 const SIZE: [f32; 3] = [4.2, 1.8, 1.6];
 const COAT: [u8; 3] = [60, 80, 150];
 /// As warm as the ground, and as warm as a vehicle, kelvin.
@@ -43,7 +43,7 @@ pub(crate) enum Aspect {
 /// A scene from one place, in which a decoy can be made out.
 pub(crate) struct View {
     scene: Scene,
-    start: Start,
+    start: StartPose,
     noise: u64,
     /// With a print that leaves the coat as it is.
     pub(crate) plain: Example,
@@ -104,12 +104,12 @@ impl View {
         Ok(example)
     }
 
-    /// The frame with this print on the decoys, its fields so many kelvin above the ground.
+    /// The frame with this print on the decoys, its fields a given number of kelvin above the ground.
     pub(crate) fn heated(&self, shifts: &[f32], heat: &[f32]) -> Result<Example, ExampleError> {
         frame(&self.scene, self.start, self.noise, print(shifts, heat), COLD)
     }
 
-    /// The colour image in 0..1 as it should come out with this print, without rendering it anew.
+    /// The colour image in 0..1 as it should come out with this print, without rendering it again.
     pub(crate) fn planes(&self, shifts: &[f32]) -> Vec<f32> {
         let frame = &self.plain.frame;
         let mut planes = vec![0.0; 3 * HEIGHT * WIDTH];
@@ -136,13 +136,13 @@ impl View {
         planes
     }
 
-    /// From the gradient at the image to that at the shifts added to it, added to `sum`.
+    /// Gradient from the gradient at the image to that at the shifts added to it, added to `sum`.
     pub(crate) fn back_perturbed(gradient: &[f32], sum: &mut [f32]) {
         gradient.iter().enumerate().for_each(|(k, of)| sum[shift_at(k)] += of);
     }
 
-    /// Input of the thermal network with the view's decoys so many kelvin above the ground, field by field, without rendering it
-    /// anew.
+    /// Input of the thermal network with the view's decoys a given number of kelvin above the ground, field by field, without rendering it
+    /// again.
     pub(crate) fn felt(&self, heat: &[f32]) -> Vec<f32> {
         let skins = self.plain.frame.skin.iter();
         let warmer = skins.zip(self.cold.chunks_exact(2)).flat_map(|(skin, cold)| {
@@ -152,15 +152,15 @@ impl View {
         felt(&warmer.collect::<Vec<u8>>())
     }
 
-    /// Input of the fused network with this print and this heat, without rendering it anew.
+    /// Input of the fused network with this print and this heat, without rendering it again.
     pub(crate) fn sensed(&self, shifts: &[f32], heat: &[f32]) -> Vec<f32> {
         let image = fused::image(&self.plain.frames()).unwrap_or_default();
         let near = image.chunks_exact(fused::PLANES).map(|pixel| f32::from(pixel[6]) / 255.0);
         self.planes(shifts).into_iter().chain(self.felt(heat)).chain(near).collect()
     }
 
-    /// From the gradient at the input of the thermal network to that at the heat, a kelvin, added to `sum`. A band that is at its
-    /// end does not change.
+    /// Gradient at the heat from the gradient at the input of the thermal network to that at the heat, a kelvin, added to `sum`.
+    /// A band that is at its end does not change.
     pub(crate) fn back_warm(&self, gradient: &[f32], seen: &[f32], sum: &mut [f32]) {
         for (at, skin) in self.plain.frame.skin.iter().enumerate() {
             let Some(skin) = skin else { continue };
@@ -173,7 +173,7 @@ impl View {
         }
     }
 
-    /// From the gradient at the image to that at the print, added to `sum`.
+    /// Gradient at the print from that at the image, added to `sum`.
     pub(crate) fn back(&self, gradient: &[f32], sum: &mut [f32]) {
         for (at, skin) in self.plain.frame.skin.iter().enumerate() {
             let Some(skin) = skin else { continue };
@@ -197,12 +197,18 @@ fn felt(plane: &[u8]) -> Vec<f32> {
     planes
 }
 
-fn frame(scene: &Scene, start: Start, noise: u64, print: Option<Print>, kelvin: f32) -> Result<Example, ExampleError> {
+fn frame(
+    scene: &Scene,
+    start: StartPose,
+    noise: u64,
+    print: Option<Print>,
+    kelvin: f32,
+) -> Result<Example, ExampleError> {
     let mut scene = scene.clone();
     for decoy in scene.objects.iter_mut().filter(|object| object.class == Class::Decoy) {
         (decoy.print, decoy.kelvin) = (print.clone(), kelvin);
     }
-    Example::of(&Sensors::GROUND, scene, start, noise)
+    Example::from_scene(&Sensors::GROUND, scene, start, noise)
 }
 
 /// As it can be printed: whole steps. Without `heat` its object is as warm as it is.

@@ -2,7 +2,7 @@
 //! unrendered candidates lead to tracks of the same things in the same places.
 
 use perception::{Perception, PerceptionConfig};
-use sim::scene::{Object, Scene, Start};
+use sim::scene::{Object, Scene, StartPose};
 use sim::{ChannelKeys, Sim, SimConfig};
 use wire::bounds::Bounds;
 use wire::bus::ChannelKey;
@@ -27,8 +27,8 @@ fn rendered_and_unrendered_runs_give_same_tracks() {
     for rendered in [false, true] {
         let tracks = run(rendered, Span::s(4));
         for (class, place, ..) in THINGS {
-            let own: Vec<&Track> = tracks.iter().filter(|t| distance(t, place) < 2.0).collect();
-            assert!(own.iter().any(|t| t.class == class), "rendered {rendered}: no {class:?} in {tracks:#?}");
+            let own_tracks: Vec<&Track> = tracks.iter().filter(|t| distance(t, place) < 2.0).collect();
+            assert!(own_tracks.iter().any(|t| t.class == class), "rendered {rendered}: no {class:?} in {tracks:#?}");
         }
         let vehicles: Vec<&Track> = tracks.iter().filter(|t| t.class == Class::Vehicle).collect();
         assert_eq!(vehicles.len(), 1, "rendered {rendered}: {vehicles:#?}");
@@ -52,7 +52,7 @@ fn scene() -> Scene {
         let model = base.objects.iter().find(|o| o.class == class).expect("the default scene has one of each class");
         Object { path: vec![place], heading, kelvin, speed: 0.0, ..model.clone() }
     };
-    let start = Start { east: -10.0, north: -5.0, heading: 0.0 };
+    let start = StartPose { east: -10.0, north: -5.0, heading: 0.0 };
     Scene { start, objects: THINGS.map(object).to_vec(), ..base }
 }
 

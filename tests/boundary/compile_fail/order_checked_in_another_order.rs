@@ -52,7 +52,7 @@ fn by_the_way_of_a_request(mut unit: Unit, intent: Decoded<Intent>, signed: &Sig
     let needed = fresh.within_rate(&unit.policy, &unit.rates, WHO, now)?;
     let admitted = needed.by_role(&unit.policy, &unit.operators)?.admitted(&unit.policy, &unit.revoked, now)?;
     let attributed = admitted.by_operator(&unit.policy, &unit.keys, signed)?;
-    attributed.once(&unit.policy, &mut unit.counters, HASH)?;
+    attributed.accept_once(&unit.policy, &mut unit.counters, HASH)?;
     Ok(())
 }
 

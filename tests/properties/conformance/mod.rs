@@ -17,29 +17,29 @@ use wire::policy::Requirement;
 trait Association {
     /// One that stands.
     fn open(guard: Requirement) -> Self;
-    /// Ends it and opens it anew between the same ends.
+    /// Ends it and opens it again between the same ends.
     fn reopen(&mut self);
     /// The datagrams that `from` sent in the newest handshake.
     fn flights(&mut self, from: Side) -> Vec<Vec<u8>>;
     /// The datagram that `from` makes of a record; `None` when it does not take it.
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>>;
     /// Puts a datagram in at an end; the records that come out there.
-    fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>>;
+    fn put(&mut self, side: Side, datagram: &[u8]) -> Vec<Vec<u8>>;
     /// Records that the guard of an end saw, and how many of them it refused.
-    fn guard(&self, at: Side) -> (u64, u64);
-    /// A minute goes by.
+    fn guard(&self, side: Side) -> (u64, u64);
+    /// A minute passes.
     fn wait(&mut self);
 
     /// Passes a record from `from` to the other side untouched; returns the other side's records.
     fn pass(&mut self, from: Side, record: &[u8]) -> Vec<Vec<u8>> {
         match self.send(from, record) {
-            Some(datagram) => self.put(from.other(), &datagram),
+            Some(datagram) => self.put(from.opposite(), &datagram),
             None => Vec::new(),
         }
     }
 
     /// True if it carries records both ways.
-    fn stands(&mut self) -> bool {
+    fn is_established(&mut self) -> bool {
         [Side::Client, Side::Server].into_iter().all(|side| self.pass(side, b"up?") == [b"up?"])
     }
 
@@ -73,7 +73,7 @@ fn a_record_arrives_once_and_whole<A: Association>() {
 fn oversized_record_is_refused_without_cost<A: Association>() {
     let mut link = A::open(Requirement::Required);
     assert_eq!(link.send(Side::Client, &[7; MAX_RECORD + 1]), None);
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn a_record_does_not_travel_in_the_clear<A: Association>() {
@@ -103,9 +103,9 @@ fn handshake_is_six_datagrams_of_these_records<A: Association>() {
                     Split::Remainder(bytes) => panic!("{} bytes left", bytes.len()),
                 })
                 .collect();
-            let alike =
+            let similar =
                 |(a, b): (&(u8, u16, usize), &(u8, u16, usize))| (a.0, a.1) == (b.0, b.1) && a.2.abs_diff(b.2) <= 16;
-            let same = records.len() == expected.len() && records.iter().zip(expected).all(alike);
+            let same = records.len() == expected.len() && records.iter().zip(expected).all(similar);
             assert!(same, "{side:?}: {records:?} for {expected:?}");
         }
     }
@@ -118,10 +118,10 @@ fn late_repeated_flight_triggers_the_last_flight<A: Association>() {
     let (seen, refused) = link.guard(Side::Server);
     assert_eq!(link.put(Side::Server, &hello), Vec::<Vec<u8>>::new());
     assert_eq!(link.guard(Side::Server), (seen + 1, refused + 1));
-    let said = link.flights(Side::Server);
-    assert_eq!(said.len(), 4, "once more");
-    assert_eq!(said[3].len(), last.len());
-    assert!(link.stands());
+    let buffers = link.flights(Side::Server);
+    assert_eq!(buffers.len(), 4, "once more");
+    assert_eq!(buffers[3].len(), last.len());
+    assert!(link.is_established());
 }
 
 fn repeated_record_stops_at_the_replay_window<A: Association>() {
@@ -135,7 +135,7 @@ fn repeated_record_stops_at_the_replay_window<A: Association>() {
         assert_eq!(link.put(Side::Server, datagram), Vec::<Vec<u8>>::new());
     }
     assert_eq!(link.guard(Side::Server), (seen + 100, refused), "the guard holds no key and cannot know");
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn reordered_records_are_delivered_as_they_arrive<A: Association>() {
@@ -164,7 +164,7 @@ fn withheld_record_is_delivered_at_any_age<A: Association>() {
 fn a_lost_record_is_silence<A: Association>() {
     let mut link = A::open(Requirement::Required);
     link.sealed(90);
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn no_datagram_bit_can_be_changed<A: Association>() {
@@ -177,7 +177,7 @@ fn no_datagram_bit_can_be_changed<A: Association>() {
             assert!(out.is_empty(), "bit {bit}: {out:?}");
         }
     }
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn a_datagram_that_is_cut_short_gives_nothing<A: Association>() {
@@ -187,7 +187,7 @@ fn a_datagram_that_is_cut_short_gives_nothing<A: Association>() {
         let datagram = link.send(Side::Client, b"record").expect("it stands");
         assert!(link.put(Side::Server, &datagram[..cut]).is_empty(), "{cut} bytes");
     }
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn trailing_bytes_are_refused_and_their_record_delivered<A: Association>() {
@@ -209,7 +209,7 @@ fn reflected_record_is_discarded<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let datagram = link.send(Side::Client, b"echo").expect("it stands");
     assert!(link.put(Side::Client, &datagram).is_empty());
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn unsealable_record_is_refused_without_ending<A: Association>() {
@@ -222,7 +222,7 @@ fn unsealable_record_is_refused_without_ending<A: Association>() {
             assert!(link.put(side, &forged).is_empty());
             assert_eq!(link.guard(side), (seen + 1, refused + 1), "type {content}, {length} bytes");
         }
-        assert!(link.stands(), "type {content}, {length} bytes");
+        assert!(link.is_established(), "type {content}, {length} bytes");
     }
 }
 
@@ -241,7 +241,7 @@ fn a_record_without_the_key_is_discarded<A: Association>() {
         forged.extend([0x42; 40]);
         assert!(link.put(Side::Server, &forged).is_empty());
     }
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn records_of_an_earlier_association_are_discarded<A: Association>() {
@@ -249,7 +249,7 @@ fn records_of_an_earlier_association_are_discarded<A: Association>() {
     let old = link.sealed(3);
     link.reopen();
     assert!(old.iter().all(|datagram| link.put(Side::Server, datagram).is_empty()));
-    assert!(link.stands());
+    assert!(link.is_established());
 }
 
 fn guard_refuses_plaintext_without_ending<A: Association>() {
@@ -260,7 +260,7 @@ fn guard_refuses_plaintext_without_ending<A: Association>() {
             assert!(link.put(side, &plaintext(content, body)).is_empty());
             assert_eq!(link.guard(side), (seen + 1, refused + 1), "type {content}");
         }
-        assert!(link.stands(), "type {content}");
+        assert!(link.is_established(), "type {content}");
     }
 }
 
@@ -268,9 +268,9 @@ fn unguarded_plaintext_ends_the_association<A: Association>() {
     for (content, body) in [ALERT, CLOSE, DATA] {
         for side in [Side::Client, Side::Server] {
             let mut link = A::open(Requirement::Waived);
-            assert!(link.stands());
+            assert!(link.is_established());
             assert!(link.put(side, &plaintext(content, body)).is_empty());
-            assert!(!link.stands(), "type {content} at {side:?}");
+            assert!(!link.is_established(), "type {content} at {side:?}");
         }
     }
 }

@@ -29,14 +29,14 @@ impl Association for Model {
 
     fn reopen(&mut self) {
         self.said = [vec![self.association.begin().bytes], Vec::new()];
-        let mut at = 1;
-        while let Some(datagram) = self.said[1 - at].last().cloned() {
-            let said = self.said[at].len();
-            self.arrive(at, &datagram);
-            if self.said[at].len() == said {
+        let mut index = 1;
+        while let Some(datagram) = self.said[1 - index].last().cloned() {
+            let known = self.said[index].len();
+            self.arrive(index, &datagram);
+            if self.said[index].len() == known {
                 break;
             }
-            at = 1 - at;
+            index = 1 - index;
         }
     }
 
@@ -48,12 +48,12 @@ impl Association for Model {
         self.association.seal(from as usize, record)
     }
 
-    fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
-        self.arrive(at as usize, datagram)
+    fn put(&mut self, side: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
+        self.arrive(side as usize, datagram)
     }
 
-    fn guard(&self, at: Side) -> (u64, u64) {
-        self.guards[at as usize]
+    fn guard(&self, side: Side) -> (u64, u64) {
+        self.guards[side as usize]
     }
 
     fn wait(&mut self) {}

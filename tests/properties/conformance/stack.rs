@@ -39,8 +39,8 @@ impl Association for Stack {
     }
 
     fn flights(&mut self, from: Side) -> Vec<Vec<u8>> {
-        let taken = self.pair.take(from);
-        self.said[from as usize].extend(taken);
+        let buffers = self.pair.take(from);
+        self.said[from as usize].extend(buffers);
         self.said[from as usize].clone()
     }
 
@@ -48,12 +48,12 @@ impl Association for Stack {
         self.pair.send(from, record)
     }
 
-    fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
-        self.pair.put(at, datagram)
+    fn put(&mut self, side: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
+        self.pair.put(side, datagram)
     }
 
-    fn guard(&self, at: Side) -> (u64, u64) {
-        let stats = self.pair.guard(at);
+    fn guard(&self, side: Side) -> (u64, u64) {
+        let stats = self.pair.guard(side);
         (stats.records, stats.refused())
     }
 

@@ -26,15 +26,16 @@ impl Deed {
 }
 
 impl Deeds {
-    /// Those of a sequence.
-    pub(super) fn of(config: &SearchConfig, sequence: &AttackSequence) -> Self {
+    /// Deeds of a sequence.
+    pub(super) fn from_sequence(config: &SearchConfig, sequence: &AttackSequence) -> Self {
         let tick = config.space.tick_ms.unsigned() as f64;
         let done = sequence.actions().iter().map(|action| {
-            let of = &config.space.moves[action.kind];
-            let values: Vec<f64> = of.ranges().zip(&action.places).map(|(range, place)| range.at(*place)).collect();
-            let (lasts, numbers) = values.split_at(usize::from(of.lasts_ms.is_some()));
+            let action_type = &config.space.moves[action.kind];
+            let values: Vec<f64> =
+                action_type.ranges().zip(&action.places).map(|(range, place)| range.value_at(*place)).collect();
+            let (lasts, numbers) = values.split_at(usize::from(action_type.lasts_ms.is_some()));
             Deed {
-                of: of.name.as_str().to_owned(),
+                of: action_type.name.as_str().to_owned(),
                 from_ms: f64::from(action.begins) * tick,
                 lasts_ms: lasts.first().copied().unwrap_or_default(),
                 number: numbers.first().copied().unwrap_or_default(),
@@ -44,7 +45,7 @@ impl Deeds {
     }
 
     /// True if the sequence is over one of these attack spaces.
-    pub(super) fn over(&self, spaces: &[&str]) -> bool {
+    pub(super) fn in_any_space(&self, spaces: &[&str]) -> bool {
         spaces.contains(&self.space.as_str())
     }
 

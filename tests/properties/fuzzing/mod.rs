@@ -81,7 +81,7 @@ fn every_shipped_space_has_its_test() {
 }
 
 fn fuzz(space: &str) {
-    let transitions = Transitions::of(space);
+    let transitions = Transitions::for_space(space);
     let system = System::new(&transitions);
     if let Some(failure) = system.first_failure(&transitions) {
         panic!("{failure}");
@@ -119,7 +119,7 @@ fn every_assertion_fails_on_a_breaking_trial() {
 fn every_single_check_assertion_breaks_without_it() {
     let unbroken = assertions::all().filter_map(|assertion| {
         let (check, space) = assertion.carried_by?;
-        let transitions = Transitions::of(space).without(check);
+        let transitions = Transitions::for_space(space).without_check(check);
         let breaks = System::new(&transitions).breaks(&transitions, assertion);
         (!breaks).then(|| format!("{} holds without {check} too, over {space}", assertion.name))
     });

@@ -24,16 +24,16 @@ pub(super) struct Limits {
     pub(super) lease: f64,
     /// Longest silence without any consequence: the lease less the grants' period, for one may have been due.
     pub(super) grace: f64,
-    /// From the last seal to the end of authority.
+    /// Time from the last seal to the end of authority.
     pub(super) seal: f64,
-    /// From a stop that was ordered to standstill: the set-point's lease, and braking from full speed.
+    /// Time from a stop that was ordered to standstill: the set-point's lease, and braking from full speed.
     pub(super) rest: f64,
     /// For how long after it ended something may be shown as if it were: a period of telemetry, and *Tf*.
     pub(super) shown: f64,
     /// Between two reports of a unit.
     pub(super) report: f64,
-    /// From an operator's HOLD to the mode: the ways of a request, an order and the control period, without an attacker in
-    /// them.
+    /// Time from an operator's HOLD to the mode: the ways of a request, an order and the control period, without an
+    /// attacker in them.
     pub(super) obeyed: f64,
     /// Largest distance of a teammate's claimed place from the end of its claimed motion, metres.
     pub(super) slack_m: f64,
@@ -53,21 +53,24 @@ const DRIVING: [&str; 3] = ["READY", "PREPARE_TO_ACT", "DEGRADED"];
 const TWO_HOPS_MS: u64 = 100;
 
 impl Change {
-    pub(super) fn of(row: &TransitionRow) -> Self {
+    pub(super) fn from_row(row: &TransitionRow) -> Self {
         Self { at_ms: row.t_ms, from: row.from.to_string(), to: row.to.to_string() }
     }
 }
 
 impl Reference {
-    /// Of the mission as it goes without a sequence.
-    pub(super) fn of(nominal: &Tried, bounds: &Bounds) -> Self {
-        Self { changes: nominal.trial.transitions.iter().map(Change::of).collect(), limits: Limits::of(bounds) }
+    /// Reference for the mission as it goes without a sequence.
+    pub(super) fn from_nominal(nominal: &Tried, bounds: &Bounds) -> Self {
+        Self {
+            changes: nominal.trial.transitions.iter().map(Change::from_row).collect(),
+            limits: Limits::from_bounds(bounds),
+        }
     }
 }
 
 impl Limits {
-    /// By the bounds of a platform.
-    pub(super) fn of(bounds: &Bounds) -> Self {
+    /// Limits by the bounds of a platform.
+    pub(super) fn from_bounds(bounds: &Bounds) -> Self {
         let ms = |ms: u64| ms as f64;
         let braking = ms(u64::from(bounds.max_speed_mm_s)) * 1000.0 / ms(u64::from(bounds.braking_mm_s2));
         Self {

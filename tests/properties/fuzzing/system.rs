@@ -3,7 +3,7 @@
 use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
 use scenario::Name;
-use search::{Action, AttackSequence, Cause, Found, Moments, RunResult, SearchConfig, Tried};
+use search::{Action, AttackSequence, Cause, FoundSequence, Moments, RunResult, SearchConfig, Tried};
 
 use super::assertions::{self, Assertion, Facts};
 use super::deeds::Deeds;
@@ -11,7 +11,7 @@ use super::reference::{Change, Reference};
 use super::transitions::Transitions;
 use super::witness::Witness;
 
-/// By how many ticks every silence of a sequence is made longer.
+/// Ticks by which every silence of a sequence is made longer.
 const LONGER: u32 = 50;
 
 pub(super) struct System {
@@ -26,8 +26,8 @@ impl System {
         let Transitions { mission, setup, space, .. } = transitions;
         let config = SearchConfig::new(mission.clone(), setup.clone(), 1, space.clone()).expect("the mission runs");
         let nominal = config.try_sequence(&AttackSequence::default()).expect("the mission runs");
-        let moments = Moments::of(&nominal, space, &setup.bounds);
-        Self { reference: Reference::of(&nominal, &setup.bounds), config, moments }
+        let moments = Moments::from_run(&nominal, space, &setup.bounds);
+        Self { reference: Reference::from_nominal(&nominal, &setup.bounds), config, moments }
     }
 
     /// The first failure among the sequences of `transitions`, shrunk, in words; none where there is none.
@@ -53,9 +53,9 @@ impl System {
         result
     }
 
-    fn broken(&self, tried: &Tried, mut of: impl Iterator<Item = &'static Assertion>) -> Option<Cause> {
+    fn broken(&self, tried: &Tried, mut assertions: impl Iterator<Item = &'static Assertion>) -> Option<Cause> {
         let facts = self.facts(tried);
-        let broken = of.find(|assertion| (assertion.holds)(&facts).is_err())?;
+        let broken = assertions.find(|assertion| (assertion.holds)(&facts).is_err())?;
         Some(Cause { outcome: tried.trial.outcome, broken: broken.name.to_owned() })
     }
 
@@ -68,8 +68,8 @@ impl System {
             changes: changes(tried),
             mission: self.reference.changes.clone(),
             longer: self.longer(&tried.sequence),
-            deeds: Deeds::of(&self.config, &tried.sequence),
-            witness: Witness::of(&self.config, &tried.sequence),
+            deeds: Deeds::from_sequence(&self.config, &tried.sequence),
+            witness: Witness::from_sequence(&self.config, &tried.sequence),
             limits: self.reference.limits,
             duration_ms: trial.sim_seconds * 1000.0,
         }
@@ -77,7 +77,7 @@ impl System {
 
     /// The changes of mode when every silence lasts longer; `None` for a sequence with any other action.
     fn longer(&self, sequence: &AttackSequence) -> Option<Vec<Change>> {
-        let silent = Deeds::of(&self.config, sequence).only("path", &["cut", "cut-up", "cut-down"]);
+        let silent = Deeds::from_sequence(&self.config, sequence).only("path", &["cut", "cut-up", "cut-down"]);
         let longer = |action: &Action| {
             let places = action.places.iter().map(|place| place + LONGER).collect();
             Action { places, ..action.clone() }
@@ -86,24 +86,24 @@ impl System {
         silent.then(|| changes(&self.config.try_sequence(&longer).expect("it fits as the shorter one does")))
     }
 
-    fn failure(&self, cause: &Cause, found: &Found, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> String {
+    fn failure(&self, cause: &Cause, found: &FoundSequence, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> String {
         let shrunk = self.config.shrink(&found.sequence, test, cause, &self.moments).expect("its subsequences fit too");
         let tried = self.config.try_sequence(&shrunk.sequence).expect("it was run before");
         let assertion = assertions::all().find(|a| a.name == cause.broken).expect("one of them");
-        let why = (assertion.holds)(&self.facts(&tried)).err().unwrap_or_default();
+        let reason = (assertion.holds)(&self.facts(&tried)).err().unwrap_or_default();
         let name = format!("fuzzed-{}", self.config.space.name.as_str());
         let found = [Outcome::Unsafe, Outcome::Late, cause.outcome];
-        let scenario = self.config.as_regression(&shrunk.sequence, &found, &why).expect("it fits");
+        let scenario = self.config.as_regression(&shrunk.sequence, &found, &reason).expect("it fits");
         let text = scenario.to_file(&Name::new(&name).expect("a name")).expect("TOML");
         let file = std::env::temp_dir().join(format!("{name}.toml"));
-        let kept = match std::fs::write(&file, &text) {
+        let saved = match std::fs::write(&file, &text) {
             Ok(()) => format!("{} (move it into tests/regressions/)", file.display()),
             Err(error) => format!("could not be kept: {error}\n{text}"),
         };
         format!(
-            "{}: {why}\nword, shrunk: {}\n{:?} {:?}\nscenario: {kept}\nreproduce: holdsafe run {} --trials 1 --seed 1",
+            "{}: {reason}\nword, shrunk: {}\n{:?} {:?}\nscenario: {saved}\nreproduce: holdsafe run {} --trials 1 --seed 1",
             assertion.name,
-            shrunk.sequence.told(&self.config.space),
+            shrunk.sequence.describe(&self.config.space),
             tried.trial.outcome,
             tried.trial.findings,
             file.display(),
@@ -112,5 +112,5 @@ impl System {
 }
 
 fn changes(tried: &Tried) -> Vec<Change> {
-    tried.trial.transitions.iter().map(Change::of).collect()
+    tried.trial.transitions.iter().map(Change::from_row).collect()
 }

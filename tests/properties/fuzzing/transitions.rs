@@ -16,8 +16,8 @@ pub(super) struct Transitions {
 }
 
 impl Transitions {
-    /// Of the shipped attack space of that name, during the null attack, under every check.
-    pub(super) fn of(space: &str) -> Self {
+    /// Transitions of the shipped attack space of that name, during the null attack, under every check.
+    pub(super) fn for_space(space: &str) -> Self {
         let file = holdsafe_tests::root().join("scenarios/alphabets").join(format!("{space}.toml"));
         let space = AttackSpace::load(&file).expect("a shipped attack space");
         let ready = holdsafe_tests::shipped("nominal");
@@ -26,9 +26,9 @@ impl Transitions {
         Self { mission: ready.scenario, setup: ready.setup, space, run }
     }
 
-    /// The same under every check but this one, and for much longer: it ends with the first finding, and a finding that takes
-    /// two matching action types of twenty comes late.
-    pub(super) fn without(mut self, check: &str) -> Self {
+    /// Transitions under every check but this one, and for much longer: it ends with the first finding, and a finding that
+    /// takes two matching action types of twenty comes late.
+    pub(super) fn without_check(mut self, check: &str) -> Self {
         self.run.budget *= 40;
         let switch = Switch::all().into_iter().find(|switch| switch.name() == check).expect("a check of a policy");
         switch.waive(&mut self.setup.policy);

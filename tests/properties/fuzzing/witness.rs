@@ -72,8 +72,8 @@ pub(super) struct Shown {
 }
 
 impl Witness {
-    /// Of a sequence, run again.
-    pub(super) fn of(config: &SearchConfig, sequence: &AttackSequence) -> Self {
+    /// Witness of a sequence, run again.
+    pub(super) fn from_sequence(config: &SearchConfig, sequence: &AttackSequence) -> Self {
         let scenario = sequence.in_scenario(&config.space, &config.scenario).expect("it was run before");
         let (topology, mut twin) = start(&scenario, &config.setup, config.seed, true).expect("it was run before");
         twin.run_until(topology.duration / 2);

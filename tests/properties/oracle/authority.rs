@@ -23,7 +23,7 @@ fn p1_an_act_that_no_operator_confirmed() {
 fn p1_an_act_with_a_failing_guard() {
     let mut log = Log::whole();
     log.command(5000, 3, CommandKind::Confirm(TrackId(1)));
-    log.acted(5000, Guards::default().with(Guard::Thermal)).plant_act(5000, Class::Vehicle, 100);
+    log.acted(5000, Guards::default().with_guard(Guard::Thermal)).plant_act(5000, Class::Vehicle, 100);
     assert_eq!(log.breaks(), [Property::P1]);
 }
 
@@ -70,8 +70,8 @@ fn p1_p11_authority_too_long_or_retargeted() {
 fn p9_degraded_that_ends_before_its_hysteresis() {
     let lasts = |ms: u64| {
         let mut log = Log::whole();
-        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
-        log.to(5000 + ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
+        log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+        log.transition(5000 + ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
         log.breaks()
     };
     assert_eq!(lasts(1000), []);
@@ -82,13 +82,13 @@ fn p9_degraded_that_ends_before_its_hysteresis() {
 #[test]
 fn p9_hold_safe_left_without_operator() {
     let mut log = Log::whole();
-    log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
+    log.cut_display(3000).transition(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
     log.entries.retain(|w| !(w.at > 3_000_000 && matches!(w.entry.event, Any::Instrument(Note::Truth { .. }))));
-    log.to(4000, Mode::HoldSafe, Mode::Ready, Cause::Recovered);
+    log.transition(4000, Mode::HoldSafe, Mode::Ready, Cause::Recovered);
     assert_eq!(log.breaks(), [Property::P9]);
     let mut log = Log::whole();
-    log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
-    log.to(4000, Mode::Ready, Mode::PrepareToAct, Cause::Recovered);
+    log.cut_display(3000).transition(3000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
+    log.transition(4000, Mode::Ready, Mode::PrepareToAct, Cause::Recovered);
     assert_eq!(log.breaks(), [Property::P9]);
 }
 
@@ -98,7 +98,7 @@ fn p9_idle_left_by_enable_or_stop() {
         let mut log = Log::whole();
         log.entries
             .retain(|w| !matches!(w.entry.event, Any::Service(Event::Transition { .. } | Event::Executed { .. })));
-        log.cut_display(0).to(1000, Mode::Idle, to, Cause::Operator);
+        log.cut_display(0).transition(1000, Mode::Idle, to, Cause::Operator);
         log.breaks().contains(&Property::P9)
     };
     assert_eq!([Mode::Ready, Mode::Degraded, Mode::HoldSafe].map(left), [true, true, false]);

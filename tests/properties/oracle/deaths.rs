@@ -40,7 +40,7 @@ fn p3_counts_no_time_of_a_hung_world() {
         for (at, on) in [(hangs, true), (6300, false)] {
             log.add(at, NodeId::CAMPAIGN, Note::Suspended { node: NodeId::SIM, how: Suspension::Hang, on });
         }
-        log.without(hangs, 6300, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })));
+        log.remove_between(hangs, 6300, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })));
         let mut late = log.clone();
         late.plant_stops(7400);
         assert!(
@@ -95,7 +95,7 @@ fn p3_unit_ignores_hold_after_broker_death() {
     log.killed(5000, NodeId::BROKER);
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
     log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None });
-    // Once for what the broker's death owes, once for the operator's HOLD itself.
+    // Once for the responses to the broker's death, once for the operator's HOLD itself.
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3, Property::P3]);
 }
 
@@ -114,10 +114,10 @@ fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
     let mut log = Log::whole();
     log.killed(3000, NodeId::UNIT_A).cut_display(3000);
     log.add(4000, NodeId::CAMPAIGN, Note::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
-    log.command(5000, 5, CommandKind::Enable).to(5000, Mode::Idle, Mode::Ready, Cause::Operator);
+    log.command(5000, 5, CommandKind::Enable).transition(5000, Mode::Idle, Mode::Ready, Cause::Operator);
     change(&mut log);
     let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;
-    findings.into_iter().map(|f| f.what).filter(|what| what.contains(word)).collect()
+    findings.into_iter().map(|f| f.what).filter(|name| name.contains(word)).collect()
 }
 
 #[test]

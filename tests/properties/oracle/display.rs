@@ -80,10 +80,10 @@ fn p7_authority_shown_over_the_wrong_track() {
 fn p7_wrong_place_shown_fresh() {
     let shown = |north_mm: i32, of_ms: u64| {
         let mut log = Log::under_way();
-        let there = log.way(of_ms);
+        let pose = log.way(of_ms);
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
             if let Any::Service(Event::Displayed { place: Some(place), .. }) = &mut w.entry.event {
-                *place = there;
+                *place = pose;
                 place.y_mm += north_mm;
             }
         }
@@ -99,7 +99,7 @@ fn p7_wrong_place_shown_fresh() {
 
 #[test]
 fn p7_ready_conditions_shown_fresh_too_long() {
-    let (none, thermal) = (Guards::default(), Guards::default().with(Guard::Thermal));
+    let (none, thermal) = (Guards::default(), Guards::default().with_guard(Guard::Thermal));
     for (what, (failing, placed, tracks)) in
         [("guards", (thermal, true, 1)), ("place", (none, false, 1)), ("tracks", (none, true, 0))]
     {

@@ -33,7 +33,9 @@ fn p1_act_without_room_to_stop() {
     // At 1 m/s: 0.15 s of reaction, and 1 m/s at 3 m/s².
     assert_eq!((fence(316), fence(315)), (false, true));
     let truth = |ms: u64| {
-        broken(ms, |log| log.without(4950, 7000, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. }))))
+        broken(ms, |log| {
+            log.remove_between(4950, 7000, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })))
+        })
     };
     assert_eq!((truth(5150), truth(5151)), (false, true), "the plant's last entry is of 4.9 s");
 }
@@ -42,7 +44,7 @@ fn p1_act_without_room_to_stop() {
 fn p1_act_of_a_mislocated_unit() {
     let off = |mm: i32, ms: u64| {
         broken(ms, |log| {
-            log.without(4900, 7000, |w| matches!(w.entry.event, Any::Service(Event::Located { .. })));
+            log.remove_between(4900, 7000, |w| matches!(w.entry.event, Any::Service(Event::Located { .. })));
             for w in log.entries.iter_mut().filter(|w| w.at == 4_900_000) {
                 if let Any::Service(Event::Located { pose_y_mm, .. }) = &mut w.entry.event {
                     *pose_y_mm = mm;
@@ -57,8 +59,9 @@ fn p1_act_of_a_mislocated_unit() {
 
 #[test]
 fn p1_act_without_a_holdable_lease() {
-    let silent =
-        |node: NodeId, ms: u64| broken(ms, |log| log.without(5000, 5950, |w| Some(w.entry.node) == node.guard()));
+    let silent = |node: NodeId, ms: u64| {
+        broken(ms, |log| log.remove_between(5000, 5950, |w| Some(w.entry.node) == node.guard()))
+    };
     // A lease; and Tf until the gateway grants no more. 50 ms are the log's.
     assert_eq!([5550, 5551].map(|ms| silent(NodeId::UNIT_A, ms)), [false, true]);
     assert_eq!([5850, 5851].map(|ms| silent(NodeId::GATEWAY, ms)), [false, true]);
@@ -75,14 +78,14 @@ fn p1_act_without_sensor_or_perception() {
 
 #[test]
 fn p1_an_act_that_no_seal_covers() {
-    let seal = |ms: u64| broken(ms, |log| log.without(4000, 9000, |w| w.entry.node == NodeId::RECORDER));
+    let seal = |ms: u64| broken(ms, |log| log.remove_between(4000, 9000, |w| w.entry.node == NodeId::RECORDER));
     assert_eq!([5050, 5051].map(seal), [false, true]);
 }
 
 /// After a HOLD or DISARM without new authority.
 #[test]
 fn p1_act_in_wrong_mode_or_without_authority() {
-    let left = |ms: u64| broken(5000, |log| log.to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Expired));
+    let left = |ms: u64| broken(5000, |log| log.transition(ms, Mode::PrepareToAct, Mode::Ready, Cause::Expired));
     assert_eq!([4951, 4950].map(left), [false, true]);
     for kind in [CommandKind::Hold, CommandKind::Disarm] {
         let ended = |ms: u64| broken(5000, |log| log.command(ms, 9, kind));

@@ -1,4 +1,4 @@
-//! Guests: a bare one is given credit for a stop of its own alone, is late only while it drives, and a failure hides nothing from before.
+//! Guests: a bare one is given credit for its own stop alone, is late only while it drives, and a failure hides nothing from before.
 
 use evidence::Evidence;
 use evidence::progress::Route;
@@ -21,7 +21,7 @@ fn bare(goal: Option<Place>) -> Log {
     log
 }
 
-/// The guest goes by places that are `off_mm` north of the true ones.
+/// The guest uses places that are `off_mm` north of the true ones.
 fn placed(log: &mut Log, from: u64, to: u64, off_mm: i32) -> &mut Log {
     for ms in (from..to).step_by(200) {
         let x_mm = log.way(ms).x_mm;
@@ -48,13 +48,13 @@ fn a_stop_that_does_not_last_is_none() {
     assert_eq!(bare(None).plant_creeps(6000).judge().outcome, Outcome::Undetected);
 }
 
-/// It stands for half a second now and then.
+/// It stands still for half a second now and then.
 #[test]
 fn short_stops_clear_no_false_place() {
     let stutters = |stop_ms: u64| {
         let mut log = Log::whole();
         log.thermal_fault(4000, 9000);
-        log.without(3000, 9000, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
+        log.remove_between(3000, 9000, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
         for ms in (3100..9000).step_by(100) {
             log.truth(ms, if (ms - 3100) % 1700 < stop_ms { 0 } else { 1000 }, 5000);
         }
@@ -65,7 +65,7 @@ fn short_stops_clear_no_false_place() {
     assert_eq!(stutters(1600), []);
 }
 
-/// By the truth, or by the place that it states.
+/// Arrival by the truth, or by the place that it states.
 #[test]
 fn arrival_at_the_goal_is_no_safe_state() {
     assert_eq!(bare(Some(Place(280, 0))).plant_stops(6000).plant_rests(7000).judge().outcome, Outcome::Undetected);
@@ -84,12 +84,12 @@ fn an_operators_hold_is_no_credit_to_the_guest() {
 fn a_false_place_counts_while_the_guest_drives() {
     let mut driving = bare(None);
     assert_eq!(placed(&mut driving, 4000, 9000, 2000).breaks(), [Property::P3]);
-    let mut within = bare(None);
-    assert_eq!(placed(&mut within, 4000, 9000, 900).breaks(), []);
+    let mut in_limits = bare(None);
+    assert_eq!(placed(&mut in_limits, 4000, 9000, 900).breaks(), []);
     let stood = |until: u64| {
         let mut log = Log::whole();
         log.thermal_fault(4000, 9000);
-        log.without(3000, until, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
+        log.remove_between(3000, until, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
         for ms in (3100..until).step_by(100) {
             log.truth(ms, 0, 5000);
         }
@@ -122,7 +122,7 @@ fn silence_on_a_host_that_overslept_is_no_failure_of_the_guest() {
     assert_eq!(outcome(Fault::Malformed, 100_000), Outcome::GuestFailed);
 }
 
-/// A word of it at 3 s, of a run without an attack.
+/// A statement at 3 s, of a run without an attack.
 fn states(declared: Declared, bare: bool, goal: Option<Place>) -> Outcome {
     let mut log = Log::whole();
     log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare, goal });
@@ -145,12 +145,12 @@ fn bare_guests_alarm_without_an_attack_is_false() {
     assert_ne!(answers.judge().outcome, Outcome::FalseTrip, "after the fault it is an answer");
 }
 
-/// It keeps its name, and tells that the vehicle stood.
+/// The class keeps its name; the report states that the vehicle stood.
 #[test]
 fn unnoticed_attack_on_a_vehicle_that_stands_is_undetected() {
     let route = Route { points_mm: vec![(20_000, 0)], looped: false, in_degraded: true };
     let verdict = judge(&Evidence { route, ..bare(None).evidence(Vec::new()) });
-    let told = oracle::judged::findings(&verdict);
-    assert_eq!((verdict.outcome, told.len()), (Outcome::Undetected, 1), "{told:?}");
-    assert!(told[0].starts_with("stuck for 8.9 s"), "{told:?}");
+    let texts = oracle::judged::findings(&verdict);
+    assert_eq!((verdict.outcome, texts.len()), (Outcome::Undetected, 1), "{texts:?}");
+    assert!(texts[0].starts_with("stuck for 8.9 s"), "{texts:?}");
 }

@@ -1,5 +1,5 @@
 //! Each limit of P1 and P5 to P11 from both sides: a log just within it is no finding, one just beyond it is. `limits_trust`
-//! has those of P2 to P4, `guards` and `plant` those judged from the plant, other files those that belong to an attack.
+//! has the limits of P2 to P4, `guards` and `plant` those judged from the plant, other files those that belong to an attack.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -28,7 +28,7 @@ fn p1_the_age_of_a_confirmation() {
         log.add(7000 - age_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind, tag: None });
         log.add(7000 - age_ms + 10, NodeId::UNIT_A, Event::Executed { command: command(3), kind, refused: None });
         log.cut_display(7000).acted(7000, Guards::default()).plant_act(7000, Class::Vehicle, 100);
-        log.to(7000, Mode::PrepareToAct, Mode::Ready, Cause::Acted).breaks()
+        log.transition(7000, Mode::PrepareToAct, Mode::Ready, Cause::Acted).breaks()
     };
     let limit = BOUNDS.command_limit_ms + SLACK_MS;
     assert_eq!(confirmed(limit), []);
@@ -37,7 +37,7 @@ fn p1_the_age_of_a_confirmation() {
 
 #[test]
 fn p1_the_life_of_authority() {
-    // In a whole log it is held for 8 s, from 2 s to the end.
+    // A whole log holds for 8 s, from 2 s to the end.
     let held = |longer_ms: u64| {
         let mut log = Log::whole();
         let arming = |event: &Any| match event {
@@ -139,10 +139,10 @@ fn p7_age_and_duration_of_fresh_displays() {
 fn p7_displayed_place_tolerance() {
     let shown = |north_mm: i32| {
         let mut log = Log::under_way();
-        let there = log.way(4900);
+        let pose = log.way(4900);
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
             if let Any::Service(Event::Displayed { place: Some(place), .. }) = &mut w.entry.event {
-                *place = there;
+                *place = pose;
                 place.y_mm = north_mm;
             }
         }
@@ -221,16 +221,18 @@ fn p8_command_before_a_session_loss() {
 fn p9_degraded_end_and_recovery_limits() {
     let lasts = |ms: u64| {
         let mut log = Log::whole();
-        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
-        log.to(5000 + ms, Mode::Degraded, Mode::Ready, Cause::Recovered).breaks()
+        log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+        log.transition(5000 + ms, Mode::Degraded, Mode::Ready, Cause::Recovered).breaks()
     };
     let least = BOUNDS.hysteresis_ms - SLACK_MS;
     assert_eq!(lasts(least), []);
     assert_eq!(lasts(least - 1), [Property::P9]);
     let resumed = |executed_ms: u64| {
         let mut log = Log::whole();
-        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
-        log.command(executed_ms, 9, CommandKind::Resume).to(8000, Mode::HoldSafe, Mode::Ready, Cause::Operator).breaks()
+        log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
+        log.command(executed_ms, 9, CommandKind::Resume)
+            .transition(8000, Mode::HoldSafe, Mode::Ready, Cause::Operator)
+            .breaks()
     };
     assert_eq!([resumed(8000 - 2 * SLACK_MS), resumed(8000 + SLACK_MS)], [vec![], vec![]]);
     assert_eq!(resumed(8000 - 2 * SLACK_MS - 1), [Property::P9]);

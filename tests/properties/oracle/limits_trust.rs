@@ -15,12 +15,12 @@ const TD: u64 = BOUNDS.to_degraded_ms;
 const TH: u64 = BOUNDS.to_hold_safe_ms;
 
 fn degrades(log: &mut Log, ms: u64) -> &mut Log {
-    log.cut_display(ms).to(ms, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal))
+    log.cut_display(ms).transition(ms, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal))
 }
 
 fn holds(log: &mut Log, ms: u64) -> &mut Log {
     let from = log.mode(ms);
-    log.cut_display(ms).to(ms, from, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(ms)
+    log.cut_display(ms).transition(ms, from, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(ms)
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn p2_missing_reports_without_a_writable_log() {
         log.add(5000, NodeId::CAMPAIGN, Note::DiskFull { node: NodeId::RECORDER, on: true });
         log.add(5950, NodeId::CAMPAIGN, Note::DiskFull { node: NodeId::RECORDER, on: false });
         let accepted = |event: &Any| matches!(event, Any::Service(Event::Accepted { at: Interface::Uplink, .. }));
-        log.without(5000, 5000 + silent_ms, |w| accepted(&w.entry.event));
+        log.remove_between(5000, 5000 + silent_ms, |w| accepted(&w.entry.event));
         let findings = log.report(5000 + silent_ms).judge().findings;
         findings.iter().any(|f| f.property == Property::P2 && f.what.starts_with("no report"))
     };
@@ -53,7 +53,7 @@ fn p3_untimely_link_at_either_end() {
     for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
         let silent = |ms: u64| {
             let mut log = Log::whole();
-            log.without(5000, 7000, |w| Some(w.entry.node) == node.guard());
+            log.remove_between(5000, 7000, |w| Some(w.entry.node) == node.guard());
             for t in (5000 + ms..7000).step_by(100) {
                 log.saw(t, node, t << 8, instrument::GuardVerdict::Passed);
             }
@@ -90,8 +90,8 @@ fn p3_localisation_error_limit_and_duration() {
     let off = |mm: i32, for_ms: u64| {
         let mut log = Log::whole();
         let to = 5100 + for_ms;
-        let there = log.way(to);
-        log.cut_display(5000).located(to, there).truth(to, 1000, 5000);
+        let pose = log.way(to);
+        log.cut_display(5000).located(to, pose).truth(to, 1000, 5000);
         for w in log.entries.iter_mut().filter(|w| (5_100_000..=to * 1000).contains(&w.at)) {
             if let Any::Service(Event::Located { pose_y_mm, .. }) = &mut w.entry.event {
                 *pose_y_mm = mm;
@@ -184,7 +184,7 @@ fn p3_resumed_unit_after_its_lease() {
     assert_eq!([lease, lease + 1].map(|ms| hung(ms, 9000)), [false, true]);
     // One judgement, and what is under way.
     let judged = 5000 + lease + 1 + BOUNDS.control_period_ms + 50;
-    assert_eq!([judged, judged + 1].map(|at| hung(lease + 1, at)), [false, true]);
+    assert_eq!([judged, judged + 1].map(|time| hung(lease + 1, time)), [false, true]);
 }
 
 #[test]

@@ -34,15 +34,20 @@ impl Log {
         Log::at_pace(40)
     }
 
-    /// The same with places that go on at a metre a second, stops or not.
+    /// The log with places that go on at a metre a second, stops or not.
     pub(crate) fn under_way() -> Log {
         Log::at_pace(1000)
     }
 
     fn at_pace(pace: u64) -> Log {
         let mut log = Log { entries: Vec::new(), planned: Vec::new(), pace };
-        log.command(1000, 1, CommandKind::Enable).to(1000, Mode::Idle, Mode::Ready, Cause::Operator);
-        log.command(2000, 2, CommandKind::Arm(TrackId(1))).to(2000, Mode::Ready, Mode::PrepareToAct, Cause::Operator);
+        log.command(1000, 1, CommandKind::Enable).transition(1000, Mode::Idle, Mode::Ready, Cause::Operator);
+        log.command(2000, 2, CommandKind::Arm(TrackId(1))).transition(
+            2000,
+            Mode::Ready,
+            Mode::PrepareToAct,
+            Cause::Operator,
+        );
         let minted = Event::Minted {
             world: WorldId(0),
             authority: 1,
@@ -86,7 +91,7 @@ impl Log {
         self.entries.iter().rev().find_map(to).unwrap_or(Mode::Idle)
     }
 
-    pub(crate) fn to(&mut self, ms: u64, from: Mode, to: Mode, cause: Cause) -> &mut Log {
+    pub(crate) fn transition(&mut self, ms: u64, from: Mode, to: Mode, cause: Cause) -> &mut Log {
         let event = Event::Transition { from, to, cause, because: Because::Itself, failing: Guards::default() };
         self.add(ms, NodeId::UNIT_A, event)
     }
@@ -124,14 +129,14 @@ impl Log {
     }
 
     /// The unit takes itself to be there, by a fix of then.
-    pub(crate) fn located(&mut self, ms: u64, at: Pose) -> &mut Log {
-        let Pose { x_mm, y_mm, .. } = at;
+    pub(crate) fn located(&mut self, ms: u64, pose: Pose) -> &mut Log {
+        let Pose { x_mm, y_mm, .. } = pose;
         let (stamp, time) = (Instant(ms * 1000), ReceiverTime(ms * 1000));
         let event = Event::Located { stamp, x_mm, y_mm, time, pose_x_mm: x_mm, pose_y_mm: y_mm, distrusted: false };
         self.add(ms, NodeId::UNIT_A, event)
     }
 
-    /// From `ms` on the unit goes by this.
+    /// The unit judges by these from `ms` on.
     pub(crate) fn judged(&mut self, ms: u64, failing: Guards, placed: bool, tracks: u8) -> &mut Log {
         self.add(ms, NodeId::UNIT_A, Event::Judged { failing, placed, tracks })
     }
@@ -175,7 +180,7 @@ impl Log {
     pub(crate) fn confirm_and_act(&mut self, ms: u64, class: Class, distance_mm: u32) -> &mut Log {
         self.command(ms, 3, CommandKind::Confirm(TrackId(1)));
         self.acted(ms, Guards::default()).plant_act(ms, class, distance_mm);
-        self.to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Acted)
+        self.transition(ms, Mode::PrepareToAct, Mode::Ready, Cause::Acted)
     }
 
     pub(crate) fn acted(&mut self, ms: u64, failing: Guards) -> &mut Log {
@@ -210,7 +215,7 @@ impl Log {
         self.add(ms + 1, NodeId::CAMPAIGN, sight)
     }
 
-    /// From `ms` on, displays and later modes are dropped, to be written anew.
+    /// Drops displays and later modes from `ms` on, to be written again.
     pub(crate) fn cut_display(&mut self, ms: u64) -> &mut Log {
         self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Any::Service(Event::Displayed { .. }))));
         self
@@ -261,41 +266,42 @@ impl Log {
     /// `node` was killed on purpose at `ms`.
     pub(crate) fn killed(&mut self, ms: u64, node: NodeId) -> &mut Log {
         self.planned.push(Planned::Kill(node).into());
-        let says = |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Located { .. }));
-        self.entries.retain(|w| w.at <= ms * 1000 || !says(w));
+        let is_event =
+            |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Located { .. }));
+        self.entries.retain(|w| w.at <= ms * 1000 || !is_event(w));
         self.add(ms, NodeId::CAMPAIGN, Note::Ended { node, killed: true, signal: None })
     }
 
-    /// The plant holds a set-point of `asked` and drives at `speed`.
-    pub(crate) fn driven(&mut self, ms: u64, asked: i32, speed: i32) -> &mut Log {
+    /// The plant holds a set-point of `requested` and drives at `speed`.
+    pub(crate) fn driven(&mut self, ms: u64, requested: i32, speed: i32) -> &mut Log {
         self.truth(ms, speed, 5000);
         if let Some(Any::Instrument(Note::Truth { set_speed_mm_s, .. })) =
             self.entries.last_mut().map(|w| &mut w.entry.event)
         {
-            *set_speed_mm_s = asked;
+            *set_speed_mm_s = requested;
         }
         self
     }
 
     /// Removes the entries that `test` finds between two times, these left out.
-    pub(crate) fn without(&mut self, from: u64, to: u64, test: impl Fn(&Witnessed) -> bool) -> &mut Log {
+    pub(crate) fn remove_between(&mut self, from: u64, to: u64, test: impl Fn(&Witnessed) -> bool) -> &mut Log {
         self.entries.retain(|w| !(w.at > from * 1000 && w.at < to * 1000 && test(w)));
         self
     }
 
-    /// The operator stops the unit: it is told, says so and holds.
+    /// The operator stops the unit: it is informed, reports it and holds.
     pub(crate) fn held(&mut self, ms: u64) -> &mut Log {
         self.command(ms, 9, CommandKind::Hold).cut_display(ms);
         let from = self.mode(ms);
-        self.to(ms, from, Mode::HoldSafe, Cause::Operator).plant_stops(ms)
+        self.transition(ms, from, Mode::HoldSafe, Cause::Operator).plant_stops(ms)
     }
 
     /// The unit's state after a DISARM.
     pub(crate) fn disarmed(&mut self, ms: u64) -> &mut Log {
-        self.cut_display(ms).to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Operator)
+        self.cut_display(ms).transition(ms, Mode::PrepareToAct, Mode::Ready, Cause::Operator)
     }
 
-    /// From `ms` on the plant has no lease; it brakes and stands a second later.
+    /// Takes the plant's lease at `ms`; it brakes and stands a second later.
     pub(crate) fn plant_stops(&mut self, ms: u64) -> &mut Log {
         for w in &mut self.entries {
             if let Any::Instrument(Note::Truth { speed_mm_s, set_speed_mm_s, leased, .. }) = &mut w.entry.event
@@ -308,7 +314,7 @@ impl Log {
         self
     }
 
-    /// From `ms` on the plant is where it was then.
+    /// Leaves the plant where it is at `ms`.
     pub(crate) fn plant_rests(&mut self, ms: u64) -> &mut Log {
         let place = self.way(ms).x_mm;
         for w in self.entries.iter_mut().filter(|w| w.at >= ms * 1000) {
@@ -319,7 +325,7 @@ impl Log {
         self
     }
 
-    /// From `ms` on the plant creeps at 48 mm/s.
+    /// Lets the plant creep at 48 mm/s from `ms` on.
     pub(crate) fn plant_creeps(&mut self, ms: u64) -> &mut Log {
         let from = self.way(ms).x_mm;
         for w in &mut self.entries {

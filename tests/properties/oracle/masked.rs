@@ -12,7 +12,7 @@ use wire::time::Span;
 use super::log::{Log, command};
 
 /// An unanswered fault of localisation, with its reporter, and the reader that received it.
-fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
+fn faulty(author: NodeId, told: FaultKind, reader: NodeId) -> Log {
     let (sensor, kind) = (Sensor::Localisation, FaultKind::Jump);
     let mut log = Log::whole();
     log.planned.push(Planned::Fault(sensor, kind).into());
@@ -23,7 +23,7 @@ fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
     log.entries
         .iter_mut()
         .filter(|w| matches!(w.entry.event, Any::Instrument(Note::Altered { .. })))
-        .for_each(|w| w.entry.node = by);
+        .for_each(|w| w.entry.node = author);
     log
 }
 
@@ -104,9 +104,9 @@ fn without_requests_no_order_can_be_swallowed() {
     assert_eq!(fate(&swallowing(false)), (masked, Outcome::Invalid), "nothing arrived at all: no success of anybody's");
 
     let hold = Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None };
-    let mut asked = swallowing(true);
-    asked.add(6900, NodeId::CONSOLE, hold);
-    assert_eq!(fate(&asked).0, Some(Fate::NotProven));
+    let mut requested = swallowing(true);
+    requested.add(6900, NodeId::CONSOLE, hold);
+    assert_eq!(fate(&requested).0, Some(Fate::NotProven));
     let mut later = swallowing(true);
     later.add(9900, NodeId::CONSOLE, hold);
     assert_eq!(fate(&later).0, masked, "after its time");

@@ -52,7 +52,7 @@ fn unarmed() -> Log {
 
 /// A loss of the thermal camera at 5 s that the unit answers.
 fn lost(mut log: Log, from: Mode, at_ms: u64) -> Log {
-    log.thermal_fault(at_ms, 9000).cut_display(at_ms + 300).to(
+    log.thermal_fault(at_ms, 9000).cut_display(at_ms + 300).transition(
         at_ms + 300,
         from,
         Mode::Degraded,
@@ -83,8 +83,8 @@ fn complete_mission_is_recognised_by_the_plants_path() {
 fn every_step_is_owed_without_an_attack() {
     let verdict = judged(&unarmed(), enable_and_arm(), None);
     assert_eq!(verdict.outcome, Outcome::Invalid);
-    let told = "armed by 10000 ms is presumed and did not come; arm, due at 1900 ms: never, no vehicle shown";
-    assert_eq!(verdict.mission.missing, [told]);
+    let text = "armed by 10000 ms is presumed and did not come; arm, due at 1900 ms: never, no vehicle shown";
+    assert_eq!(verdict.mission.missing, [text]);
     assert_eq!(judged(&unarmed(), Vec::new(), None).outcome, Outcome::Nominal);
     assert_eq!(
         judged(&Log::whole(), [enable_and_arm(), vec![due(Verb::Confirm, 5000)]].concat(), None).outcome,
@@ -106,7 +106,7 @@ fn attack_owes_steps_due_before_it() {
     assert_eq!(judged(&lost(Log::whole(), Mode::PrepareToAct, 5000), confirms, None).outcome, Outcome::Degraded);
 }
 
-/// An empty one owes no step.
+/// An empty one requires no step.
 #[test]
 fn stated_mission_is_owed_at_any_time() {
     let log = || lost(unarmed(), Mode::Ready, 1500);
@@ -133,7 +133,7 @@ fn findings_stand_without_a_mission() {
     broken.truth(5050, 1000, -1);
     assert_eq!(judged(&broken, enable_and_arm(), None).outcome, Outcome::Unsafe);
     let mut tripped = unarmed();
-    tripped.cut_display(1500).to(1500, Mode::Ready, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    tripped.cut_display(1500).transition(1500, Mode::Ready, Mode::Degraded, Cause::Lost(Guard::Thermal));
     assert_eq!(judged(&tripped, enable_and_arm(), None).outcome, Outcome::FalseTrip);
 }
 
@@ -164,10 +164,10 @@ fn unmoved_vehicle_with_a_way_left_is_stuck() {
     let stuck = progress.stuck.expect("a stretch");
     assert_eq!((stuck.from_ms, stuck.why), (1000.0, Standstill::NotFollowed), "its set-point is 1 m/s");
     assert!((progress.stuck_s - 8.9).abs() < 0.01, "{progress:?}");
-    let told = oracle::judged::findings(&verdict);
+    let texts = oracle::judged::findings(&verdict);
     assert!(
-        told[0].starts_with("stuck for 8.9 s from 1000 ms, 0 of 1 way points passed: a set-point that"),
-        "{told:?}"
+        texts[0].starts_with("stuck for 8.9 s from 1000 ms, 0 of 1 way points passed: a set-point that"),
+        "{texts:?}"
     );
 }
 
@@ -188,7 +188,7 @@ fn vehicle_that_gets_on_or_arrived_is_nominal() {
 /// Set-points of rest are the planner's, or a guest's.
 #[test]
 fn standstill_is_attributed_by_what_the_plant_held() {
-    let why =
+    let reason =
         |log: &Log| routed(log, 20_000).mission.progress.and_then(|progress| progress.stuck).map(|stuck| stuck.why);
     let mut rests = Log::whole();
     for w in &mut rests.entries {
@@ -196,12 +196,12 @@ fn standstill_is_attributed_by_what_the_plant_held() {
             (*set_speed_mm_s, *speed_mm_s) = (0, 0);
         }
     }
-    assert_eq!(why(&rests), Some(Standstill::Planner));
+    assert_eq!(reason(&rests), Some(Standstill::Planner));
     let guest = |limited: u32| {
         let mut log = rests.clone();
         log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare: false, goal: None });
         log.add(9990, NodeId::UNIT_A, Event::GuestSteps { steps: 90, limited });
-        why(&log)
+        reason(&log)
     };
     assert_eq!((guest(0), guest(3)), (Some(Standstill::Guest), Some(Standstill::GuestOrGuards)));
 }

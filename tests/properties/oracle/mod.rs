@@ -74,32 +74,32 @@ fn p10_a_broken_log() {
 
 #[test]
 fn p10_core_that_does_not_replay() {
-    let what = "gateway, replayed from its input journal, differs after input 7: expected nothing, got an audit entry";
-    let evidence = Evidence { differences: vec![what.into()], ..Log::whole().evidence(Vec::new()) };
+    let name = "gateway, replayed from its input journal, differs after input 7: expected nothing, got an audit entry";
+    let evidence = Evidence { differences: vec![name.into()], ..Log::whole().evidence(Vec::new()) };
     let verdict = judge(&evidence);
     assert_eq!(verdict.outcome, Outcome::Invalid);
     let [found] = verdict.findings.as_slice() else { panic!("{:?}", verdict.findings) };
-    assert_eq!((found.property, found.what.as_str()), (Property::P10, what));
+    assert_eq!((found.property, found.what.as_str()), (Property::P10, name));
 }
 
 #[test]
 fn overslept_host_makes_a_run_inconclusive() {
-    let overslept = |by: u64| {
+    let overslept = |duration: u64| {
         let mut log = Log::whole();
-        log.add(5000, NodeId::CAMPAIGN, Note::Stalled { by: Span::ms(by) });
+        log.add(5000, NodeId::CAMPAIGN, Note::Stalled { by: Span::ms(duration) });
         judge(&Evidence { stall_limit: 50_000, ..log.evidence(Vec::new()) })
     };
     assert_eq!((overslept(50).outcome, overslept(51).outcome), (Outcome::Nominal, Outcome::Invalid));
     let verdict = overslept(51);
-    let what = &verdict.findings.last().expect("a finding").what;
+    let name = &verdict.findings.last().expect("a finding").what;
     let parts =
         ["overslept by 51 ms", "at most 50 ms", "nothing is said about the platform", "--jobs 1", "--retries 2"];
-    assert!(parts.iter().all(|part| what.contains(part)), "{what}");
+    assert!(parts.iter().all(|part| name.contains(part)), "{name}");
 }
 
 #[test]
 fn trip_without_a_fault_is_false() {
     let mut log = Log::whole();
-    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
     assert_eq!(log.judge().outcome, Outcome::FalseTrip);
 }

@@ -23,8 +23,8 @@ fn p5_an_executed_command_that_nobody_gave() {
 #[test]
 fn p8_command_executed_twice_or_late() {
     let mut log = Log::whole();
-    let twice = Event::Executed { command: command(1), kind: CommandKind::Enable, refused: None };
-    log.add(1500, NodeId::UNIT_A, twice);
+    let executed = Event::Executed { command: command(1), kind: CommandKind::Enable, refused: None };
+    log.add(1500, NodeId::UNIT_A, executed);
     assert_eq!(log.breaks(), [Property::P8]);
     let mut log = Log::whole();
     log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(5), kind: CommandKind::Disarm, tag: None });
@@ -63,7 +63,7 @@ fn rogue(log: &mut Log, ms: u64, id: CommandId, kind: CommandKind, key: NodeId) 
     log.add(ms, NodeId::INSIDER_OPERATOR, Note::Rogue { command: id, kind, key, certificate: None });
 }
 
-/// The same, and the unit executes it 10 ms later.
+/// The log in which the unit executes it 10 ms later.
 pub(super) fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) -> Log {
     let id = CommandId { operator, ..command(9) };
     let mut log = Log::whole();
@@ -116,15 +116,15 @@ fn p5_p9_operator_id_over_another_command() {
     let mut log = Log::whole();
     log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm, tag: None });
     log.add(5000, NodeId::UNIT_A, Event::Executed { command: command(3), kind: CommandKind::Hold, refused: None });
-    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
+    log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
     assert_eq!(log.breaks(), [Property::P5]);
-    let resumed = |given, executed_ms: u64| {
+    let resumed = |order, executed_ms: u64| {
         let mut log = Log::whole();
-        log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(3000);
+        log.cut_display(3000).transition(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(3000);
         let intended_ms = executed_ms.min(4000) - 10;
-        log.add(intended_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given, tag: None });
+        log.add(intended_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind: order, tag: None });
         let executed = Event::Executed { command: command(3), kind: CommandKind::Resume, refused: None };
-        log.add(executed_ms, NodeId::UNIT_A, executed).to(4000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
+        log.add(executed_ms, NodeId::UNIT_A, executed).transition(4000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
         log.breaks()
     };
     assert_eq!(resumed(CommandKind::Resume, 4000), []);

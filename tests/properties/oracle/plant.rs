@@ -17,17 +17,17 @@ use super::log::{BOUNDS, Log, command};
 const FOLLOWS_MS: u64 = BOUNDS.set_point_lease_ms + 50;
 
 /// The unit is DEGRADED from 5 s on, and the plant does this at `ms`.
-fn degraded(ms: u64, asked: i32, speed: i32) -> Vec<Property> {
+fn degraded(ms: u64, requested: i32, speed: i32) -> Vec<Property> {
     let mut log = Log::whole();
-    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
-    log.driven(ms, asked, speed).breaks()
+    log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    log.driven(ms, requested, speed).breaks()
 }
 
 #[test]
 fn p2_unit_drives_in_degraded_at_full_speed() {
     let mut log = Log::whole();
     log.thermal_fault(4000, 10_000);
-    log.cut_display(4300).to(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    log.cut_display(4300).transition(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
     assert_eq!(log.judge().outcome, Outcome::Degraded);
     for t in (4350..10_000).step_by(100) {
         log.driven(t, 3000, 2900);
@@ -43,7 +43,7 @@ fn p2_speeds_just_beyond_degraded_limits() {
     assert_eq!(degraded(due, 1001, 1000), [Property::P2]);
     assert_eq!(degraded(due, -1001, 0), [Property::P2], "backwards");
     assert_eq!(degraded(due - 1, 3000, 3000), [], "the last set-point from before may still be followed");
-    // From 3 m/s to 1 m/s at 3 m/s².
+    // Braking from 3 m/s to 1 m/s at 3 m/s².
     let slow = due + 667;
     assert_eq!(degraded(slow, 1000, 1250), []);
     assert_eq!(degraded(slow, 1000, 1251), [Property::P2]);
@@ -52,13 +52,13 @@ fn p2_speeds_just_beyond_degraded_limits() {
 
 #[test]
 fn p4_speed_above_platform_or_operator_limit() {
-    let driven = |set_mm_s: Option<u16>, asked: i32, speed: i32| {
+    let driven = |set_mm_s: Option<u16>, requested: i32, speed: i32| {
         let mut log = Log::whole();
         if let Some(speed_mm_s) = set_mm_s {
             let values = Settings { speed_mm_s, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
             log.command(500, 4, CommandKind::Configure(values));
         }
-        log.driven(6000, asked, speed).breaks()
+        log.driven(6000, requested, speed).breaks()
     };
     assert_eq!(driven(None, 3000, 3250), []);
     assert_eq!(driven(None, 3001, 3000), [Property::P4]);
@@ -74,7 +74,7 @@ fn p4_operator_settings_last_until_restart() {
     let mut log = Log::whole();
     log.command(500, 4, CommandKind::Configure(values)).killed(3000, NodeId::UNIT_A).cut_display(3000);
     log.add(3100, NodeId::CAMPAIGN, Note::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
-    log.command(3200, 5, CommandKind::Enable).to(3200, Mode::Idle, Mode::Ready, Cause::Operator);
+    log.command(3200, 5, CommandKind::Enable).transition(3200, Mode::Idle, Mode::Ready, Cause::Operator);
     log.driven(6000, 3000, 3000);
     let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;
     assert!(!findings.iter().any(|f| f.property == Property::P4), "{findings:?}");
@@ -82,7 +82,7 @@ fn p4_operator_settings_last_until_restart() {
 
 #[test]
 fn p9_plant_drives_before_enable() {
-    let idle = |ms: u64, asked: i32, speed: i32| Log::whole().driven(ms, asked, speed).breaks();
+    let idle = |ms: u64, requested: i32, speed: i32| Log::whole().driven(ms, requested, speed).breaks();
     assert_eq!(idle(FOLLOWS_MS, 50, 50), []);
     assert_eq!(idle(FOLLOWS_MS, 51, 0), [Property::P9]);
     let mut log = Log::whole();
@@ -94,19 +94,21 @@ fn p9_plant_drives_before_enable() {
 /// Given time to brake.
 #[test]
 fn p3_holding_unit_stops_with_its_lease() {
-    let held = |ms: u64, asked: i32, speed: i32| {
+    let held = |ms: u64, requested: i32, speed: i32| {
         let mut log = Log::whole();
-        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(5000);
-        log.driven(ms, asked, speed).breaks()
+        log.cut_display(5000)
+            .transition(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease))
+            .plant_stops(5000);
+        log.driven(ms, requested, speed).breaks()
     };
     let due = 5000 + FOLLOWS_MS;
     assert_eq!(held(due - 1, 3000, 3000), []);
     assert_eq!(held(due, 51, 0), [Property::P3]);
-    // From 3 m/s to 0.05 m/s at 3 m/s².
-    let still = due + 984;
-    assert_eq!(held(still - 1, 0, 51), []);
-    assert_eq!(held(still, 0, 50), []);
-    assert_eq!(held(still, 0, 51), [Property::P3]);
+    // Braking from 3 m/s to 0.05 m/s at 3 m/s².
+    let standing = due + 984;
+    assert_eq!(held(standing - 1, 0, 51), []);
+    assert_eq!(held(standing, 0, 50), []);
+    assert_eq!(held(standing, 0, 51), [Property::P3]);
 }
 
 /// A plant tells its speed along its own axis. Sideways it shows in its places alone.
@@ -114,7 +116,9 @@ fn p3_holding_unit_stops_with_its_lease() {
 fn p3_holding_unit_that_is_carried_sideways() {
     let slid = |mm_s: i32| {
         let mut log = Log::whole();
-        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(5000);
+        log.cut_display(5000)
+            .transition(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease))
+            .plant_stops(5000);
         for w in log.entries.iter_mut().filter(|w| w.at >= 7_000_000) {
             if let Any::Instrument(Note::Truth { y_mm, .. }) = &mut w.entry.event {
                 *y_mm = (w.at - 7_000_000) as i32 / 1000 * mm_s / 1000;
@@ -139,7 +143,7 @@ fn p8_hold_acknowledged_but_not_executed() {
     let moves = |ms: u64| {
         let mut log = Log::whole();
         log.command(5000, 9, CommandKind::Hold).cut_display(5000).plant_stops(5000);
-        log.to(5000 + ms, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease)).breaks()
+        log.transition(5000 + ms, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease)).breaks()
     };
     assert_eq!(moves(50), []);
     assert_eq!(moves(51), [Property::P8], "the unit is in another mode");
@@ -148,8 +152,13 @@ fn p8_hold_acknowledged_but_not_executed() {
 #[test]
 fn p8_a_hold_ends_with_an_operators_resume() {
     let mut log = Log::whole();
-    log.held(5000).command(8000, 10, CommandKind::Resume).to(8000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
-    log.without(8000, 10_000, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })));
+    log.held(5000).command(8000, 10, CommandKind::Resume).transition(
+        8000,
+        Mode::HoldSafe,
+        Mode::Ready,
+        Cause::Operator,
+    );
+    log.remove_between(8000, 10_000, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })));
     assert_eq!(log.driven(8400, 3000, 1000).breaks(), []);
 }
 
@@ -171,14 +180,14 @@ fn p8_mode_change_without_or_after_execution() {
         log.add(ms, NodeId::UNIT_A, event);
     };
     let (disarm, ended) = (CommandKind::Disarm, (Mode::PrepareToAct, Mode::Ready));
-    let told = |ms: u64| {
+    let reported = |ms: u64| {
         let mut log = Log::whole();
         log.command(5000, 9, disarm).cut_display(4900);
         change(&mut log, ms, ended, 9);
         log.breaks()
     };
-    assert_eq!([4950, 5000, 5050].map(told), [vec![], vec![], vec![]]);
-    assert_eq!(told(4949), [Property::P8]);
+    assert_eq!([4950, 5000, 5050].map(reported), [vec![], vec![], vec![]]);
+    assert_eq!(reported(4949), [Property::P8]);
     let mut log = Log::whole();
     log.command(5000, 9, disarm).cut_display(4900);
     change(&mut log, 5000, ended, 9);

@@ -109,16 +109,16 @@ fn stream_attack_needs_the_far_ends_witness() {
 #[test]
 fn stream_receipt_needs_its_own_relay_and_time() {
     let seen = [(4001, Sight::Closed, 100, 0, 0)];
-    let told = |by: NodeId, from_ms: u64| {
+    let injection = |author: NodeId, from_ms: u64| {
         let mut log = tampered(StreamEffect::HalfClosed, 0, &seen);
-        log.entries.iter_mut().filter(|w| w.entry.node == NodeId::RELAY_COMMAND).for_each(|w| w.entry.node = by);
+        log.entries.iter_mut().filter(|w| w.entry.node == NodeId::RELAY_COMMAND).for_each(|w| w.entry.node = author);
         let window = Plan { from: from_ms * 1000, ..Plan::from(Planned::Stream(StreamEffect::HalfClosed)) };
         log.planned = vec![window];
         log.judge().receipt
     };
-    assert!(told(NodeId::RELAY_COMMAND, 4000));
-    assert!(!told(NodeId::RELAY_TELEMETRY, 4000), "it has no stream");
-    assert!(!told(NodeId::RELAY_COMMAND, 5000), "before its window");
+    assert!(injection(NodeId::RELAY_COMMAND, 4000));
+    assert!(!injection(NodeId::RELAY_TELEMETRY, 4000), "it has no stream");
+    assert!(!injection(NodeId::RELAY_COMMAND, 5000), "before its window");
 }
 
 #[test]
@@ -167,13 +167,13 @@ fn slow_process_needs_inputs_between_stops_only() {
 
 #[test]
 fn claimed_broker_hang_must_delay_a_message() {
-    let hung = |given: u64, delivered: u64| {
+    let hung = |given_ms: u64, delivered: u64| {
         let (node, how) = (NodeId::BROKER, Suspension::Hang);
         let mut log = Log::whole();
         log.planned.push(Planned::Suspend(node).into());
         log.add(4000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: true });
         log.add(6000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: false });
-        log.command(given, 7, CommandKind::Hold);
+        log.command(given_ms, 7, CommandKind::Hold);
         let event = Note::StreamSaw { sight: Sight::Delivered, stream: 1, offset: 0, length: 9, hash: 1 };
         log.add(delivered, NodeId::GATEWAY.guard().expect("a guard"), event);
         log.judge().receipt
@@ -183,9 +183,9 @@ fn claimed_broker_hang_must_delay_a_message() {
     assert!(!hung(3000, 6010), "nothing was given to it");
 }
 
-/// A gateway insider claims at 4 s that it keeps a report for 800 ms; the console received its message at `came`, and
+/// A gateway insider claims at 4 s that it keeps a report for 800 ms; the console received its message at `arrived_ms`, and
 /// the report was on the display at once where `shown`.
-fn late(came: u64, shown: bool) -> Verdict {
+fn late(arrived_ms: u64, shown: bool) -> Verdict {
     let mut log = Log::whole();
     log.planned.push(Planned::Late(800_000).into());
     log.add(4001, NodeId::INSIDER_GATEWAY, Note::Withheld { record: record(4000) });
@@ -198,7 +198,7 @@ fn late(came: u64, shown: bool) -> Verdict {
     let (action, side, delay) = (Action::Delay, Side::Server, Span::ms(800));
     log.add(4200, NodeId::INSIDER_GATEWAY, Note::Attack { action, side, length: 9, hash: 77, delay });
     let (reader, at) = (NodeId::CONSOLE, Interface::Bus(Topic::Feed));
-    log.add(came, NodeId::CAMPAIGN, Note::MouthSaw { reader, at, length: 9, hash: 77 });
+    log.add(arrived_ms, NodeId::CAMPAIGN, Note::MouthSaw { reader, at, length: 9, hash: 77 });
     log.judge()
 }
 
@@ -212,7 +212,7 @@ fn claimed_late_report_must_be_late() {
 
 #[test]
 fn each_table_needs_a_receipt_in_its_window() {
-    let window = |what, ms: u64| Plan { from: ms * 1000, until: ms * 1000 + 200_000, ..Plan::from(what) };
+    let window = |planned, ms: u64| Plan { from: ms * 1000, until: ms * 1000 + 200_000, ..Plan::from(planned) };
     let mut log = obeyed(4000, NodeId::OPERATOR, CommandKind::Disarm, NodeId::OPERATOR);
     log.planned = vec![window(Planned::Rogue, 4000), window(Planned::Rogue, 6000)];
     assert!(!log.judge().receipt);

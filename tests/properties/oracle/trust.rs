@@ -1,4 +1,4 @@
-//! P2, P3 and P4: a loss restricts in time, a unit told to hold stands, and the fence is kept.
+//! P2, P3 and P4: a loss restricts in time, a unit ordered to hold stands, and the fence is kept.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -53,8 +53,8 @@ fn p3_silence_is_spanned_from_the_end_of_a_planned_contact_into_the_next_alone()
     let silent = |from: u64, to: u64, contacts: &[(u64, u64)]| {
         let mut log = Log::whole();
         let guard = NodeId::UNIT_A.guard();
-        let within = |at: u64| at > from * 1_000 && at < to * 1_000;
-        log.entries.retain(|w| !(within(w.at) && Some(w.entry.node) == guard));
+        let in_window = |time: u64| time > from * 1_000 && time < to * 1_000;
+        log.entries.retain(|w| !(in_window(w.at) && Some(w.entry.node) == guard));
         let contact = |(from, until): &(u64, u64)| Contact { from: Span::ms(*from), until: Span::ms(*until) };
         let contacts = Contacts::new(contacts.iter().map(contact).collect()).unwrap();
         let findings = judge(&Evidence { contacts, ..log.evidence(Vec::new()) }).findings;
@@ -88,8 +88,8 @@ fn p3_restored_drop_counts_as_delay() {
     let dropped = |ms: u64| {
         let mut log = Log::whole();
         log.entries.retain(|w| {
-            let between = (5_000_001..6_200_000).contains(&w.at) && w.at != 5_700_000;
-            !(between && Some(w.entry.node) == NodeId::GATEWAY.guard())
+            let in_gap = (5_000_001..6_200_000).contains(&w.at) && w.at != 5_700_000;
+            !(in_gap && Some(w.entry.node) == NodeId::GATEWAY.guard())
         });
         let hash = 5700 << 8 | NodeId::GATEWAY.index() as u64;
         for (at, action) in [(5700 - ms, Action::Drop), (5700, Action::Replay)] {
@@ -126,7 +126,7 @@ fn p3_mislocated_unit() {
 #[test]
 fn p3_plant_ignores_a_hold() {
     let mut log = Log::whole();
-    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease));
+    log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease));
     assert_eq!(log.breaks(), [Property::P3]);
 }
 
@@ -134,8 +134,8 @@ fn p3_plant_ignores_a_hold() {
 fn p3_creeping_plant_follows_a_hold() {
     let held = |creeps: i32, resumed_ms: u64| {
         let mut log = Log::whole();
-        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
-        log.command(7000, 3, CommandKind::Resume).to(7000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
+        log.cut_display(5000).transition(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
+        log.command(7000, 3, CommandKind::Resume).transition(7000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
         for w in &mut log.entries {
             if let Any::Instrument(Note::Truth { speed_mm_s, set_speed_mm_s, leased, .. }) = &mut w.entry.event {
                 match w.at {
@@ -179,12 +179,12 @@ fn p4_settings_let_a_blind_unit_leave() {
 
 #[test]
 fn p3_unit_obeys_a_hold_late() {
-    let given = Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None };
+    let event = Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None };
     let mut log = Log::whole();
-    log.add(7000, NodeId::CONSOLE, given);
+    log.add(7000, NodeId::CONSOLE, event);
     assert_eq!(log.breaks(), [Property::P3]);
     let mut log = Log::whole();
-    log.add(7000, NodeId::CONSOLE, given).to(7900, Mode::Ready, Mode::HoldSafe, Cause::Operator);
+    log.add(7000, NodeId::CONSOLE, event).transition(7900, Mode::Ready, Mode::HoldSafe, Cause::Operator);
     let findings = log.judge().findings;
     assert!(!findings.iter().any(|f| f.what.contains("had not held")), "{findings:?}");
 }

@@ -18,14 +18,14 @@ fn unit_9() -> Under {
     Under { unit, sim: node("sim-9"), perception: node("perception-9") }
 }
 
-/// The same run with unit 9 in unit A's place.
+/// The run with unit 9 in unit A's place.
 fn recast(log: &Log) -> Evidence {
-    let under = unit_9();
+    let exception = unit_9();
     let other = |node: NodeId| match node {
-        NodeId::UNIT_A => under.node(),
-        NodeId::SIM => under.sim,
-        NodeId::PERCEPTION => under.perception,
-        node if Some(node) == NodeId::UNIT_A.guard() => under.guard().expect("a unit has one"),
+        NodeId::UNIT_A => exception.node(),
+        NodeId::SIM => exception.sim,
+        NodeId::PERCEPTION => exception.perception,
+        node if Some(node) == NodeId::UNIT_A.guard() => exception.guard().expect("a unit has one"),
         node => node,
     };
     let mut evidence = log.evidence(Vec::new());
@@ -33,26 +33,26 @@ fn recast(log: &Log) -> Evidence {
         w.entry.node = other(w.entry.node);
         match &mut w.entry.event {
             Any::Service(Event::Displayed { unit, report, .. }) => {
-                (*unit, report.node) = (under.unit, other(report.node));
+                (*unit, report.node) = (exception.unit, other(report.node));
             }
             Any::Service(Event::Accepted { record, peer, .. }) => {
-                (record.node, *peer) = (other(record.node), under.peer())
+                (record.node, *peer) = (other(record.node), exception.peer())
             }
-            Any::Instrument(Note::Truth { unit, .. }) => *unit = under.unit,
+            Any::Instrument(Note::Truth { unit, .. }) => *unit = exception.unit,
             Any::Instrument(Note::MouthSaw { reader, .. }) => *reader = other(*reader),
-            Any::Instrument(Note::Associated { peer, .. }) if *peer == Under::A.peer() => *peer = under.peer(),
+            Any::Instrument(Note::Associated { peer, .. }) if *peer == Under::A.peer() => *peer = exception.peer(),
             _ => {}
         }
     }
-    evidence.under = under;
+    evidence.under = exception;
     evidence
 }
 
 /// Class and findings, with the unit's name left out.
 fn answer(verdict: &Verdict) -> (String, Vec<String>) {
     let plain = |found: &Finding| {
-        let what = found.what.replace("unit-9", "unit").replace("unit-a", "unit");
-        format!("{:?} {} {what}", found.property, found.at_us)
+        let name = found.what.replace("unit-9", "unit").replace("unit-a", "unit");
+        format!("{:?} {} {name}", found.property, found.at_us)
     };
     (format!("{:?}", verdict.outcome), verdict.findings.iter().map(plain).collect())
 }
@@ -60,7 +60,7 @@ fn answer(verdict: &Verdict) -> (String, Vec<String>) {
 #[test]
 fn another_unit_under_test_is_judged_alike() {
     let mut held = Log::whole();
-    held.thermal_fault(5000, 6000).cut_display(5300).to(
+    held.thermal_fault(5000, 6000).cut_display(5300).transition(
         5300,
         Mode::PrepareToAct,
         Mode::Degraded,
@@ -69,7 +69,7 @@ fn another_unit_under_test_is_judged_alike() {
     let mut late = Log::whole();
     late.thermal_fault(5000, 9000);
     let mut unordered = Log::whole();
-    unordered.to(5000, Mode::PrepareToAct, Mode::Ready, Cause::Operator);
+    unordered.transition(5000, Mode::PrepareToAct, Mode::Ready, Cause::Operator);
     for (name, log) in [("whole", Log::whole()), ("held", held), ("late", late), ("unordered", unordered)] {
         let (first, other) = (judge(&log.evidence(Vec::new())), judge(&recast(&log)));
         assert_eq!(answer(&first), answer(&other), "{name}");

@@ -86,8 +86,8 @@ pub fn file(path: &Path) -> Ready {
     Ready { cell: None, scenario, setup }
 }
 
-/// The same under another shipped policy, with no class expected.
-pub fn under(name: &str, policy: &str) -> Ready {
+/// The scenario under another shipped policy, with no class expected.
+pub fn with_policy(name: &str, policy: &str) -> Ready {
     let root = root();
     let mut ready = shipped(name);
     let file = root.join("policies").join(format!("{policy}.toml"));
@@ -96,12 +96,12 @@ pub fn under(name: &str, policy: &str) -> Ready {
 }
 
 /// Every variation of the shipped scenario `name` on another shipped platform, with the classes that it states there.
-pub fn on(name: &str, platform: &str) -> Vec<Ready> {
+pub fn on_platform(name: &str, platform: &str) -> Vec<Ready> {
     let root = root();
     let file = scenario::find(&root, name).expect("a shipped scenario");
     let platform = root.join("platforms").join(format!("{platform}.toml"));
     let platform = scenario::load_platform(&platform).expect("a shipped platform loads");
-    let scenario = scenario::load(&file).expect("a shipped scenario loads").on(&platform);
+    let scenario = scenario::load(&file).expect("a shipped scenario loads").on_platform(&platform);
     let ready = |v: scenario::Variation| {
         let setup = Setup::load(&root, &v.scenario, None, false).expect("its policy and platform load");
         Ready { cell: v.cell, scenario: v.scenario, setup }

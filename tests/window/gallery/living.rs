@@ -3,7 +3,7 @@
 use std::fs;
 use std::time::Duration;
 
-use console::gui::{Picture, Window, Wish};
+use console::gui::{ConsoleWindow, Picture, Wish};
 use eframe::egui::{Ui, ViewportCommand};
 use link::clock::trace_us;
 use wire::time::Span;
@@ -18,7 +18,7 @@ const TICKS: f64 = 100.0;
 /// A scene in a window.
 pub(crate) struct Living {
     take: Take,
-    window: Option<Window>,
+    window: Option<ConsoleWindow>,
     /// Time of the last picture, on egui's clock.
     last: f64,
     pictures: u32,
@@ -27,7 +27,7 @@ pub(crate) struct Living {
     measured: Option<Measured>,
 }
 
-/// A measurement over so many seconds.
+/// A measurement over a given number of seconds.
 struct Measured {
     seconds: f64,
     began: Option<Usage>,
@@ -95,8 +95,8 @@ impl Living {
 impl eframe::App for Living {
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
         let now = ui.input(|input| input.time);
-        let between = BETWEEN.as_ms() / 1000.0;
-        if now - self.last >= between {
+        let distance = BETWEEN.as_ms() / 1000.0;
+        if now - self.last >= distance {
             self.last = now;
             self.go_on();
         }
@@ -116,12 +116,12 @@ impl eframe::App for Living {
         }
         for wish in wishes {
             if let Wish::Act(act) = wish {
-                // What comes of it is in the picture.
+                // Its effect is in the picture.
                 let _ = self.take.yard.bench.act(act);
             }
         }
         self.measure(ui, now);
-        ui.ctx().request_repaint_after(Duration::from_secs_f64((self.last + between - now).clamp(0.0, between)));
+        ui.ctx().request_repaint_after(Duration::from_secs_f64((self.last + distance - now).clamp(0.0, distance)));
     }
 }
 

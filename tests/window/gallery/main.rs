@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use console::gui::layout::Preset;
-use console::gui::{Picture, Window, theme};
+use console::gui::{ConsoleWindow, Picture, theme};
 use console::shown::Shown;
 use console::source::Tape;
 use eframe::egui::{self, ColorImage, Theme, Ui, ViewportCommand};
@@ -45,10 +45,10 @@ struct Take {
 }
 
 impl Take {
-    /// Of a scene's name, with `+replay` or `+behind` and words for the looks.
+    /// Take of a scene's name, with `+replay` or `+behind` and words for the looks.
     fn new(name: &str) -> Self {
         let scene = name.split('+').next().unwrap_or_default();
-        let make = scenes::SCENES.iter().find(|(of, _)| *of == scene).map(|(_, make)| make);
+        let make = scenes::SCENES.iter().find(|(text, _)| *text == scene).map(|(_, make)| make);
         let yard = make.unwrap_or_else(|| panic!("no scene `{scene}`"))();
         let mut film = yard.film.clone();
         let mut tape = None;
@@ -62,10 +62,10 @@ impl Take {
     }
 
     /// A window with the looks that the name asks for.
-    fn window(&self, ui: &Ui) -> Window {
+    fn window(&self, ui: &Ui) -> ConsoleWindow {
         ui.ctx().set_theme(if self.name.contains("+light") { Theme::Light } else { Theme::Dark });
         let preset = Preset::ALL.into_iter().find(|p| self.name.contains(&format!("+{}", p.name().to_lowercase())));
-        let mut window = Window::new(UnitId::A, yard::site());
+        let mut window = ConsoleWindow::new(UnitId::A, yard::site());
         window.layouts_mut().start_from(preset.unwrap_or(Preset::Operate));
         window
     }
@@ -96,7 +96,7 @@ fn main() -> Result<(), eframe::Error> {
 struct Gallery {
     names: Vec<String>,
     folder: PathBuf,
-    on: Option<(Take, Window, usize)>,
+    on: Option<(Take, ConsoleWindow, usize)>,
     images: (Sender<Arc<ColorImage>>, Receiver<Arc<ColorImage>>),
 }
 

@@ -76,7 +76,7 @@ impl InsiderBroker {
             timed.action.counted()?;
             Some(Run { index, action: timed.action, direction: timed.direction, taken: 0 })
         };
-        let opening = |timed: &Timed<BrokerAction>| Opening::of(timed, now, timed.action.counted());
+        let opening = |timed: &Timed<BrokerAction>| Opening::from_timed(timed, now, timed.action.counted());
         Ok(Self {
             openings: config.actions.iter().map(opening).collect(),
             seen: VecDeque::new(),
@@ -89,7 +89,7 @@ impl InsiderBroker {
         })
     }
 
-    /// The same broker in a forked world.
+    /// Copy of the broker for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -107,22 +107,22 @@ impl InsiderBroker {
     /// A publication came.
     fn take(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
         let publication = Publication { at: now, subject, bytes: bytes.to_vec() };
-        let side = towards(subject);
+        let side = destination_side(subject);
         let kind = self.forger.note(subject, bytes);
         self.remember(publication.clone());
         if let (false, Subject::Command(unit)) = (self.outbox.is_quiet(), subject) {
             self.acknowledge(now, unit, bytes);
         }
         let open: Vec<BrokerAction> = if self.outbox.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
-        let about = |only: Option<OrderKind>| only.is_none() || only == kind;
-        if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
-            return self.told(now, Action::Drop, &publication, Span::ZERO);
+        let matches_kind = |only: Option<OrderKind>| only.is_none() || only == kind;
+        if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if matches_kind(*only))) {
+            return self.log_attack(now, Action::Drop, &publication, Span::ZERO);
         }
         let delay: u64 = open
             .iter()
             .map(|action| {
                 if let BrokerAction::Delay { ms, only } = action
-                    && about(*only)
+                    && matches_kind(*only)
                 {
                     *ms
                 } else {
@@ -131,10 +131,10 @@ impl InsiderBroker {
             })
             .sum();
         if delay > 0 {
-            self.told(now, Action::Delay, &publication, Span::ms(delay));
+            self.log_attack(now, Action::Delay, &publication, Span::ms(delay));
             return self.hold(now, Held { due: now + Span::ms(delay), overtaken: false, publication });
         }
-        let waits = self.held.iter().any(|held| held.overtaken && towards(held.publication.subject) == side);
+        let waits = self.held.iter().any(|held| held.overtaken && destination_side(held.publication.subject) == side);
         let reorder = open.iter().find_map(|action| {
             if let BrokerAction::Reorder { hold_ms } = action { Some(Span::ms(*hold_ms)) } else { None }
         });
@@ -142,11 +142,11 @@ impl InsiderBroker {
             return self.hold(now, Held { due: now + hold, overtaken: true, publication });
         }
         self.deliver(publication.clone());
-        self.release(now, |held| held.overtaken && towards(held.publication.subject) == side);
+        self.release(now, |held| held.overtaken && destination_side(held.publication.subject) == side);
         let copies: u32 =
             open.iter().map(|action| if let BrokerAction::Duplicate { copies } = action { *copies } else { 0 }).sum();
         for _ in 0..copies {
-            self.told(now, Action::Duplicate, &publication, Span::ZERO);
+            self.log_attack(now, Action::Duplicate, &publication, Span::ZERO);
             self.deliver(publication.clone());
         }
     }
@@ -159,7 +159,7 @@ impl InsiderBroker {
 
     /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
-        let passes = if let Input::Published { subject, .. } = input { Some(towards(*subject)) } else { None };
+        let passes = if let Input::Published { subject, .. } = input { Some(destination_side(*subject)) } else { None };
         self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
@@ -174,18 +174,18 @@ impl InsiderBroker {
         if self.held.len() < MAX_HELD {
             self.held.push(held);
         } else {
-            self.told(now, Action::Drop, &held.publication, Span::ZERO);
+            self.log_attack(now, Action::Drop, &held.publication, Span::ZERO);
         }
     }
 
     /// Delivers the publications held and `wanted`; those overtaken are logged now, when their delay is known.
     fn release(&mut self, now: Instant, wanted: impl Fn(&Held) -> bool) {
-        let (released, kept) = std::mem::take(&mut self.held).into_iter().partition(wanted);
-        self.held = kept;
+        let (released, held_back) = std::mem::take(&mut self.held).into_iter().partition(wanted);
+        self.held = held_back;
         let released: Vec<Held> = released;
         for Held { overtaken, publication, .. } in released {
             if overtaken {
-                self.told(now, Action::Reorder, &publication, now.since(publication.at));
+                self.log_attack(now, Action::Reorder, &publication, now.since(publication.at));
             }
             self.deliver(publication);
         }
@@ -200,7 +200,7 @@ impl InsiderBroker {
             .collect();
         for bytes in forged {
             let publication = Publication { at: now, subject: Subject::Ack(unit), bytes };
-            self.told(now, Action::Inject, &publication, Span::ZERO);
+            self.log_attack(now, Action::Inject, &publication, Span::ZERO);
             self.deliver(publication);
         }
     }
@@ -212,9 +212,9 @@ impl InsiderBroker {
             Subject::Command(unit) => unit.peer() == peer,
             Subject::Ack(_) => peer == PeerId::GATEWAY,
         };
-        let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(towards(p.subject)));
+        let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(destination_side(p.subject)));
         if let Some(publication) = newest.cloned().filter(|_| !self.outbox.is_quiet()) {
-            self.told(now, Action::Replay, &publication, now.since(publication.at));
+            self.log_attack(now, Action::Replay, &publication, now.since(publication.at));
             self.deliver(publication);
         }
     }
@@ -224,14 +224,14 @@ impl InsiderBroker {
         self.release(now, |held| held.due <= now);
         for i in 0..self.runs.len() {
             while self.openings[self.runs[i].index].take(now) {
-                let taken = self.runs[i].taken;
+                let attempts = self.runs[i].taken;
                 self.runs[i].taken += 1;
                 match self.runs[i].action {
-                    BrokerAction::Replay { .. } => self.replay(now, self.runs[i].direction, taken),
+                    BrokerAction::Replay { .. } => self.replay(now, self.runs[i].direction, attempts),
                     BrokerAction::Invent { kind, forgery, .. } => {
                         let Some(bytes) = self.forger.order(forgery, kind) else { continue };
                         let publication = Publication { at: now, subject: Subject::Command(UnitId::A), bytes };
-                        self.told(now, Action::Inject, &publication, Span::ZERO);
+                        self.log_attack(now, Action::Inject, &publication, Span::ZERO);
                         self.deliver(publication);
                     }
                     // Done to what passes, and in no run.
@@ -246,16 +246,16 @@ impl InsiderBroker {
         }
     }
 
-    fn replay(&mut self, now: Instant, direction: Direction, taken: usize) {
+    fn replay(&mut self, now: Instant, direction: Direction, attempts: usize) {
         let captured: Vec<&Publication> =
-            self.seen.iter().rev().filter(|p| direction.covers(towards(p.subject))).collect();
-        let Some(publication) = captured.get(taken % captured.len().max(1)).map(|p| (*p).clone()) else { return };
-        self.told(now, Action::Replay, &publication, now.since(publication.at));
+            self.seen.iter().rev().filter(|p| direction.covers(destination_side(p.subject))).collect();
+        let Some(publication) = captured.get(attempts % captured.len().max(1)).map(|p| (*p).clone()) else { return };
+        self.log_attack(now, Action::Replay, &publication, now.since(publication.at));
         self.deliver(publication);
     }
 
-    fn told(&mut self, now: Instant, action: Action, publication: &Publication, delay: Span) {
-        self.outbox.attack(now, action, towards(publication.subject), &publication.bytes, delay);
+    fn log_attack(&mut self, now: Instant, action: Action, publication: &Publication, delay: Span) {
+        self.outbox.attack(now, action, destination_side(publication.subject), &publication.bytes, delay);
     }
 
     fn deliver(&mut self, publication: Publication) {
@@ -265,7 +265,7 @@ impl InsiderBroker {
 }
 
 /// Orders go down to the client that is a unit, acknowledgements up to the gateway.
-fn towards(subject: Subject) -> Side {
+fn destination_side(subject: Subject) -> Side {
     match subject {
         Subject::Command(_) => Side::Client,
         Subject::Ack(_) => Side::Server,

@@ -48,7 +48,7 @@ impl End {
         }
     }
 
-    /// True if the peer still has to be told our session nonce.
+    /// True if the peer still has to receive our session nonce.
     pub(super) fn wants_hello(&self) -> bool {
         !self.heard
     }
@@ -82,8 +82,8 @@ impl End {
 
     /// Our hello.
     pub(super) fn hello(&mut self, now: Instant, rng: &mut ChaCha8Rng) -> Vec<u8> {
-        let ours = self.ours;
-        self.say(now, SessionBody::Hello(ours), rng)
+        let our_nonce = self.ours;
+        self.say(now, SessionBody::Hello(our_nonce), rng)
     }
 
     /// A record with this content.
@@ -91,7 +91,7 @@ impl End {
         codec::encode(&self.session_message(now, body, rng))
     }
 
-    /// The same before it is encoded.
+    /// Content of a session message, not yet encoded.
     pub(super) fn session_message<'b>(
         &mut self,
         now: Instant,
@@ -114,7 +114,7 @@ impl End {
         }
     }
 
-    /// Leaves out so many numbers.
+    /// Leaves out a given number of numbers.
     pub(super) fn skip(&mut self, numbers: u64) {
         self.sequence = Sequence(self.sequence.0.saturating_add(numbers));
     }

@@ -6,7 +6,7 @@ use instrument::Action;
 use wire::report::Report;
 use wire::time::{PeerStamp, Span};
 
-use crate::plan::{Confusion, Falsehood, InsiderTeammateConfig, Motion};
+use crate::plan::{Confusion, Falsehood, InsiderTeammateConfig, MotionClaim};
 
 /// A false statement, and the facts needed to log it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub(super) struct Told {
 }
 
 /// Changes a true `report` as the plan has it, `run` after the start.
-pub(super) fn tell(config: &InsiderTeammateConfig, run: Span, report: &mut Report) -> Told {
+pub(super) fn falsify(config: &InsiderTeammateConfig, run: Span, report: &mut Report) -> Told {
     let truth = report.pose;
     let open = |at_ms: u64, duration_ms: u64| run >= Span::ms(at_ms) && run < Span::ms(at_ms + duration_ms);
     let mut action = None;
@@ -36,18 +36,18 @@ pub(super) fn tell(config: &InsiderTeammateConfig, run: Span, report: &mut Repor
 }
 
 fn misplace(lie: &Falsehood, run: Span, report: &mut Report) {
-    let towards = f64::from(lie.towards_mrad) / 1000.0;
-    let (east, north) = (libm::cos(towards), libm::sin(towards));
+    let direction = f64::from(lie.towards_mrad) / 1000.0;
+    let (east, north) = (libm::cos(direction), libm::sin(direction));
     let speed = f64::from(lie.drift_mm_s);
-    if lie.motion != Motion::Feigned {
-        let gone = speed * (run.0 - Span::ms(lie.at_ms).0) as f64 / 1e6;
-        report.pose.x_mm = report.pose.x_mm.saturating_add((gone * east) as i32);
-        report.pose.y_mm = report.pose.y_mm.saturating_add((gone * north) as i32);
+    if lie.motion != MotionClaim::Feigned {
+        let travelled = speed * (run.0 - Span::ms(lie.at_ms).0) as f64 / 1e6;
+        report.pose.x_mm = report.pose.x_mm.saturating_add((travelled * east) as i32);
+        report.pose.y_mm = report.pose.y_mm.saturating_add((travelled * north) as i32);
     }
-    if lie.motion != Motion::Hidden {
+    if lie.motion != MotionClaim::Hidden {
         let heading = f64::from(report.pose.yaw_mrad) / 1000.0;
-        let own = f64::from(report.speed_mm_s);
-        let (vx, vy) = (own * libm::cos(heading) + speed * east, own * libm::sin(heading) + speed * north);
+        let own_speed = f64::from(report.speed_mm_s);
+        let (vx, vy) = (own_speed * libm::cos(heading) + speed * east, own_speed * libm::sin(heading) + speed * north);
         report.speed_mm_s = libm::hypot(vx, vy) as i32;
         report.pose.yaw_mrad = (libm::atan2(vy, vx) * 1000.0) as i16;
     }

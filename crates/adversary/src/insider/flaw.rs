@@ -9,7 +9,7 @@ use wire::time::Instant;
 
 use super::end::End;
 use crate::plan::Flaw;
-use crate::schedule::{below, noise};
+use crate::schedule::{noise, uniform_below};
 
 /// Numbers that a sequence leaves out where it jumps: more than any platform lets it.
 const JUMP: u64 = 10_000_000;
@@ -38,7 +38,7 @@ pub(super) fn record(
         Flaw::Range => whole(now, end, key, &origin_outside_the_set(report), rng),
         Flaw::Count => whole(now, end, key, &endless_tracks(report), rng),
         Flaw::Noise => {
-            let length = 1 + below(rng, MAX_SESSION_MESSAGE as u64) as usize;
+            let length = 1 + uniform_below(rng, MAX_SESSION_MESSAGE as u64) as usize;
             noise(rng, length)
         }
         Flaw::Session => altered(now, end, key, report, rng, |outer| outer.session = Nonce(!outer.session.0)),
@@ -80,7 +80,7 @@ fn origin_outside_the_set(report: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// The same with an origin of the closed set that is no vehicle's.
+/// A message whose origin is of the closed set but no vehicle's.
 fn said_to_be_of_no_vehicle(report: &[u8]) -> Vec<u8> {
     let mut bytes = report[..1].to_vec();
     bytes.extend_from_slice(&codec::encode(&NodeId::OPERATOR));

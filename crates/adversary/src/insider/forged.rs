@@ -31,8 +31,8 @@ pub(super) fn boot(bytes: &[u8]) -> Boot {
 }
 
 /// A body for `topic` with the planned content at `now`; none where that takes a message heard before.
-pub(super) fn body(now: Instant, topic: Topic, says: Says, last: Option<Heard<'_>>) -> Option<Vec<u8>> {
-    match says {
+pub(super) fn body(now: Instant, topic: Topic, statement: Says, last: Option<Heard<'_>>) -> Option<Vec<u8>> {
+    match statement {
         Says::Echo if topic == Topic::Act && last.is_none() => Some(act(now)),
         Says::Echo => echo(now, topic, last?.bytes),
         Says::Beat => {
@@ -56,8 +56,8 @@ pub(super) fn body(now: Instant, topic: Topic, says: Says, last: Option<Heard<'_
 }
 
 /// The genuine message that a rogue passes on, changed; none where it does not wait for one.
-pub(super) fn passed_on(bytes: &[u8], says: Says) -> Option<Vec<u8>> {
-    match says {
+pub(super) fn passed_on(bytes: &[u8], statement: Says) -> Option<Vec<u8>> {
+    match statement {
         Says::Altered(spot) => altered(bytes, spot),
         Says::Moved(spot) => moved(bytes, spot),
         Says::Echo
@@ -83,12 +83,12 @@ fn moved(bytes: &[u8], spot: Spot) -> Option<Vec<u8>> {
 /// that are.
 fn altered(bytes: &[u8], spot: Spot) -> Option<Vec<u8>> {
     let tracks: Tracks = read(bytes)?;
-    let others = tracks.tracks.iter().copied().filter(|track| track.class != Class::Vehicle);
+    let other_tracks = tracks.tracks.iter().copied().filter(|track| track.class != Class::Vehicle);
     let track = fabricated(tracks.stamp, tracks.frame, spot);
-    Some(codec::encode(&Tracks { tracks: [track].into_iter().chain(others).collect(), ..tracks }))
+    Some(codec::encode(&Tracks { tracks: [track].into_iter().chain(other_tracks).collect(), ..tracks }))
 }
 
-/// The last body; where its kind has a time of its own, with that made new.
+/// The last body; where its kind has its own time, with that made new.
 fn echo(now: Instant, topic: Topic, bytes: &[u8]) -> Option<Vec<u8>> {
     match topic {
         Topic::Navigation => read::<Navigation>(bytes).map(|m| codec::encode(&Navigation { stamp: now, ..m })),
@@ -127,7 +127,7 @@ fn fabricated(stamp: Instant, frame: FrameId, spot: Spot) -> Track {
         vy_mm_s: 0,
         sigma_mm: 50,
         confidence: 1000,
-        supported: Modality::ALL.into_iter().fold(Modalities::default(), Modalities::with),
+        supported: Modality::ALL.into_iter().fold(Modalities::default(), Modalities::with_modality),
         vetoed: Modalities::default(),
         updated: stamp,
         frame,

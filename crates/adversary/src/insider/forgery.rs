@@ -35,7 +35,7 @@ impl Forger {
         Self { key, orders: [None, None], kinds: Vec::new(), newest: None, track: TrackId(1), ack: None }
     }
 
-    /// The same forger in a forked world.
+    /// Copy of the forger for a forked world.
     pub(super) fn fork(&self) -> Self {
         Self {
             key: self.key.fork(),
@@ -96,7 +96,7 @@ impl Forger {
         codec::encode(&Order { intent: intent.as_slice().into(), confirmation: Some(confirmation.into()) })
     }
 
-    /// In the name of the operator that was heard last, after everything that was heard.
+    /// An intent in the name of the operator that was heard last, after everything that was heard.
     fn intent(&self, kind: OrderKind) -> Intent {
         let first = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(0) };
         let id = self.newest.map_or(first, |newest| newest.id);

@@ -52,7 +52,7 @@ impl Forwarding {
         self.waiting.front().map(|(due, _)| *due)
     }
 
-    /// True if B sends no report of its own now.
+    /// True if B does not send its own report now.
     pub(super) fn replaces(&self, now: Instant) -> bool {
         !self.plan.own_reports && self.opening.is_open(now)
     }

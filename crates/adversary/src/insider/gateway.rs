@@ -63,7 +63,7 @@ impl InsiderGateway {
         config.check()?;
         let key = setup.channels.iter().find(|c| c.topic == Topic::Feed).map(|c| c.key.clone());
         Ok(Self {
-            openings: config.actions.iter().map(|timed| Opening::of(timed, now, None)).collect(),
+            openings: config.actions.iter().map(|timed| Opening::from_timed(timed, now, None)).collect(),
             actions: config.actions,
             feed: key.map(|key| Sender::new(Topic::Feed, NodeId::GATEWAY, setup.boot, key)),
             key: setup.key(),
@@ -73,7 +73,7 @@ impl InsiderGateway {
         })
     }
 
-    /// The same insider in a forked world.
+    /// Copy of the insider for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -141,8 +141,8 @@ impl InsiderGateway {
     /// The report that was kept, said to be new.
     fn repeat(&mut self, now: Instant, body: &[u8]) {
         let Some(accepted) = accepted_of(body) else { return };
-        let said = codec::encode(&Feed::Accepted(rejuvenated(accepted, now)));
-        self.attack(now, Action::Republish, now.since(accepted.received), &said);
+        let bytes = codec::encode(&Feed::Accepted(rejuvenated(accepted, now)));
+        self.attack(now, Action::Republish, now.since(accepted.received), &bytes);
     }
 
     /// The message with a report that says something else.
@@ -170,7 +170,7 @@ impl InsiderGateway {
     }
 
     /// Request of the operator to the gateway.
-    fn asked(&mut self, now: Instant, bytes: &[u8]) {
+    fn handle_request(&mut self, now: Instant, bytes: &[u8]) {
         let intent = body(bytes).and_then(intent_of);
         let swallowed = |action: &FeedAction| match (action, &intent) {
             (FeedAction::Swallow { only }, Some(intent)) => {
@@ -244,7 +244,7 @@ fn intent_of(request: &[u8]) -> Option<Intent> {
     }
 }
 
-/// The same message, said to have been received just now and to have been young then.
+/// A message that claims to have been received just now and to have been young then.
 fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_> {
     AcceptedReport { received: now, age: Some(YOUNG), ..accepted }
 }
@@ -258,7 +258,7 @@ impl Core for InsiderGateway {
             self.fed(now, bytes);
         }
         if let Input::Bus { topic: Topic::Intents, bytes } = input {
-            self.asked(now, bytes);
+            self.handle_request(now, bytes);
         }
         if !self.outbox.heed(now, input) {
             self.release(now);

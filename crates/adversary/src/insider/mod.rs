@@ -1,4 +1,4 @@
-//! Insiders: identities of their own that hold valid credentials and act beyond their role.
+//! Insiders: their own identities that hold valid credentials and act beyond their role.
 //!
 //! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's,
 //! `operator` a stolen signing key and a way to give orders with it. They keep every rule of the protocol they speak; they
@@ -26,7 +26,7 @@ mod voice;
 pub use broker::InsiderBroker;
 pub use gateway::InsiderGateway;
 pub use operator::InsiderOperator;
-pub use recorder::{InsiderRecorder, Kept};
+pub use recorder::{InsiderRecorder, RecordedEntry};
 pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;
 pub use thief::SessionThief;

@@ -1,6 +1,6 @@
 //! The rogue station: it holds a stolen signing key and gives orders with it, as a console would and when it likes.
 //!
-//! It has either a station of its own at the gateway, with a channel that is its own, or a certificate for the broker,
+//! It has either its own station at the gateway, with a channel that is its own, or a certificate for the broker,
 //! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
 //! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
@@ -75,7 +75,7 @@ impl InsiderOperator {
         })
     }
 
-    /// The same rogue station in a forked world.
+    /// Copy of the rogue station for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {

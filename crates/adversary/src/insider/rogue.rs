@@ -1,8 +1,8 @@
 //! A rogue on a host's shared memory: it hears every channel that it cares about and writes in another's name.
 //!
-//! Any process of the same user can do so. An impostor holds no channel's key and tags its messages under one of its own;
+//! Any process of the same user can do so. An impostor holds no channel's key and tags its messages under its own;
 //! an insider in a service's place holds that service's keys, and tags under the right one wherever that service could.
-//! It claims to be the producer started anew, one boot later, as an impostor would. It keeps the messages it heard,
+//! It claims to be the producer started again, one boot later, as an impostor would. It keeps the messages it heard,
 //! bounded, up to its first act on that channel. The content of a message is `forged`'s.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -69,7 +69,7 @@ impl Rogue {
         })
     }
 
-    /// The same rogue in a forked world.
+    /// Copy of the rogue for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -84,11 +84,11 @@ impl Rogue {
     fn hear(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
         let acts = |run: &Run| run.plan.topic == topic && now >= self.origin + Span::ms(run.plan.at_ms);
         if !self.runs.iter().any(acts) {
-            let kept = self.heard.entry(topic).or_default();
-            if kept.len() == MAX_KEPT {
-                kept.pop_front();
+            let queue = self.heard.entry(topic).or_default();
+            if queue.len() == MAX_KEPT {
+                queue.pop_front();
             }
-            kept.push_back((now, bytes.to_vec()));
+            queue.push_back((now, bytes.to_vec()));
         }
         for i in 0..self.runs.len() {
             let Run { plan, sender, .. } = &self.runs[i];
@@ -109,26 +109,26 @@ impl Rogue {
     fn act(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
             while !self.runs[i].plan.says.waits() && self.runs[i].steps.take(now) {
-                self.once(now, i);
+                self.publish_once(now, i);
             }
         }
     }
 
-    fn once(&mut self, now: Instant, i: usize) {
+    fn publish_once(&mut self, now: Instant, i: usize) {
         let RogueMove { topic, says, .. } = self.runs[i].plan;
-        let kept = self.heard.entry(topic).or_default();
+        let queue = self.heard.entry(topic).or_default();
         if let Says::Recorded { lag_ms } = says {
             let old: Vec<&(Instant, Vec<u8>)> =
-                kept.iter().filter(|(at, _)| now.since(*at) >= Span::ms(lag_ms)).collect();
+                queue.iter().filter(|(time, _)| now.since(*time) >= Span::ms(lag_ms)).collect();
             if old.is_empty() {
                 return;
             }
-            let (at, bytes) = old[self.runs[i].taken % old.len()];
-            let (delay, bytes) = (now.since(*at), bytes.clone());
+            let (time, bytes) = old[self.runs[i].taken % old.len()];
+            let (delay, bytes) = (now.since(*time), bytes.clone());
             self.runs[i].taken += 1;
             return self.publish(now, topic, Action::Republish, delay, bytes);
         }
-        let last = kept.back().map(|(at, bytes)| Heard { at: *at, bytes });
+        let last = queue.back().map(|(time, bytes)| Heard { at: *time, bytes });
         if let Some(body) = forged::body(now, topic, says, last) {
             self.say(now, i, &body);
         }
@@ -173,7 +173,7 @@ impl Core for Rogue {
 mod tests {
     use super::*;
     use crate::plan::Spot;
-    use crate::testing::{at, setup, times, turn};
+    use crate::testing::{at_ms, setup, times, turn};
     use instrument::Any;
     use wire::codec;
     use wire::id::{FrameId, NodeId};
@@ -191,23 +191,23 @@ mod tests {
         setup.channels = key.map(channel).into_iter().collect();
         let producer = NodeId::PERCEPTION;
         let plan = RogueMove { topic: Topic::Tracks, producer, at_ms: 100, duration_ms: 300, every_ms: 100, says };
-        Rogue::new(setup, RogueConfig { moves: vec![plan] }, at(0)).unwrap()
+        Rogue::new(setup, RogueConfig { moves: vec![plan] }, at_ms(0)).unwrap()
     }
 
     fn genuine(ms: u64) -> Input {
         let mut sender = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), KEY);
         let (frame, mode) = (FrameId(7), ProductMode::Live);
         let (tracks, crops) = Default::default();
-        let tracks = Tracks { frame, stamp: at(ms), mode, products: [None; 4], tracks, crops, nearby: None };
-        Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at(ms), &codec::encode(&tracks)) }
+        let tracks = Tracks { frame, stamp: at_ms(ms), mode, products: [None; 4], tracks, crops, nearby: None };
+        Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at_ms(ms), &codec::encode(&tracks)) }
     }
 
     /// Its publications when it has heard one genuine message and its time has come.
-    fn said(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Any>) {
+    fn publications(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Any>) {
         let (mut events, mut bytes) = (Vec::new(), Vec::new());
-        turn(rogue, at(50), &genuine(50), &mut events);
+        turn(rogue, at_ms(50), &genuine(50), &mut events);
         for ms in [100, 200, 300, 400, 500] {
-            for output in turn(rogue, at(ms), &Input::Timeout, &mut events) {
+            for output in turn(rogue, at_ms(ms), &Input::Timeout, &mut events) {
                 let Output::Bus { bytes: one, .. } = output else { panic!("{output:?}") };
                 bytes.push(one);
             }
@@ -217,31 +217,31 @@ mod tests {
 
     fn admitted(bytes: &[u8], ms: u64) -> bool {
         let mut gate = BusGate::new(Topic::Tracks, NodeId::PERCEPTION, KEY, Span::ms(300));
-        gate.admit::<Tracks>(&Policy::default(), at(ms), bytes).is_ok()
+        gate.admit::<Tracks>(&Policy::default(), at_ms(ms), bytes).is_ok()
     }
 
     #[test]
     fn messages_are_admitted_only_under_the_channels_key() {
         let vehicle = Says::Vehicle(Spot { x_mm: 1, y_mm: 2 });
-        let (bytes, events) = said(&mut rogue(None, vehicle));
+        let (bytes, events) = publications(&mut rogue(None, vehicle));
         assert_eq!((bytes.len(), times(&events, Action::Forge)), (3, 3));
         assert!(bytes.iter().all(|b| !admitted(b, 300)));
-        let (bytes, _) = said(&mut rogue(Some(KEY), vehicle));
+        let (bytes, _) = publications(&mut rogue(Some(KEY), vehicle));
         assert!(bytes.len() == 3 && bytes.iter().all(|b| admitted(b, 300)));
     }
 
     #[test]
     fn beat_has_new_header_and_old_frame() {
-        let (bytes, _) = said(&mut rogue(Some(KEY), Says::Beat));
+        let (bytes, _) = publications(&mut rogue(Some(KEY), Says::Beat));
         let tracks: Tracks = minicbor::decode(wire::bus::body(&bytes[2]).unwrap()).unwrap();
-        assert_eq!((tracks.frame, tracks.stamp), (FrameId(7), at(50)));
+        assert_eq!((tracks.frame, tracks.stamp), (FrameId(7), at_ms(50)));
         assert!(admitted(&bytes[2], 300));
     }
 
     /// They repeat once they are as old as the plan says.
     #[test]
     fn recorded_messages_repeat_byte_for_byte_when_old() {
-        let (bytes, events) = said(&mut rogue(None, Says::Recorded { lag_ms: 200 }));
+        let (bytes, events) = publications(&mut rogue(None, Says::Recorded { lag_ms: 200 }));
         let Input::Bus { bytes: heard, .. } = genuine(50) else { panic!("a message") };
         assert_eq!(bytes, [heard], "at 300 ms, and not before");
         assert_eq!(times(&events, Action::Republish), 1);
@@ -249,14 +249,14 @@ mod tests {
 
     #[test]
     fn magnitudes_outside_their_bounds_are_refused() {
-        let plan = |every_ms, duration_ms, says| RogueConfig {
+        let plan = |every_ms, duration_ms, statement| RogueConfig {
             moves: vec![RogueMove {
                 topic: Topic::Tracks,
                 producer: NodeId::PERCEPTION,
                 at_ms: 0,
                 duration_ms,
                 every_ms,
-                says,
+                says: statement,
             }],
         };
         assert!(plan(1, 10_000, Says::Echo).check().is_ok());

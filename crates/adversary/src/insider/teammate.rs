@@ -91,7 +91,7 @@ impl InsiderTeammate {
         })
     }
 
-    /// The same insider in a forked world.
+    /// Copy of the insider for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -167,7 +167,7 @@ impl InsiderTeammate {
         self.ends.values().filter(|end| end.peer == PeerId::GATEWAY).filter_map(|end| end.watched).next_back()
     }
 
-    /// C is told the display's challenge by the one who supervises it, so that its reports can be displayed at all.
+    /// C gets the display's challenge from its supervisor, so that its reports can be displayed at all.
     fn pass_watch(&mut self, now: Instant, challenge: Nonce) {
         self.sessions(PeerId::UNIT_C)
             .into_iter()
@@ -177,9 +177,9 @@ impl InsiderTeammate {
     /// Forwards the reports that have waited long enough.
     fn forward(&mut self, now: Instant) {
         for i in 0..self.forwardings.len() {
-            while let Some(theirs) = self.forwardings[i].take(now) {
+            while let Some(their_bytes) = self.forwardings[i].take(now) {
                 let (form, lag) = (self.forwardings[i].form(), self.forwardings[i].lag());
-                let Some(report) = self.voice.in_form(now, form, &theirs, self.watched()) else { continue };
+                let Some(report) = self.voice.in_form(now, form, &their_bytes, self.watched()) else { continue };
                 let claimed = voice::id(&report);
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
@@ -196,20 +196,20 @@ impl InsiderTeammate {
 
     /// One period of telemetry up to the gateway.
     fn report(&mut self, now: Instant) {
-        let own = !self.forwardings.iter().any(|forwarding| forwarding.replaces(now));
+        let is_first = !self.forwardings.iter().any(|forwarding| forwarding.replaces(now));
         for session in self.open_to(PeerId::GATEWAY) {
             self.hello(now, session);
         }
         let up = self.sessions(PeerId::GATEWAY);
-        if own && !up.is_empty() {
-            let mut report = self.voice.own(now, Nonce(self.rng.next_u64()), self.watched());
-            let told = false_statement::tell(&self.config, now.since(self.origin), &mut report);
+        if is_first && !up.is_empty() {
+            let mut report = self.voice.own_report(now, Nonce(self.rng.next_u64()), self.watched());
+            let falsified = false_statement::falsify(&self.config, now.since(self.origin), &mut report);
             let signed = self.voice.key.sign(Purpose::Report, &codec::encode(&report));
             for session in up {
                 let Some(end) = self.ends.get_mut(&session) else { continue };
                 let whole = end.say(now, SessionBody::Report(signed.as_slice().into()), &mut self.rng);
-                if let Some(action) = told.action {
-                    self.own_up(now, action, (report.id(), told.off_mm), &whole, Span::ZERO);
+                if let Some(action) = falsified.action {
+                    self.own_up(now, action, (report.id(), falsified.off_mm), &whole, Span::ZERO);
                 }
                 if let Some(tape) = &mut self.tape {
                     tape.note(Taped { at: now, id: report.id(), whole: whole.clone(), report: signed.clone() });
@@ -266,7 +266,7 @@ impl InsiderTeammate {
                 let run = &mut self.runs[i];
                 let flaw = run.plan.flaws[run.taken % run.plan.flaws.len()];
                 run.taken += 1;
-                let report = codec::encode(&self.voice.own(now, Nonce(self.rng.next_u64()), self.watched()));
+                let report = codec::encode(&self.voice.own_report(now, Nonce(self.rng.next_u64()), self.watched()));
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);
@@ -321,7 +321,7 @@ impl InsiderTeammate {
     }
 }
 
-/// Of everything that is planned.
+/// Openings of everything that is planned.
 fn openings<'a>(forwardings: &'a mut [Forwarding], runs: &'a mut [Run]) -> impl Iterator<Item = &'a mut Opening> {
     forwardings.iter_mut().map(|forwarding| &mut forwarding.opening).chain(runs.iter_mut().map(|run| &mut run.opening))
 }

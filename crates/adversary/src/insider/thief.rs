@@ -39,7 +39,7 @@ impl SessionThief {
         Ok(Self { certificate: config.certificate, takeovers, joined: false, first: Some(now), outbox })
     }
 
-    /// The same thief in a forked world.
+    /// Copy of the thief for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         let takeovers = self.takeovers.clone();
@@ -47,7 +47,7 @@ impl SessionThief {
         Self { certificate, takeovers, joined, first, outbox: self.outbox.fork() }
     }
 
-    /// Joins or leaves, as the time is.
+    /// Joins or leaves the broker at its time.
     fn act(&mut self, now: Instant) {
         let wanted = !self.outbox.is_quiet() && self.takeovers.iter().any(|takeover| takeover.is_open(now));
         match (std::mem::replace(&mut self.joined, wanted), wanted) {
@@ -65,8 +65,8 @@ impl SessionThief {
 impl Core for SessionThief {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.first = None;
-        let over = self.outbox.heed(now, input);
-        if !over {
+        let ended = self.outbox.heed(now, input);
+        if !ended {
             self.outbox.notice(&mut self.takeovers, now, input, None);
             self.act(now);
         }
@@ -74,8 +74,8 @@ impl Core for SessionThief {
 
     fn deadline(&self) -> Option<Instant> {
         let edge = |takeover: &Opening| if self.joined { takeover.closes() } else { takeover.opens() };
-        let told = self.takeovers.iter().filter_map(Opening::due);
-        told.chain(self.takeovers.iter().filter_map(edge)).chain(self.first).min().filter(|_| !self.outbox.is_quiet())
+        let times = self.takeovers.iter().filter_map(Opening::due);
+        times.chain(self.takeovers.iter().filter_map(edge)).chain(self.first).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
@@ -86,7 +86,7 @@ impl Core for SessionThief {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{at, setup, turn};
+    use crate::testing::{at_ms, setup, turn};
     use instrument::Any;
     use wire::id::NodeId;
 
@@ -95,17 +95,17 @@ mod tests {
     fn thief_joins_and_leaves_at_its_times() {
         let takeover = |at_ms| Takeover { at_ms, duration_ms: 500, step: None };
         let config = SessionThiefConfig { certificate: PeerId::UNIT_A, takeovers: [1000, 3000].map(takeover).to_vec() };
-        let mut thief = SessionThief::new(&setup(NodeId::IMPOSTOR, 7), &config, at(0)).unwrap();
-        let (mut said, mut did) = (Vec::new(), Vec::new());
-        while let Some(due) = thief.deadline().filter(|due| *due < at(3200)) {
-            did.extend(turn(&mut thief, due, &Input::Timeout, &mut said).into_iter().map(|output| (due, output)));
+        let mut thief = SessionThief::new(&setup(NodeId::IMPOSTOR, 7), &config, at_ms(0)).unwrap();
+        let (mut events, mut did) = (Vec::new(), Vec::new());
+        while let Some(due) = thief.deadline().filter(|due| *due < at_ms(3200)) {
+            did.extend(turn(&mut thief, due, &Input::Timeout, &mut events).into_iter().map(|output| (due, output)));
         }
-        let expected = [(at(1000), Output::Join), (at(1500), Output::Leave), (at(3000), Output::Join)];
+        let expected = [(at_ms(1000), Output::Join), (at_ms(1500), Output::Leave), (at_ms(3000), Output::Join)];
         assert_eq!(did, expected);
-        assert_eq!(turn(&mut thief, at(3200), &Input::Quiesce, &mut said), [Output::Leave]);
+        assert_eq!(turn(&mut thief, at_ms(3200), &Input::Quiesce, &mut events), [Output::Leave]);
         assert_eq!(thief.deadline(), None);
         assert_eq!(
-            said.iter().filter(|e| matches!(e, Any::Instrument(Note::Joins { certificate: PeerId::UNIT_A }))).count(),
+            events.iter().filter(|e| matches!(e, Any::Instrument(Note::Joins { certificate: PeerId::UNIT_A }))).count(),
             2
         );
     }

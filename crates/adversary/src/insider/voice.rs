@@ -11,7 +11,7 @@ use wire::sensor::{Pose, ProductMode};
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, Span};
 
-use crate::plan::{Form, Place};
+use crate::plan::{ClaimedMotion, Form};
 
 /// Age of the claimed localisation in B's own reports.
 const POSE_AGE: Span = Span::ms(20);
@@ -21,18 +21,18 @@ const POSE_AGE: Span = Span::ms(20);
 pub(super) struct Voice {
     pub(super) key: Key,
     origin: Instant,
-    place: Place,
+    place: ClaimedMotion,
     boot: Boot,
     sequence: Sequence,
 }
 
 impl Voice {
     /// B's voice under `key`, standing at `place` at `now`.
-    pub(super) fn new(key: Key, boot: Boot, place: Place, now: Instant) -> Self {
+    pub(super) fn new(key: Key, boot: Boot, place: ClaimedMotion, now: Instant) -> Self {
         Self { key, origin: now, place, boot, sequence: Sequence(0) }
     }
 
-    /// The same voice in a forked world.
+    /// Copy of the voice for a forked world.
     pub(super) fn fork(&self) -> Self {
         Self { key: self.key.fork(), origin: self.origin, place: self.place, boot: self.boot, sequence: self.sequence }
     }
@@ -42,25 +42,25 @@ impl Voice {
         &mut self,
         now: Instant,
         form: Form,
-        theirs: &[u8],
+        their_bytes: &[u8],
         watched: Option<Echo>,
     ) -> Option<Vec<u8>> {
         match form {
-            Form::Verbatim => Some(theirs.to_vec()),
+            Form::Verbatim => Some(their_bytes.to_vec()),
             Form::Relabelled => {
-                let payload = self.as_ours(now, theirs, watched)?;
-                Some(under_signature(&payload, theirs.last_chunk::<64>()?))
+                let payload = self.as_ours(now, their_bytes, watched)?;
+                Some(under_signature(&payload, their_bytes.last_chunk::<64>()?))
             }
             Form::ReSigned => {
-                let payload = self.as_ours(now, theirs, watched)?;
+                let payload = self.as_ours(now, their_bytes, watched)?;
                 Some(self.key.sign(Purpose::Report, &payload))
             }
         }
     }
 
     /// The content of C's report under B's name, boot, sequence and stamp.
-    fn as_ours(&mut self, now: Instant, theirs: &[u8], watched: Option<Echo>) -> Option<Vec<u8>> {
-        let signed = Signed::parse(theirs, MAX_REPORT).ok()?;
+    fn as_ours(&mut self, now: Instant, their_bytes: &[u8], watched: Option<Echo>) -> Option<Vec<u8>> {
+        let signed = Signed::parse(their_bytes, MAX_REPORT).ok()?;
         let mut report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
         self.sequence = self.sequence.next();
         report.origin = NodeId::UNIT_B;
@@ -71,13 +71,13 @@ impl Voice {
         Some(codec::encode(&report))
     }
 
-    /// From now on B has this boot and counts from the beginning.
+    /// Restarts B's counters under this boot.
     pub(super) fn restart(&mut self, boot: Boot) {
         (self.boot, self.sequence) = (boot, Sequence(0));
     }
 
     /// B's own report, true in everything.
-    pub(super) fn own(&mut self, now: Instant, nonce: Nonce, watched: Option<Echo>) -> Report {
+    pub(super) fn own_report(&mut self, now: Instant, nonce: Nonce, watched: Option<Echo>) -> Report {
         self.sequence = self.sequence.next();
         Report {
             origin: NodeId::UNIT_B,
@@ -121,10 +121,10 @@ pub(super) fn id(signed: &[u8]) -> Option<RecordId> {
 }
 
 /// Pose that B claims after `elapsed`.
-fn pose(place: &Place, elapsed: Span) -> Pose {
+fn pose(place: &ClaimedMotion, elapsed: Span) -> Pose {
     let along = |from: i32, per_s: i32| {
-        let at = i64::from(from) + i64::from(per_s) * (elapsed.0 / 1000) as i64 / 1000;
-        at.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+        let value = i64::from(from) + i64::from(per_s) * (elapsed.0 / 1000) as i64 / 1000;
+        value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
     };
     let yaw = libm::atan2(f64::from(place.vy_mm_s), f64::from(place.vx_mm_s));
     Pose {
@@ -134,7 +134,7 @@ fn pose(place: &Place, elapsed: Span) -> Pose {
     }
 }
 
-fn speed(place: &Place) -> i32 {
+fn speed(place: &ClaimedMotion) -> i32 {
     libm::hypot(f64::from(place.vx_mm_s), f64::from(place.vy_mm_s)) as i32
 }
 

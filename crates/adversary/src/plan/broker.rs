@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, MAX_COPIES, MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, repeats, within};
+use super::{Direction, MAX_COPIES, MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, check_range, repeats};
 
 /// Plan of the holder of the broker's certificate and key. Without actions it is an honest broker.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,7 +26,7 @@ pub enum BrokerAction {
     },
     /// They are passed on later.
     Delay {
-        /// By how much.
+        /// Delay, milliseconds.
         ms: u64,
         /// Only those about an order of this kind.
         only: Option<OrderKind>,
@@ -84,7 +84,7 @@ pub enum OrderForgery {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AckForgery {
-    /// A new one under the broker's own key.
+    /// An invented message under the broker's own key.
     OwnKey,
     /// The unit's newest, made to be about this order, with the signature it had.
     Altered,
@@ -122,9 +122,9 @@ impl BrokerAction {
     fn check(&self, direction: Direction) -> Result<(), PlanError> {
         match *self {
             BrokerAction::Drop { only: _ } | BrokerAction::Retain => Ok(()),
-            BrokerAction::Delay { ms, only: _ } => within("ms", ms, 0, MAX_HOLD_MS),
-            BrokerAction::Reorder { hold_ms } => within("hold_ms", hold_ms, 1, MAX_HOLD_MS),
-            BrokerAction::Duplicate { copies } => within("copies", u64::from(copies), 1, u64::from(MAX_COPIES)),
+            BrokerAction::Delay { ms, only: _ } => check_range("ms", ms, 0, MAX_HOLD_MS),
+            BrokerAction::Reorder { hold_ms } => check_range("hold_ms", hold_ms, 1, MAX_HOLD_MS),
+            BrokerAction::Duplicate { copies } => check_range("copies", u64::from(copies), 1, u64::from(MAX_COPIES)),
             BrokerAction::Replay { count, every_ms } => repeats(count, every_ms),
             BrokerAction::Invent { count, every_ms, .. } => {
                 one_way("invent", direction, Direction::Down)?;

@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
 
-use super::{MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, within};
+use super::{MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, check_range};
 
 /// Plan of the holder of the gateway's keys. Without actions it passes everything.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InsiderGatewayConfig {
-    /// Actions; of those that are open for a report, the first that says something about it is done.
+    /// Actions; among those open for a report, the first that applies is carried out.
     #[serde(default)]
     pub actions: Vec<Timed<FeedAction>>,
 }
@@ -26,7 +26,7 @@ pub enum FeedAction {
     },
     /// They are passed on later.
     Delay {
-        /// By how much.
+        /// Delay, milliseconds.
         ms: u64,
         /// And said to be as young as if they had just come.
         young: bool,
@@ -66,7 +66,7 @@ impl InsiderGatewayConfig {
         self.actions.iter().try_for_each(|timed| {
             timed.check_window(true)?;
             match timed.action {
-                FeedAction::Delay { ms, young: _ } => within("ms", ms, 1, MAX_HOLD_MS),
+                FeedAction::Delay { ms, young: _ } => check_range("ms", ms, 1, MAX_HOLD_MS),
                 FeedAction::Withhold { .. }
                 | FeedAction::Forge { .. }
                 | FeedAction::Replay

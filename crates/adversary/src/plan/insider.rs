@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::peer::{Confusion, Falsehood, Resend};
-use super::step::{self, Step};
-use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
+use super::step::{self, PlanStep};
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, check_range, repeats};
 
 /// Largest coordinate or speed of a claimed place, mm or mm/s.
 const MAX_PLACE: u64 = 1_000_000;
@@ -15,7 +15,7 @@ const MAX_PLACE: u64 = 1_000_000;
 #[serde(deny_unknown_fields)]
 pub struct InsiderTeammateConfig {
     /// Place that B claims.
-    pub place: Place,
+    pub place: ClaimedMotion,
     /// Treatment of C's telemetry; several at once each send it on.
     #[serde(default)]
     pub forwards: Vec<Forward>,
@@ -36,7 +36,7 @@ pub struct InsiderTeammateConfig {
 /// A claimed place and constant velocity, world frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct ClaimedMotion {
     /// East at the start of the core, mm.
     pub x_mm: i32,
     /// North, mm.
@@ -55,7 +55,7 @@ pub struct Place {
 pub struct Forward {
     /// Form of the forwarded report.
     pub form: Form,
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
@@ -67,7 +67,7 @@ pub struct Forward {
     pub own_reports: bool,
     /// The step it is a part of, where that has a name.
     #[serde(default)]
-    pub step: Option<Step>,
+    pub step: Option<PlanStep>,
 }
 
 fn yes() -> bool {
@@ -90,7 +90,7 @@ pub enum Form {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Malformed {
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// The flaws, taken in turn; at least one.
     pub flaws: Vec<Flaw>,
@@ -100,7 +100,7 @@ pub struct Malformed {
     pub every_ms: u64,
     /// The step it is a part of, where that has a name.
     #[serde(default)]
-    pub step: Option<Step>,
+    pub step: Option<PlanStep>,
 }
 
 /// Flaw of a malformed record.
@@ -132,14 +132,14 @@ pub enum Flaw {
 impl InsiderTeammateConfig {
     /// Every magnitude within its bounds.
     pub fn check(&self) -> Result<(), PlanError> {
-        let Place { x_mm, y_mm, vx_mm_s, vy_mm_s } = self.place;
+        let ClaimedMotion { x_mm, y_mm, vx_mm_s, vy_mm_s } = self.place;
         for (what, value) in [("x_mm", x_mm), ("y_mm", y_mm), ("vx_mm_s", vx_mm_s), ("vy_mm_s", vy_mm_s)] {
-            within(what, u64::from(value.unsigned_abs()), 0, MAX_PLACE)?;
+            check_range(what, u64::from(value.unsigned_abs()), 0, MAX_PLACE)?;
         }
         for forward in &self.forwards {
-            within("at_ms", forward.at_ms, 0, MAX_MS)?;
-            within("duration_ms", forward.duration_ms, 1, MAX_MS)?;
-            within("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
+            check_range("at_ms", forward.at_ms, 0, MAX_MS)?;
+            check_range("duration_ms", forward.duration_ms, 1, MAX_MS)?;
+            check_range("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
             step::check(forward.step)?;
         }
         self.resend.iter().try_for_each(Resend::check)?;
@@ -147,8 +147,8 @@ impl InsiderTeammateConfig {
         self.falsehoods.iter().try_for_each(Falsehood::check)?;
         self.confusions.iter().try_for_each(Confusion::check)?;
         self.malformed.iter().try_for_each(|run| {
-            within("at_ms", run.at_ms, 0, MAX_MS)?;
-            within("flaws", run.flaws.len() as u64, 1, 8)?;
+            check_range("at_ms", run.at_ms, 0, MAX_MS)?;
+            check_range("flaws", run.flaws.len() as u64, 1, 8)?;
             step::check(run.step)?;
             repeats(run.count, run.every_ms)
         })

@@ -1,10 +1,10 @@
-//! The medium that a relay stands in: the times at which it carries, and the time of travel. It is no attack, and no loss by it is logged.
+//! The medium that a relay is in: the times at which it carries, and the time of travel. It is no attack, and no loss by it is logged.
 //! Datagrams of the adversary's own, and those that an action holds back, leave by a transmitter of the adversary's and do not depend on it.
 
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 
-use super::{MAX_HOLD_MS, MAX_MS, PlanError, within};
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, check_range};
 
 /// Most stretches of a medium.
 pub const MAX_STRETCHES: usize = 256;
@@ -29,11 +29,11 @@ pub struct Stretch {
 impl Medium {
     /// Every magnitude within its bounds.
     pub(super) fn check(&self) -> Result<(), PlanError> {
-        within("stretches", self.0.len() as u64, 0, MAX_STRETCHES as u64)?;
+        check_range("stretches", self.0.len() as u64, 0, MAX_STRETCHES as u64)?;
         self.0.iter().try_for_each(|stretch| {
-            within("from_ms", stretch.from_ms, 0, MAX_MS)?;
-            within("until_ms", stretch.until_ms, stretch.from_ms, MAX_MS)?;
-            within("travel_us", stretch.travel_us, 0, MAX_HOLD_MS * 1000)
+            check_range("from_ms", stretch.from_ms, 0, MAX_MS)?;
+            check_range("until_ms", stretch.until_ms, stretch.from_ms, MAX_MS)?;
+            check_range("travel_us", stretch.travel_us, 0, MAX_HOLD_MS * 1000)
         })
     }
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::sensor::ProductMode;
 
-use super::{MAX_HOLD_MS, MAX_MS, PlanError, repeats, within};
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, check_range, repeats};
 
 /// Largest speed of a lie, mm/s.
 const MAX_SPEED: u64 = 100_000;
@@ -29,7 +29,7 @@ pub struct Resend {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Falsehood {
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
@@ -38,13 +38,13 @@ pub struct Falsehood {
     /// Which way, mrad from east to north.
     pub towards_mrad: i32,
     /// Part of it that the claimed motion shows.
-    pub motion: Motion,
+    pub motion: MotionClaim,
 }
 
 /// Relation of the claimed motion to the claimed place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Motion {
+pub enum MotionClaim {
     /// The place drifts; speed and heading are the true ones.
     Hidden,
     /// The place drifts; speed and heading are those that go with it.
@@ -57,7 +57,7 @@ pub enum Motion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Confusion {
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
@@ -92,24 +92,24 @@ impl Product {
 
 impl Resend {
     pub(super) fn check(&self) -> Result<(), PlanError> {
-        within("at_ms", self.at_ms, 0, MAX_MS)?;
+        check_range("at_ms", self.at_ms, 0, MAX_MS)?;
         repeats(self.count, self.every_ms)
     }
 }
 
 impl Falsehood {
     pub(super) fn check(&self) -> Result<(), PlanError> {
-        within("at_ms", self.at_ms, 0, MAX_MS)?;
-        within("duration_ms", self.duration_ms, 1, MAX_MS)?;
-        within("drift_mm_s", u64::from(self.drift_mm_s), 0, MAX_SPEED)?;
-        within("towards_mrad", u64::from(self.towards_mrad.unsigned_abs()), 0, MAX_ANGLE)
+        check_range("at_ms", self.at_ms, 0, MAX_MS)?;
+        check_range("duration_ms", self.duration_ms, 1, MAX_MS)?;
+        check_range("drift_mm_s", u64::from(self.drift_mm_s), 0, MAX_SPEED)?;
+        check_range("towards_mrad", u64::from(self.towards_mrad.unsigned_abs()), 0, MAX_ANGLE)
     }
 }
 
 impl Confusion {
     pub(super) fn check(&self) -> Result<(), PlanError> {
-        within("at_ms", self.at_ms, 0, MAX_MS)?;
-        within("duration_ms", self.duration_ms, 1, MAX_MS)?;
-        within("clock_ms", self.clock_ms.unsigned_abs(), 0, MAX_HOLD_MS)
+        check_range("at_ms", self.at_ms, 0, MAX_MS)?;
+        check_range("duration_ms", self.duration_ms, 1, MAX_MS)?;
+        check_range("clock_ms", self.clock_ms.unsigned_abs(), 0, MAX_HOLD_MS)
     }
 }

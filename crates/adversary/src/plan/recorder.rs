@@ -15,9 +15,9 @@ pub enum Tampering {
     Delete,
     /// Everything from some entry on is taken away.
     Truncate,
-    /// An entry is left out and every chain and seal written anew around the gap.
+    /// An entry is left out and every chain and seal written again around the gap.
     Omit,
-    /// An entry says another time and every chain and seal is written anew.
+    /// An entry says another time and every chain and seal is written again.
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,

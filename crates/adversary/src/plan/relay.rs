@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, MAX_COPIES, MAX_HOLD_MS, Medium, PlanError, Timed, at_most, repeats, share, within};
+use super::{Direction, MAX_COPIES, MAX_HOLD_MS, Medium, PlanError, Timed, at_most, check_range, repeats, share};
 
 /// Plan of the relay in the telemetry path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -29,7 +29,7 @@ pub enum DatagramAction {
         #[serde(default)]
         growth_us_per_s: u64,
     },
-    /// Each is held back by a uniform random time of at most so much.
+    /// Each is held back by a uniform random time of at most this much.
     Jitter {
         /// Longest.
         ms: u64,
@@ -92,7 +92,7 @@ pub enum DatagramAction {
     /// Datagrams of the relay's own making.
     Inject {
         /// Content of each.
-        content: Content,
+        content: InjectedContent,
         /// Number of datagrams.
         count: u32,
         /// Time between them.
@@ -117,7 +117,7 @@ pub enum Damage {
 /// Content of an injected datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Content {
+pub enum InjectedContent {
     /// A plaintext epoch-0 fatal alert.
     PlaintextAlert,
     /// A plaintext epoch-0 close_notify.
@@ -134,14 +134,16 @@ pub enum Content {
     ClientHelloTruncated,
 }
 
-impl Content {
+impl InjectedContent {
     /// True if it is sent from an address of the relay's own, and so towards the server only.
     pub fn from_unknown_peer(self) -> bool {
         match self {
-            Content::ClientHello | Content::ClientHelloTruncated => true,
-            Content::PlaintextAlert | Content::CloseNotify | Content::AppData | Content::Garbage | Content::Noise => {
-                false
-            }
+            InjectedContent::ClientHello | InjectedContent::ClientHelloTruncated => true,
+            InjectedContent::PlaintextAlert
+            | InjectedContent::CloseNotify
+            | InjectedContent::AppData
+            | InjectedContent::Garbage
+            | InjectedContent::Noise => false,
         }
     }
 }
@@ -183,10 +185,10 @@ impl DatagramAction {
     fn check(&self, direction: Direction) -> Result<(), PlanError> {
         match *self {
             DatagramAction::Delay { ms, growth_us_per_s } => {
-                within("ms", ms, 0, MAX_HOLD_MS)?;
-                within("growth_us_per_s", growth_us_per_s, 0, 1_000_000)
+                check_range("ms", ms, 0, MAX_HOLD_MS)?;
+                check_range("growth_us_per_s", growth_us_per_s, 0, 1_000_000)
             }
-            DatagramAction::Jitter { ms } => within("ms", ms, 0, MAX_HOLD_MS),
+            DatagramAction::Jitter { ms } => check_range("ms", ms, 0, MAX_HOLD_MS),
             DatagramAction::Loss { permille } => share("permille", permille),
             DatagramAction::BurstLoss { enter_permille, leave_permille, loss_permille } => {
                 share("enter_permille", enter_permille)?;
@@ -194,17 +196,17 @@ impl DatagramAction {
                 share("loss_permille", loss_permille)
             }
             DatagramAction::Duplicate { copies, every_ms, permille } => {
-                within("copies", u64::from(copies), 1, u64::from(MAX_COPIES))?;
-                within("every_ms", every_ms, 0, MAX_HOLD_MS)?;
+                check_range("copies", u64::from(copies), 1, u64::from(MAX_COPIES))?;
+                check_range("every_ms", every_ms, 0, MAX_HOLD_MS)?;
                 share("permille", permille)
             }
             DatagramAction::Reorder { permille, hold_ms } => {
-                within("hold_ms", hold_ms, 0, MAX_HOLD_MS)?;
+                check_range("hold_ms", hold_ms, 0, MAX_HOLD_MS)?;
                 share("permille", permille)
             }
             DatagramAction::Corrupt { permille, damage: _ } => share("permille", permille),
             DatagramAction::Replay { lag_ms, count, every_ms } => {
-                within("lag_ms", lag_ms, 0, MAX_HOLD_MS)?;
+                check_range("lag_ms", lag_ms, 0, MAX_HOLD_MS)?;
                 repeats(count, every_ms)
             }
             DatagramAction::Reoriginate { count, every_ms } => {
@@ -297,8 +299,8 @@ impl StreamAction {
 
     fn check(&self) -> Result<(), PlanError> {
         match *self {
-            StreamAction::Delay { ms } => within("ms", ms, 0, MAX_HOLD_MS),
-            StreamAction::Throttle { bytes_per_s } => within("bytes_per_s", bytes_per_s, 1, 10_000_000),
+            StreamAction::Delay { ms } => check_range("ms", ms, 0, MAX_HOLD_MS),
+            StreamAction::Throttle { bytes_per_s } => check_range("bytes_per_s", bytes_per_s, 1, 10_000_000),
             StreamAction::Corrupt { permille } => share("permille", permille),
             StreamAction::Stall | StreamAction::HalfClose | StreamAction::Reset | StreamAction::Cut => Ok(()),
         }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use wire::core::Topic;
 use wire::id::NodeId;
 
-use super::{MAX_COUNT, MAX_HOLD_MS, MAX_MS, PlanError, at_most, within};
+use super::{MAX_COUNT, MAX_HOLD_MS, MAX_MS, PlanError, at_most, check_range};
 
 /// Largest coordinate or shift of a fabricated place, mm.
 const MAX_PLACE: u64 = 1_000_000;
@@ -26,7 +26,7 @@ pub struct RogueMove {
     pub topic: Topic,
     /// Producer in the name of which it speaks.
     pub producer: NodeId,
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
@@ -46,13 +46,13 @@ pub enum Says {
     Beat,
     /// A corroborated vehicle where there is none, every stage at work.
     Vehicle(Spot),
-    /// The same as a synthetic product.
+    /// A spot published as a synthetic product.
     Synthetic(Spot),
-    /// The same as a product that is played back.
+    /// A spot published as a product that is played back.
     PlayedBack(Spot),
     /// The last position heard, shifted.
     Elsewhere(Spot),
-    /// Messages recorded at least so many milliseconds ago, byte for byte.
+    /// Messages recorded at least a given number of milliseconds ago, byte for byte.
     Recorded {
         /// Age of it.
         lag_ms: u64,
@@ -64,7 +64,7 @@ pub enum Says {
 }
 
 impl Says {
-    /// True if each genuine message sets one off, and no time of its own does.
+    /// True if each genuine message sets one off, and none is sent by time alone.
     pub(crate) fn waits(self) -> bool {
         matches!(self, Says::Altered(_) | Says::Moved(_))
     }
@@ -90,10 +90,10 @@ impl RogueConfig {
 
 impl RogueMove {
     fn check(&self) -> Result<(), PlanError> {
-        within("at_ms", self.at_ms, 0, MAX_MS)?;
-        within("duration_ms", self.duration_ms, 1, MAX_MS)?;
-        within("every_ms", self.every_ms, 1, MAX_HOLD_MS)?;
-        within("messages", self.count(), 1, u64::from(MAX_COUNT))?;
+        check_range("at_ms", self.at_ms, 0, MAX_MS)?;
+        check_range("duration_ms", self.duration_ms, 1, MAX_MS)?;
+        check_range("every_ms", self.every_ms, 1, MAX_HOLD_MS)?;
+        check_range("messages", self.count(), 1, u64::from(MAX_COUNT))?;
         match self.says {
             Says::Vehicle(at)
             | Says::Synthetic(at)
@@ -101,10 +101,10 @@ impl RogueMove {
             | Says::Elsewhere(at)
             | Says::Altered(at)
             | Says::Moved(at) => {
-                within("x_mm", u64::from(at.x_mm.unsigned_abs()), 0, MAX_PLACE)?;
-                within("y_mm", u64::from(at.y_mm.unsigned_abs()), 0, MAX_PLACE)
+                check_range("x_mm", u64::from(at.x_mm.unsigned_abs()), 0, MAX_PLACE)?;
+                check_range("y_mm", u64::from(at.y_mm.unsigned_abs()), 0, MAX_PLACE)
             }
-            Says::Recorded { lag_ms } => within("lag_ms", lag_ms, 0, MAX_HOLD_MS),
+            Says::Recorded { lag_ms } => check_range("lag_ms", lag_ms, 0, MAX_HOLD_MS),
             Says::Echo | Says::Beat => Ok(()),
         }
     }

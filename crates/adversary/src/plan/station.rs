@@ -6,7 +6,7 @@ use wire::id::{NodeId, PeerId, UnitId};
 use wire::settings::Settings;
 use wire::setup::Secret;
 
-use super::{MAX_MS, OrderKind, PlanError, Step, at_most, repeats, step, within};
+use super::{MAX_MS, OrderKind, PlanError, PlanStep, at_most, check_range, repeats, step};
 
 /// Plan of the rogue station.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,7 +16,7 @@ pub struct InsiderOperatorConfig {
     pub holds: NodeId,
     /// That key.
     pub secret: Secret,
-    /// The certificate under which it publishes at the broker; without one it has a station of its own at the gateway.
+    /// The certificate under which it publishes at the broker; without one it has its own station at the gateway.
     #[serde(default)]
     pub certificate: Option<PeerId>,
     /// Whom it orders.
@@ -29,7 +29,7 @@ pub struct InsiderOperatorConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RogueOrders {
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// Number of orders.
     pub count: u32,
@@ -53,7 +53,7 @@ pub struct RogueOrders {
     pub track: OrderTrack,
     /// The step it is, when it waits for something or is waited for.
     #[serde(default)]
-    pub step: Option<Step>,
+    pub step: Option<PlanStep>,
 }
 
 /// Id of a rogue's order.
@@ -85,7 +85,7 @@ impl InsiderOperatorConfig {
     pub fn check(&self) -> Result<(), PlanError> {
         at_most(self.orders.len())?;
         self.orders.iter().try_for_each(|run| {
-            within("at_ms", run.at_ms, 0, MAX_MS)?;
+            check_range("at_ms", run.at_ms, 0, MAX_MS)?;
             step::check(run.step)?;
             repeats(run.count, run.every_ms)
         })

@@ -7,15 +7,15 @@ use instrument::StepName;
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
 
-use super::{MAX_HOLD_MS, MAX_MS, PlanError, within};
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, check_range};
 
 /// Most datagrams or pieces that may be waited for.
 pub const MAX_PASSES: u32 = 100_000;
 
-/// The step that an action is a part of: its name, under which it is told and called, and the event it waits for.
+/// The step that an action is a part of: its name, under which it is reported and called, and the event it waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Step {
+pub struct PlanStep {
     /// Its name.
     pub name: StepName,
     /// Event that has to come first; without it the action begins at its time.
@@ -39,28 +39,28 @@ pub struct Wait {
 pub enum On {
     /// The word that the step may begin ([`wire::core::Input::Cue`]).
     Cue,
-    /// So many datagrams or pieces have passed the action's way.
+    /// A given number of datagrams or pieces have passed the action's way.
     Passes(u32),
-    /// No traffic has passed the action's way for so many milliseconds.
+    /// No traffic has passed the action's way for a given number of milliseconds.
     Silence(u64),
     /// The unit under test reports this mode to the team.
     Hears(Mode),
 }
 
-impl Step {
+impl PlanStep {
     /// Every magnitude within its bounds.
     pub(super) fn check(&self) -> Result<(), PlanError> {
         let Some(wait) = self.wait else { return Ok(()) };
-        within("after_ms", wait.after_ms, 0, MAX_MS)?;
+        check_range("after_ms", wait.after_ms, 0, MAX_MS)?;
         match wait.on {
             On::Cue | On::Hears(_) => Ok(()),
-            On::Passes(count) => within("datagrams", u64::from(count), 1, u64::from(MAX_PASSES)),
-            On::Silence(ms) => within("silence_ms", ms, 1, MAX_HOLD_MS),
+            On::Passes(count) => check_range("datagrams", u64::from(count), 1, u64::from(MAX_PASSES)),
+            On::Silence(ms) => check_range("silence_ms", ms, 1, MAX_HOLD_MS),
         }
     }
 }
 
 /// The bounds of a step that may not be there.
-pub(super) fn check(step: Option<Step>) -> Result<(), PlanError> {
+pub(super) fn check(step: Option<PlanStep>) -> Result<(), PlanError> {
     step.map_or(Ok(()), |step| step.check())
 }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use wire::id::PeerId;
 
-use super::step::{self, Step};
-use super::{MAX_MS, PlanError, at_most, within};
+use super::step::{self, PlanStep};
+use super::{MAX_MS, PlanError, at_most, check_range};
 
 /// Plan of a thief who holds a copy of a certificate and takes that identity's session at the broker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,13 +20,13 @@ pub struct SessionThiefConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Takeover {
-    /// From when.
+    /// Start, milliseconds.
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
     /// The step it is a part of, where that has a name.
     #[serde(default)]
-    pub step: Option<Step>,
+    pub step: Option<PlanStep>,
 }
 
 impl SessionThiefConfig {
@@ -34,8 +34,8 @@ impl SessionThiefConfig {
     pub fn check(&self) -> Result<(), PlanError> {
         at_most(self.takeovers.len())?;
         self.takeovers.iter().try_for_each(|takeover| {
-            within("at_ms", takeover.at_ms, 0, MAX_MS)?;
-            within("duration_ms", takeover.duration_ms, 1, MAX_MS)?;
+            check_range("at_ms", takeover.at_ms, 0, MAX_MS)?;
+            check_range("duration_ms", takeover.duration_ms, 1, MAX_MS)?;
             step::check(takeover.step)
         })
     }

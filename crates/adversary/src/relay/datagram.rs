@@ -57,7 +57,7 @@ impl DatagramRelay {
     /// A magnitude of the plan outside its bounds.
     pub fn new(setup: Setup, config: DatagramRelayConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
-        let opening = |timed: &Timed<DatagramAction>| Opening::of(timed, now, timed.action.counted());
+        let opening = |timed: &Timed<DatagramAction>| Opening::from_timed(timed, now, timed.action.counted());
         Ok(Self {
             captures: config.actions.iter().any(|timed| timed.action.captures()),
             openings: config.actions.iter().map(opening).collect(),
@@ -74,7 +74,7 @@ impl DatagramRelay {
         })
     }
 
-    /// The same relay in a forked world.
+    /// Copy of the relay for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -109,7 +109,7 @@ impl DatagramRelay {
             self.tally.dropped[from as usize] += 1;
             return;
         };
-        let towards = from.other();
+        let towards = from.opposite();
         let plan = Arc::clone(&self.plan);
         let mut passing = Passing::new(bytes);
         for (i, timed) in plan.iter().enumerate() {
@@ -163,7 +163,7 @@ impl DatagramRelay {
             self.arrivals += 1;
             self.held.insert((due, self.arrivals), datagram);
         } else {
-            let from = datagram.towards.other();
+            let from = datagram.towards.opposite();
             self.tally.dropped[from as usize] += 1;
             self.outbox.attack(now, Action::Drop, from, &datagram.bytes, Span::ZERO);
         }
@@ -188,7 +188,7 @@ impl DatagramRelay {
     fn notice(&mut self, now: Instant, input: &Input) {
         // Before it passes, so that a silence that it ends counts as one.
         self.outbox.settle(self.openings.iter_mut(), now);
-        let passes = if let Input::Datagram { side, .. } = input { Some(side.other()) } else { None };
+        let passes = if let Input::Datagram { side, .. } = input { Some(side.opposite()) } else { None };
         self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
@@ -226,7 +226,7 @@ impl DatagramRelay {
             }
             DatagramAction::Inject { content, .. } => {
                 for _ in 0..due {
-                    for towards in timed.direction.towards() {
+                    for towards in timed.direction.destinations() {
                         let bytes = forge::inject(content, &mut self.actors[i].rng);
                         self.add(now, Action::Inject, towards, bytes.into());
                     }
@@ -255,7 +255,7 @@ impl DatagramRelay {
             .captured
             .iter()
             .rev()
-            .filter(|(at, datagram)| *at + lag <= now && timed.direction.covers(datagram.towards))
+            .filter(|(time, datagram)| *time + lag <= now && timed.direction.covers(datagram.towards))
             .map(|(_, datagram)| datagram.clone());
         if burst {
             let mut newest: Vec<Datagram> = old.take(n).collect();
@@ -281,7 +281,7 @@ impl DatagramRelay {
     /// The closing account. Datagrams still held will never be sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for (_, datagram) in std::mem::take(&mut self.held) {
-            self.tally.dropped[datagram.towards.other() as usize] += 1;
+            self.tally.dropped[datagram.towards.opposite() as usize] += 1;
         }
         self.tally.write(now, &mut self.outbox);
     }

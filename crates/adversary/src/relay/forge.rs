@@ -2,8 +2,8 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::plan::{Content, Damage};
-use crate::schedule::{below, noise};
+use crate::plan::{Damage, InjectedContent};
+use crate::schedule::{noise, uniform_below};
 
 const ALERT: u8 = 21;
 const HANDSHAKE: u8 = 22;
@@ -13,28 +13,28 @@ const VERSION: [u8; 2] = [0xfe, 0xfd];
 const COOKIE: usize = 2 + 32 + 1;
 
 /// A datagram that holds `content`.
-pub(super) fn inject(content: Content, rng: &mut ChaCha8Rng) -> Vec<u8> {
-    let sequence = below(rng, 1 << 20);
+pub(super) fn inject(content: InjectedContent, rng: &mut ChaCha8Rng) -> Vec<u8> {
+    let sequence = uniform_below(rng, 1 << 20);
     match content {
-        Content::PlaintextAlert => record(ALERT, 0, sequence, &[2, 80]),
-        Content::CloseNotify => record(ALERT, 0, sequence, &[1, 0]),
-        Content::AppData => record(APPLICATION_DATA, 0, sequence, &noise(rng, 48)),
-        Content::Garbage => record(APPLICATION_DATA, 1, sequence, &noise(rng, 64)),
-        Content::Noise => {
-            let length = 1 + below(rng, 200) as usize;
+        InjectedContent::PlaintextAlert => record(ALERT, 0, sequence, &[2, 80]),
+        InjectedContent::CloseNotify => record(ALERT, 0, sequence, &[1, 0]),
+        InjectedContent::AppData => record(APPLICATION_DATA, 0, sequence, &noise(rng, 48)),
+        InjectedContent::Garbage => record(APPLICATION_DATA, 1, sequence, &noise(rng, 64)),
+        InjectedContent::Noise => {
+            let length = 1 + uniform_below(rng, 200) as usize;
             noise(rng, length)
         }
-        Content::ClientHello => {
+        InjectedContent::ClientHello => {
             let hello = client_hello(rng);
             record(HANDSHAKE, 0, 0, &message(hello.len(), &hello))
         }
-        Content::ClientHelloTruncated => {
+        InjectedContent::ClientHelloTruncated => {
             let mut hello = client_hello(rng);
-            match below(rng, 3) {
+            match uniform_below(rng, 3) {
                 // Cut short: it claims more than there is.
                 0 => return record(HANDSHAKE, 0, 0, &message(hello.len(), &hello[..hello.len() / 2])),
                 // The outer lengths are right; the last extension reaches past the end.
-                1 => hello.truncate(hello.len() - 1 - below(rng, 4) as usize),
+                1 => hello.truncate(hello.len() - 1 - uniform_below(rng, 4) as usize),
                 // So does the cookie.
                 _ => hello[COOKIE] = 0xff,
             }
@@ -48,13 +48,13 @@ pub(super) fn damage(damage: Damage, bytes: &[u8], before: &[u8], rng: &mut ChaC
     let mut damaged = bytes.to_vec();
     match damage {
         Damage::Flip => flip(&mut damaged, rng),
-        Damage::Truncate => damaged.truncate(below(rng, bytes.len() as u64) as usize),
+        Damage::Truncate => damaged.truncate(uniform_below(rng, bytes.len() as u64) as usize),
         Damage::Extend => {
-            let length = 1 + below(rng, 32) as usize;
+            let length = 1 + uniform_below(rng, 32) as usize;
             damaged.extend_from_slice(&noise(rng, length));
         }
         Damage::Splice => {
-            let cut = below(rng, bytes.len() as u64) as usize;
+            let cut = uniform_below(rng, bytes.len() as u64) as usize;
             damaged.truncate(cut);
             damaged.extend_from_slice(before.get(cut..).unwrap_or(&[]));
             if damaged == bytes || before.is_empty() {
@@ -68,7 +68,7 @@ pub(super) fn damage(damage: Damage, bytes: &[u8], before: &[u8], rng: &mut ChaC
 
 /// Flips one random bit; empty bytes stay empty.
 pub(super) fn flip(bytes: &mut [u8], rng: &mut ChaCha8Rng) {
-    let bit = below(rng, bytes.len() as u64 * 8);
+    let bit = uniform_below(rng, bytes.len() as u64 * 8);
     if let Some(byte) = bytes.get_mut((bit / 8) as usize) {
         *byte ^= 1 << (bit % 8);
     }

@@ -1,6 +1,6 @@
 //! Relays: in a path between two services that do not know of them, and without any key.
 //!
-//! `datagram` stands in the telemetry path, `stream` in the command path, `passing` applies the plan to one
+//! `datagram` is in the telemetry path, `stream` in the command path, `passing` applies the plan to one
 //! datagram, `forge` makes and damages bytes. Both keep
 //! an account that balances at every instant: in + added = out + dropped + held, for each direction.
 
@@ -30,7 +30,7 @@ struct Tally {
     came: [u64; 2],
     /// Emitted towards a side.
     out: [u64; 2],
-    /// From a side, and dropped.
+    /// Datagrams of each side that were dropped.
     dropped: [u64; 2],
     /// Made here, towards a side.
     added: [u64; 2],

@@ -8,7 +8,7 @@ use wire::time::Span;
 
 use super::forge;
 use crate::plan::{DatagramAction, MAX_HOLD_MS};
-use crate::schedule::{below, chance};
+use crate::schedule::{chance, uniform_below};
 
 /// The changing part of one action.
 #[derive(Clone, Debug)]
@@ -33,10 +33,10 @@ impl Passing {
         Self { bytes: bytes.to_vec(), hold: Span::ZERO, copies: 0, every: Span::ZERO, done: Vec::new() }
     }
 
-    fn hold(&mut self, action: Action, by: Span) {
-        if by > Span::ZERO {
-            self.hold = self.hold + by;
-            self.done.push((action, by));
+    fn hold(&mut self, action: Action, delay: Span) {
+        if delay > Span::ZERO {
+            self.hold = self.hold + delay;
+            self.done.push((action, delay));
         }
     }
 }
@@ -46,26 +46,26 @@ impl Actor {
         Self { rng, bad: [false; 2] }
     }
 
-    /// Applies an open action to a datagram towards `towards`; false when it is lost.
+    /// Applies an open action to a datagram towards `side`; false when it is lost.
     pub(super) fn apply(
         &mut self,
         action: &DatagramAction,
-        towards: Side,
+        side: Side,
         since: Span,
         before: &[u8],
         passing: &mut Passing,
     ) -> bool {
         match *action {
             DatagramAction::Delay { ms, growth_us_per_s } => {
-                let by = Span(ms * 1000 + since.0.saturating_mul(growth_us_per_s) / 1_000_000);
-                passing.hold(Action::Delay, by.min(Span::ms(MAX_HOLD_MS)));
+                let delay = Span(ms * 1000 + since.0.saturating_mul(growth_us_per_s) / 1_000_000);
+                passing.hold(Action::Delay, delay.min(Span::ms(MAX_HOLD_MS)));
             }
             DatagramAction::Jitter { ms } => {
-                passing.hold(Action::Delay, Span(below(&mut self.rng, ms * 1000 + 1)));
+                passing.hold(Action::Delay, Span(uniform_below(&mut self.rng, ms * 1000 + 1)));
             }
             DatagramAction::Loss { permille } => return !chance(&mut self.rng, permille),
             DatagramAction::BurstLoss { enter_permille, leave_permille, loss_permille } => {
-                let bad = &mut self.bad[towards as usize];
+                let bad = &mut self.bad[side as usize];
                 let turn = if *bad { leave_permille } else { enter_permille };
                 *bad ^= chance(&mut self.rng, turn);
                 return !(*bad && chance(&mut self.rng, loss_permille));

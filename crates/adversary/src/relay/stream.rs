@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use instrument::{Note, Place, StreamEffect};
+use instrument::{Note, StreamEffect, StreamPlace};
 use rand_chacha::ChaCha8Rng;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::wire_hash;
@@ -56,7 +56,7 @@ struct Lane {
     /// No more passes: the end was sent, or the direction was ended here.
     ended: bool,
     /// Name and place, as the bytes leave: the key that both this journal and the far end's ingress observer can give.
-    place: Place,
+    place: StreamPlace,
 }
 
 impl Lane {
@@ -91,7 +91,7 @@ impl StreamRelay {
             | StreamAction::Corrupt { .. } => false,
         };
         Ok(Self {
-            openings: config.actions.iter().map(|timed| Opening::of(timed, now, None)).collect(),
+            openings: config.actions.iter().map(|timed| Opening::from_timed(timed, now, None)).collect(),
             rngs: (0..config.actions.len()).map(|i| stream(setup.seed, i)).collect(),
             strikes: config.actions.iter().map(strike).collect(),
             plan: config.actions.into(),
@@ -105,7 +105,7 @@ impl StreamRelay {
         })
     }
 
-    /// The same relay in a forked world.
+    /// Copy of the relay for a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
@@ -135,7 +135,7 @@ impl StreamRelay {
 
     fn pass(&mut self, now: Instant, connection: SessionId, from: Side, bytes: &[u8]) {
         self.tally.came[from as usize] += 1;
-        let towards = from.other();
+        let side = from.opposite();
         if self.cut.contains(&connection) {
             self.tally.dropped[from as usize] += 1;
             return;
@@ -151,15 +151,15 @@ impl StreamRelay {
             self.tally.dropped[from as usize] += 1;
             return self.hang_up(connection);
         };
-        let lane = self.connections.get(&connection).map(|lanes| &lanes[towards as usize]);
+        let lane = self.connections.get(&connection).map(|lanes| &lanes[side as usize]);
         if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
-            let event = lane.tampered(StreamEffect::HalfClosed, towards, bytes, Span::ZERO);
+            let event = lane.tampered(StreamEffect::HalfClosed, side, bytes, Span::ZERO);
             self.outbox.write(now, event);
             return;
         }
-        let (bytes, damaged) = self.damaged(now, towards, bytes);
-        self.queue(now, travel, (connection, towards), bytes, damaged);
+        let (bytes, damaged) = self.damaged(now, side, bytes);
+        self.queue(now, travel, (connection, side), bytes, damaged);
     }
 
     /// True if connections are cut at `now`.
@@ -168,8 +168,8 @@ impl StreamRelay {
         actions.any(|(timed, opening)| matches!(timed.action, StreamAction::Cut) && opening.is_open(now))
     }
 
-    /// The piece, with a flipped bit where the plan says so, and whether it has one.
-    fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> (Vec<u8>, bool) {
+    /// The piece, with a flipped bit where the plan asks for it, and whether it has one.
+    fn damaged(&mut self, now: Instant, side: Side, bytes: &[u8]) -> (Vec<u8>, bool) {
         let (mut bytes, mut damaged) = (bytes.to_vec(), false);
         if self.outbox.is_quiet() || bytes.is_empty() {
             return (bytes, damaged);
@@ -177,7 +177,7 @@ impl StreamRelay {
         let plan = Arc::clone(&self.plan);
         for ((timed, opening), rng) in plan.iter().zip(&self.openings).zip(&mut self.rngs) {
             let StreamAction::Corrupt { permille } = timed.action else { continue };
-            if opening.open(now, towards) && chance(rng, permille) {
+            if opening.open(now, side) && chance(rng, permille) {
                 forge::flip(&mut bytes, rng);
                 damaged = true;
             }
@@ -186,11 +186,11 @@ impl StreamRelay {
     }
 
     fn queue(&mut self, now: Instant, travel: Span, way: (SessionId, Side), bytes: Vec<u8>, damaged: bool) {
-        let (connection, towards) = way;
+        let (connection, side) = way;
         let Some(lanes) = self.connections.get_mut(&connection) else { return };
-        let lane = &mut lanes[towards as usize];
+        let lane = &mut lanes[side as usize];
         if lane.bytes + bytes.len() > MAX_HELD_BYTES {
-            self.tally.dropped[towards.other() as usize] += 1;
+            self.tally.dropped[side.opposite() as usize] += 1;
             return self.reset(now, connection);
         }
         lane.arrives = lane.arrives.max(now + travel);
@@ -199,16 +199,16 @@ impl StreamRelay {
             earliest
         } else {
             let actions = self.plan.iter().zip(&self.openings).map(|(timed, opening)| (&timed.action, opening));
-            due(actions, now, earliest, towards, bytes.len())
+            due(actions, now, earliest, side, bytes.len())
         };
         lane.last_due = due;
         lane.bytes += bytes.len();
         if damaged {
-            let event = lane.tampered(StreamEffect::Damaged, towards, &bytes, due.since(now));
+            let event = lane.tampered(StreamEffect::Damaged, side, &bytes, due.since(now));
             self.outbox.write(now, event);
         }
         if due > lane.arrives {
-            let event = lane.tampered(StreamEffect::Held, towards, &bytes, due.since(now));
+            let event = lane.tampered(StreamEffect::Held, side, &bytes, due.since(now));
             self.outbox.write(now, event);
         }
         lane.place.pass(&bytes);
@@ -229,7 +229,7 @@ impl StreamRelay {
     fn hang_up(&mut self, connection: SessionId) {
         let Some(lanes) = self.connections.remove(&connection) else { return };
         for side in SIDES {
-            self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
+            self.tally.dropped[side.opposite() as usize] += lanes[side as usize].pieces.len() as u64;
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
@@ -240,7 +240,7 @@ impl StreamRelay {
 
     /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
-        let passes = if let Input::Stream { side, .. } = input { Some(side.other()) } else { None };
+        let passes = if let Input::Stream { side, .. } = input { Some(side.opposite()) } else { None };
         self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
@@ -265,7 +265,7 @@ impl StreamRelay {
             for connection in open {
                 match timed.action {
                     StreamAction::HalfClose => {
-                        timed.direction.towards().for_each(|side| self.half_close(now, connection, side));
+                        timed.direction.destinations().for_each(|side| self.half_close(now, connection, side));
                     }
                     StreamAction::Reset | StreamAction::Cut => self.reset(now, connection),
                     StreamAction::Delay { .. }
@@ -304,15 +304,15 @@ impl StreamRelay {
                 }
             }
         }
-        let over = |lanes: &[Lane; 2]| lanes.iter().all(|lane| lane.ended && lane.pieces.is_empty());
-        self.connections.retain(|_, lanes| !over(lanes));
+        let has_ended = |lanes: &[Lane; 2]| lanes.iter().all(|lane| lane.ended && lane.pieces.is_empty());
+        self.connections.retain(|_, lanes| !has_ended(lanes));
     }
 
     /// The closing account. Pieces still held will never be sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for lanes in std::mem::take(&mut self.connections).values() {
             for side in SIDES {
-                self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
+                self.tally.dropped[side.opposite() as usize] += lanes[side as usize].pieces.len() as u64;
             }
         }
         self.tally.write(now, &mut self.outbox);
@@ -324,11 +324,11 @@ fn due<'a>(
     actions: impl Iterator<Item = (&'a StreamAction, &'a Opening)> + Clone,
     now: Instant,
     earliest: Instant,
-    towards: Side,
+    side: Side,
     length: usize,
 ) -> Instant {
     let mut due = earliest;
-    for (action, _) in actions.clone().filter(|(_, opening)| opening.open(now, towards)) {
+    for (action, _) in actions.clone().filter(|(_, opening)| opening.open(now, side)) {
         match action {
             StreamAction::Delay { ms } => due = due.max(now + Span::ms(*ms)),
             StreamAction::Throttle { bytes_per_s } => due += Span(length as u64 * 1_000_000 / bytes_per_s),
@@ -340,9 +340,9 @@ fn due<'a>(
         }
     }
     // A stall may begin while a piece waits; one may follow another.
-    let stalled = |at: Instant| {
+    let stalled = |time: Instant| {
         let mut stalls = actions.clone().filter(|(action, _)| matches!(action, StreamAction::Stall));
-        stalls.find(|(_, opening)| opening.open(at, towards)).and_then(|(_, opening)| opening.closes())
+        stalls.find(|(_, opening)| opening.open(time, side)).and_then(|(_, opening)| opening.closes())
     };
     while let Some(end) = stalled(due) {
         due = end;

@@ -2,7 +2,7 @@
 //!
 //! `frame` finds records, `chunk` expands them, `message` reads numbers; records outside the data are the crate `mcap`'s business. A chunk whose
 //! CRC does not fit is left out whole, and reading goes on with the next record that is one. Schemas and channels that were lost with a chunk
-//! are taken from the summary at the file's end. A topic with a definition that cannot be read is skipped, and says so when it is asked for.
+//! are taken from the summary at the file's end. A topic with a definition that cannot be read is skipped, and reports it when it is asked for.
 
 mod chunk;
 mod frame;
@@ -34,7 +34,7 @@ struct Walk<'a, 'e> {
     /// Budget of bytes that are expanded.
     budget: Cell<u64>,
     chunked: bool,
-    /// Chunks, and those of them that have no CRC.
+    /// Chunks, and the number without a CRC.
     chunks: [u64; 2],
     /// Messages by the file's own account.
     counted: Option<u64>,
@@ -47,7 +47,7 @@ pub(super) fn walk<'e>(bytes: &[u8], each: &'e mut Each<'e>) -> (Tables, Found) 
     let mut walk = Walk {
         bytes,
         tables: Tables::default(),
-        spare: Spare::of(bytes),
+        spare: Spare::from_file(bytes),
         found: Found::default(),
         budget: Cell::new(MAX_EXPANDED),
         chunked: false,
@@ -71,34 +71,34 @@ enum Lost {
 
 impl<'a> Walk<'a, '_> {
     fn records(&mut self) {
-        let mut at = mcap::MAGIC.len();
-        while at < self.bytes.len() && !self.footer {
-            let (taken, next) = match frame::at(self.bytes, at) {
+        let mut offset = mcap::MAGIC.len();
+        while offset < self.bytes.len() && !self.footer {
+            let (result, next) = match frame::read_frame(self.bytes, offset) {
                 Ok(frame) => (self.take(frame.kind, frame.body), Some(frame.next)),
                 Err(why) => (Err(Lost::Left(why)), None),
             };
-            let why = match taken {
+            let reason = match result {
                 Ok(()) => {
-                    at = next.unwrap_or(self.bytes.len());
+                    offset = next.unwrap_or(self.bytes.len());
                     continue;
                 }
                 Err(Lost::Left(why)) => why,
-                Err(Lost::All(why)) => return self.found.stop(at, why),
+                Err(Lost::All(why)) => return self.found.stop(offset, why),
             };
-            self.chunked |= self.body_at(at).is_some_and(chunk::begins);
+            self.chunked |= self.body_at(offset).is_some_and(chunk::begins);
             // A length is believed where another record stands behind it.
             let next = next.filter(|next| frame::good(self.bytes, *next, self.chunked));
-            match next.or_else(|| frame::find(self.bytes, at + 1, self.chunked)) {
+            match next.or_else(|| frame::find(self.bytes, offset + 1, self.chunked)) {
                 Some(next) => {
-                    self.found.lose(at, next, &why);
-                    at = next;
+                    self.found.lose(offset, next, &reason);
+                    offset = next;
                 }
-                None => return self.stop(at, why),
+                None => return self.stop(offset, reason),
             }
         }
         if !self.footer {
-            let at = at.min(self.bytes.len());
-            self.found.stop(at, "the file ends without a footer, as a cut one does".to_owned());
+            let offset = offset.min(self.bytes.len());
+            self.found.stop(offset, "the file ends without a footer, as a cut one does".to_owned());
         }
     }
 
@@ -108,12 +108,12 @@ impl<'a> Walk<'a, '_> {
     }
 
     /// Ends the reading at a record that is not whole; of a chunk, with the messages that are there.
-    fn stop(&mut self, at: usize, why: String) {
+    fn stop(&mut self, at: usize, reason: String) {
         if let Some(body) = self.body_at(at) {
             let records = chunk::cut(body, self.budget.get());
-            let _at_the_cut = self.within(&records);
+            let _at_the_cut = self.walk_chunk(&records);
         }
-        self.found.stop(at, why);
+        self.found.stop(at, reason);
     }
 
     fn take(&mut self, kind: u8, body: &'a [u8]) -> Result<(), Lost> {
@@ -146,30 +146,30 @@ impl<'a> Walk<'a, '_> {
         let mut budget = self.budget.get();
         let opened = chunk::open(body, &mut budget);
         self.budget.set(budget);
-        let (records, checked) = opened.map_err(|why| match why {
+        let (records, checked) = opened.map_err(|unread| match unread {
             Unread::Damaged(why) => Lost::Left(why),
             Unread::Large => Lost::All(format!("its records are more than {MAX_EXPANDED} bytes once expanded")),
         })?;
         self.chunks[0] += 1;
         self.chunks[1] += u64::from(!checked);
-        self.within(&records).map_err(Lost::Left)
+        self.walk_chunk(&records).map_err(Lost::Left)
     }
 
     /// The records of a chunk. One that cannot be read is noted: the next is found by its length.
-    fn within(&mut self, records: &[u8]) -> Result<(), String> {
-        let mut at = 0;
-        while at < records.len() {
-            let frame = frame::at(records, at)?;
+    fn walk_chunk(&mut self, records: &[u8]) -> Result<(), String> {
+        let mut offset = 0;
+        while offset < records.len() {
+            let frame = frame::read_frame(records, offset)?;
             if let frame::SCHEMA | frame::CHANNEL | frame::MESSAGE = frame.kind {
                 self.record(frame.kind, frame.body)?;
             }
-            at = frame.next;
+            offset = frame.next;
         }
         Ok(())
     }
 
     fn record(&mut self, kind: u8, body: &[u8]) -> Result<(), String> {
-        let record = mcap::parse_record(kind, body).map_err(|why| why.to_string())?;
+        let record = mcap::parse_record(kind, body).map_err(|error| error.to_string())?;
         self.tables.take(&record, self.spare.as_ref(), (self.found.lost(), &self.budget), self.each)
     }
 

@@ -115,9 +115,10 @@ impl Walk<'_> {
             Many::Array(count) => count,
             Many::Sequence => Number::U32.read(self.take(Number::U32)?).unwrap_or_default() as usize,
         };
-        let here = |(_, path, gone): &&Wanted<'_>| path.steps().get(*gone).is_some_and(|step| step.name == field.name);
-        let mine: Vec<Wanted<'_>> = wanted.iter().filter(here).copied().collect();
-        if let (Kind::Number(number), true) = (&field.kind, mine.is_empty()) {
+        let is_here =
+            |(_, path, gone): &&Wanted<'_>| path.steps().get(*gone).is_some_and(|step| step.name == field.name);
+        let selected: Vec<Wanted<'_>> = wanted.iter().filter(is_here).copied().collect();
+        if let (Kind::Number(number), true) = (&field.kind, selected.is_empty()) {
             // A block of numbers that are not asked for, such as an image, is one step.
             return if count > 0 {
                 self.align(*number).and_then(|()| self.skip(number.size() * count))
@@ -136,7 +137,7 @@ impl Walk<'_> {
                 None => field.many == Many::One,
             };
             let inner: Vec<Wanted<'_>> =
-                mine.iter().filter(this).map(|(i, path, gone)| (*i, *path, gone + 1)).collect();
+                selected.iter().filter(this).map(|(i, path, gone)| (*i, *path, gone + 1)).collect();
             self.element(&field.kind, &inner, depth)?;
         }
         Ok(())
@@ -160,8 +161,8 @@ impl Walk<'_> {
     }
 
     fn align(&mut self, number: Number) -> Result<(), String> {
-        let over = self.at % number.size();
-        self.skip(if over == 0 { 0 } else { number.size() - over })
+        let excess = self.at % number.size();
+        self.skip(if excess == 0 { 0 } else { number.size() - excess })
     }
 
     fn take(&mut self, number: Number) -> Result<&[u8], String> {

@@ -44,48 +44,48 @@ impl Found {
     }
 
     /// Leaves out a stretch. One that follows on the last becomes a part of it.
-    pub(super) fn lose(&mut self, from: usize, to: usize, why: &str) {
+    pub(super) fn lose(&mut self, from: usize, to: usize, reason: &str) {
         let (from, to) = (from as u64, to as u64);
         match self.gaps.last_mut().filter(|gap| gap.to == from) {
             Some(gap) => gap.to = to,
             None => {
                 self.lost = self.lost.saturating_add(1);
                 if self.gaps.len() < MAX_LISTED {
-                    self.gaps.push(Gap { from, to, why: why.to_owned() });
+                    self.gaps.push(Gap { from, to, why: reason.to_owned() });
                 }
             }
         }
     }
 
-    pub(super) fn stop(&mut self, at: usize, why: String) {
-        self.stopped = Some((at as u64, why));
+    pub(super) fn stop(&mut self, at: usize, reason: String) {
+        self.stopped = Some((at as u64, reason));
     }
 
     pub(super) fn note(&mut self, note: String) {
         self.notes.push(note);
     }
 
-    /// The same of a file with another behind it: an early end is a stretch like others.
+    /// The error of a stretch with another behind it: an early end is a stretch like others.
     pub(super) fn followed(mut self, length: usize) -> Self {
-        if let Some((at, why)) = self.stopped.take() {
-            self.lose(usize::try_from(at).unwrap_or(length), length, &why);
+        if let Some((offset, reason)) = self.stopped.take() {
+            self.lose(usize::try_from(offset).unwrap_or(length), length, &reason);
         }
         self
     }
 
     /// Adds the findings in a file that begins at this offset of all; `name` tells it from the others.
     pub(super) fn add(&mut self, other: Found, offset: u64, name: Option<&str>) {
-        let of = |why: &str| name.map_or_else(|| why.to_owned(), |name| format!("{name}: {why}"));
+        let in_file = |reason: &str| name.map_or_else(|| reason.to_owned(), |name| format!("{name}: {reason}"));
         for gap in other.gaps {
             if self.gaps.len() < MAX_LISTED {
-                self.gaps.push(Gap { from: gap.from + offset, to: gap.to + offset, why: of(&gap.why) });
+                self.gaps.push(Gap { from: gap.from + offset, to: gap.to + offset, why: in_file(&gap.why) });
             }
         }
         self.lost = self.lost.saturating_add(other.lost);
-        if let Some((at, why)) = other.stopped {
-            self.stopped = self.stopped.take().or(Some((at + offset, of(&why))));
+        if let Some((at, reason)) = other.stopped {
+            self.stopped = self.stopped.take().or(Some((at + offset, in_file(&reason))));
         }
-        let known = other.notes.iter().map(|note| of(note)).filter(|note| !self.notes.contains(note));
+        let known = other.notes.iter().map(|note| in_file(note)).filter(|note| !self.notes.contains(note));
         let notes: Vec<String> = known.collect();
         self.notes.extend(notes);
         self.dropouts_ms = self.dropouts_ms.saturating_add(other.dropouts_ms);
@@ -98,8 +98,8 @@ impl Found {
             Some((at, why)) => (*at, Some(why.clone())),
             None => (of, None),
         };
-        let why = [stopped, lost].into_iter().flatten().collect::<Vec<_>>().join("; ");
-        End { at, of, why: (!why.is_empty()).then_some(why), gaps: self.gaps.clone() }
+        let reason = [stopped, lost].into_iter().flatten().collect::<Vec<_>>().join("; ");
+        End { at, of, why: (!reason.is_empty()).then_some(reason), gaps: self.gaps.clone() }
     }
 
     fn in_words(&self) -> String {

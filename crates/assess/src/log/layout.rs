@@ -1,4 +1,4 @@
-//! Layout of ULog messages: where a field stands in a message, and how a number is read there.
+//! Layout of ULog messages: where a field is in a message, and how a number is read there.
 //!
 //! A format names its fields in order, and formats nest. Nothing is expanded: sizes are worked out once a format, and a path is
 //! followed field by field, so that formats within formats cost no memory.
@@ -57,7 +57,7 @@ pub(super) struct Place {
 }
 
 impl Number {
-    /// From a type's name, in ULog (`uint8_t`) or in ROS 2 (`uint8`).
+    /// Number type by its name in ULog (`uint8_t`) or in ROS 2 (`uint8`).
     pub(super) fn named(name: &str) -> Option<Self> {
         Some(match name.strip_suffix("_t").unwrap_or(name) {
             "int8" => Number::I8,
@@ -209,8 +209,8 @@ impl Formats {
             before += self.field_size(field, known, depth)?;
         }
         let near = scenario::closest(name, fields.iter().map(|field| field.name.as_str()));
-        let meant = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-        Err(format!("no field `{name}` in `{format}`{meant}"))
+        let text = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        Err(format!("no field `{name}` in `{format}`{text}"))
     }
 }
 
@@ -242,9 +242,9 @@ fn field(text: &str) -> Result<Field, String> {
 mod tests {
     use super::*;
 
-    fn formats(of: &[&str]) -> Formats {
+    fn formats(texts: &[&str]) -> Formats {
         let mut formats = Formats::default();
-        of.iter().for_each(|text| formats.add(text.as_bytes()).unwrap());
+        texts.iter().for_each(|text| formats.add(text.as_bytes()).unwrap());
         formats
     }
 

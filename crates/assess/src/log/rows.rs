@@ -7,7 +7,7 @@ const MAX_ROWS: usize = 2_000_000;
 
 /// Numbers of one message.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct MessageRow {
     /// The recorder's time, microseconds; absent in ULog, which has none beside the messages' own.
     pub log_us: Option<u64>,
     /// Number of the message among all of the recording.
@@ -21,8 +21,8 @@ pub struct Row {
 /// The messages of a topic.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
-    /// Those that could be read, no more than [`MAX_ROWS`].
-    pub rows: Vec<Row>,
+    /// Rows that could be read, no more than [`MAX_ROWS`].
+    pub rows: Vec<MessageRow>,
     /// Number of those that could not.
     pub unread: u64,
     /// Reason that the first of these could not.
@@ -38,10 +38,10 @@ impl Log<'_> {
         let index = self.topic(topic)?;
         let mut rows = Rows::default();
         for file in &self.files {
-            if let Some(own) = file.topics.iter().position(|topic| *topic == index) {
+            if let Some(own_count) = file.topics.iter().position(|topic| *topic == index) {
                 match self.format {
-                    Format::Ulog => self.ulog_rows((file, own), paths, &mut rows)?,
-                    Format::Mcap => mcap_rows((file, own), paths, &mut rows),
+                    Format::Ulog => self.ulog_rows((file, own_count), paths, &mut rows)?,
+                    Format::Mcap => mcap_rows((file, own_count), paths, &mut rows),
                 }
             }
         }
@@ -52,7 +52,7 @@ impl Log<'_> {
     }
 
     /// True if each path leads to a number in the topic's messages; for MCAP, in one of them.
-    pub fn has(&self, topic: &str, paths: &[&str]) -> bool {
+    pub fn has_columns(&self, topic: &str, paths: &[&str]) -> bool {
         self.numbers(topic, paths).is_some_and(|rows| !rows.is_empty())
     }
 
@@ -63,34 +63,34 @@ impl Log<'_> {
         Some(rows.rows.into_iter().map(|row| row.values).collect())
     }
 
-    fn ulog_rows(&self, (file, own): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) -> Result<(), LogError> {
-        let topic = &self.topics[file.topics[own]];
+    fn ulog_rows(&self, (file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) -> Result<(), LogError> {
+        let topic = &self.topics[file.topics[index]];
         let (tables, _) = ulog::walk(&file.bytes, &mut |_, _, _| ())?;
         let field = |why| LogError::NoField { topic: topic.name.clone(), why };
         let places = paths.iter().map(|path| tables.formats.place(&topic.kind, path));
         let places = places.collect::<Result<Vec<_>, _>>().map_err(field)?;
         let mut place = file.before;
-        ulog::walk(&file.bytes, &mut |of, part, message| {
+        ulog::walk(&file.bytes, &mut |kind, part, message| {
             place += 1;
-            if of == own && rows.rows.len() < MAX_ROWS {
+            if kind == index && rows.rows.len() < MAX_ROWS {
                 let values = places.iter().map(|place| place.read(message).unwrap_or(f64::NAN)).collect();
-                rows.rows.push(Row { log_us: None, place, part: file.part + part, values });
+                rows.rows.push(MessageRow { log_us: None, place, part: file.part + part, values });
             }
         })?;
         Ok(())
     }
 }
 
-fn mcap_rows((file, own): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) {
+fn mcap_rows((file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) {
     let mut place = file.before;
-    bag::walk(&file.bytes, &mut |of, part, message| {
+    bag::walk(&file.bytes, &mut |kind, part, message| {
         place += 1;
-        if of != own || rows.rows.len() == MAX_ROWS {
+        if kind != index || rows.rows.len() == MAX_ROWS {
             return;
         }
         match message.numbers(paths) {
             Ok(values) => {
-                rows.rows.push(Row { log_us: Some(message.log_us), place, part: file.part + part, values });
+                rows.rows.push(MessageRow { log_us: Some(message.log_us), place, part: file.part + part, values });
             }
             Err(why) => {
                 rows.unread += 1;

@@ -40,9 +40,10 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Inside<'_>, Format), LogError> {
 fn expanded(bytes: &[u8]) -> Result<Inside<'_>, LogError> {
     let refused = |why: String| LogError::Refused { at: 0, why };
     let decoder = zstd::stream::read::Decoder::with_buffer(bytes)
-        .map_err(|why| refused(format!("packed by zstd, and broken: {why}")))?;
+        .map_err(|error| refused(format!("packed by zstd, and broken: {error}")))?;
     let (inside, ended) = bag::read(decoder, MAX_LOG + 1);
-    let cut = ended.err().map(|why| format!("the zstd stream breaks off after {} bytes expanded: {why}", inside.len()));
+    let cut =
+        ended.err().map(|error| format!("the zstd stream breaks off after {} bytes expanded: {error}", inside.len()));
     match (inside.is_empty(), cut) {
         (true, Some(cut)) => Err(refused(cut)),
         (_, cut) => Ok((Cow::Owned(inside), cut)),

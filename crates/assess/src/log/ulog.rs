@@ -57,16 +57,16 @@ pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> Result<(Tables, Found),
     }
     let (mut tables, mut found) = (Tables::default(), Found::default());
     let mut appended = Vec::new();
-    let mut at = HEADER;
-    while at < bytes.len() {
-        let cut = appended.first().copied().filter(|start| *start > at);
-        let taken = match sync::at(bytes, at, cut) {
+    let mut offset = HEADER;
+    while offset < bytes.len() {
+        let cut = appended.first().copied().filter(|start| *start > offset);
+        let result = match sync::read_record(bytes, offset, cut) {
             Ok(There::Record(record)) if record.kind == b'B' => {
-                appended = flags(record.body).map_err(|why| refuse(at, why))?;
+                appended = flags(record.body).map_err(|reason| refuse(offset, reason))?;
                 Ok(record.next)
             }
             Ok(There::Record(record)) => {
-                sync::check(bytes, at, &record, cut).and_then(|()| tables.take(&record, found.lost(), each))
+                sync::check(bytes, offset, &record, cut).and_then(|()| tables.take(&record, found.lost(), each))
             }
             // The logger crashed within a record and appended what it saved: reading goes on there.
             Ok(There::Cut(start)) => {
@@ -75,15 +75,15 @@ pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> Result<(Tables, Found),
             }
             Err(why) => Err(why),
         };
-        at = match taken {
+        offset = match result {
             Ok(next) => next,
-            Err(why) => match sync::find(bytes, at + 1) {
+            Err(why) => match sync::find(bytes, offset + 1) {
                 Some(next) => {
-                    found.lose(at, next, &why);
+                    found.lose(offset, next, &why);
                     next
                 }
                 None => {
-                    found.stop(at, why);
+                    found.stop(offset, why);
                     break;
                 }
             },
@@ -117,7 +117,7 @@ impl Tables {
     /// Takes a record; gives the place of the next.
     fn take(&mut self, record: &Record<'_>, part: u32, each: &mut Each<'_>) -> Result<usize, String> {
         let body = record.body;
-        let taken = match record.kind {
+        let result = match record.kind {
             b'F' => self.formats.add(body),
             b'A' => self.subscribe(body),
             b'D' => self.data(body, part, each),
@@ -128,7 +128,7 @@ impl Tables {
             }
             _ => Ok(()),
         };
-        taken.map(|()| record.next)
+        result.map(|()| record.next)
     }
 
     fn subscribe(&mut self, body: &[u8]) -> Result<(), String> {
@@ -157,17 +157,22 @@ impl Tables {
             return Err(format!("data has 2 bytes or more, got {}", body.len()));
         };
         let id = u16::from_le_bytes([*low, *high]);
-        let Some(of) = self.subscriptions.get(&id) else {
+        let Some(subscription) = self.subscriptions.get(&id) else {
             // Its subscription was lost with a damaged place.
             self.strays += u64::from(part > 0);
             return if part > 0 { Ok(()) } else { Err(format!("data of the unknown subscription {id}")) };
         };
-        let topic = &mut self.topics[of.topic];
-        if message.len() < of.size {
-            return Err(format!("a message of `{}` has {} bytes, got {}", topic.name, of.size, message.len()));
+        let topic = &mut self.topics[subscription.topic];
+        if message.len() < subscription.size {
+            return Err(format!(
+                "a message of `{}` has {} bytes, got {}",
+                topic.name,
+                subscription.size,
+                message.len()
+            ));
         }
         topic.records += 1;
-        each(of.topic, part, message);
+        each(subscription.topic, part, message);
         Ok(())
     }
 }

@@ -62,8 +62,10 @@ impl Map {
         if let Some(lever) = &fix.lever_m
             && !lever.as_ref().iter().all(|m| m.abs() <= MAX_LEVER_M)
         {
-            check
-                .at(lever, &format!("a lever is [ahead, left], each within {MAX_LEVER_M} m of the rear axle's middle"));
+            check.report_at(
+                lever,
+                &format!("a lever is [ahead, left], each within {MAX_LEVER_M} m of the rear axle's middle"),
+            );
         }
         fix.valid.iter().for_each(|valid| check.path(&valid.field));
         let local = (fix.x.is_some(), fix.y.is_some());
@@ -99,7 +101,7 @@ impl Map {
             let fine = |corner: &[f64; 2]| corner.iter().all(|m| m.abs() <= 1e6);
             let listed = (3..=MAX_CORNERS).contains(&corners.as_ref().len());
             if !listed || !corners.as_ref().iter().all(fine) {
-                check.at(corners, &format!("a fence has 3 to {MAX_CORNERS} corners within 1000 km"));
+                check.report_at(corners, &format!("a fence has 3 to {MAX_CORNERS} corners within 1000 km"));
             }
         }
         if let Some(restart) = &self.judge.restart_s {
@@ -107,7 +109,7 @@ impl Map {
         }
         check.range(&self.inject.window_s, 1.0, 60.0);
         if !(1..=1000).contains(self.inject.placements.as_ref()) {
-            check.at(&self.inject.placements, "out of range, expected 1 to 1000");
+            check.report_at(&self.inject.placements, "out of range, expected 1 to 1000");
         }
         for (list, most) in [
             (&self.inject.drift_m_s, 100.0),
@@ -117,7 +119,7 @@ impl Map {
         ] {
             let fine = |value: &f64| (1e-3..=most).contains(value);
             if list.as_ref().len() > MAX_LISTED || !list.as_ref().iter().all(fine) {
-                check.at(list, &format!("expected at most {MAX_LISTED} numbers from 0.001 to {most}"));
+                check.report_at(list, &format!("expected at most {MAX_LISTED} numbers from 0.001 to {most}"));
             }
         }
     }
@@ -143,19 +145,19 @@ impl<'a> Check<'a> {
         self.problems.push(Problem::with_file(self.file, message, REFERENCE));
     }
 
-    fn at<T>(&mut self, value: &Spanned<T>, message: &str) {
-        self.problems.push(Problem::at(self.file, self.text, value.span(), message, REFERENCE));
+    fn report_at<T>(&mut self, value: &Spanned<T>, message: &str) {
+        self.problems.push(Problem::new(self.file, self.text, value.span(), message, REFERENCE));
     }
 
     fn range(&mut self, value: &Spanned<f64>, least: f64, most: f64) {
         if !(least..=most).contains(value.as_ref()) {
-            self.at(value, &format!("{} is out of range, expected {least} to {most}", value.as_ref()));
+            self.report_at(value, &format!("{} is out of range, expected {least} to {most}", value.as_ref()));
         }
     }
 
     fn path(&mut self, path: &str) {
-        if let Err(why) = path.parse::<crate::log::Path>() {
-            self.whole(&why);
+        if let Err(reason) = path.parse::<crate::log::Path>() {
+            self.whole(&reason);
         }
     }
 
@@ -178,13 +180,13 @@ impl<'a> Check<'a> {
         let Some(field) = field else { return };
         let got = field.as_ref().unit.dimension();
         if got != wanted {
-            self.at(field, &format!("a unit of {got}, expected one of {wanted}: {}", Unit::of(wanted)));
+            self.report_at(field, &format!("a unit of {got}, expected one of {wanted}: {}", Unit::names_for(wanted)));
         }
         if !field.as_ref().scale.is_finite() || field.as_ref().scale == 0.0 {
-            self.at(field, "`scale` is a finite number other than 0");
+            self.report_at(field, "`scale` is a finite number other than 0");
         }
-        if let Err(why) = field.as_ref().field.parse::<crate::log::Path>() {
-            self.at(field, &why);
+        if let Err(reason) = field.as_ref().field.parse::<crate::log::Path>() {
+            self.report_at(field, &reason);
         }
     }
 

@@ -161,7 +161,7 @@ impl Unit {
     }
 
     /// Names of the units of a quantity.
-    pub(super) fn of(dimension: Dimension) -> &'static str {
+    pub(super) fn names_for(dimension: Dimension) -> &'static str {
         match dimension {
             Dimension::Length => "m, cm, mm",
             Dimension::Variance => "m2",

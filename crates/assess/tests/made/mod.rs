@@ -113,7 +113,7 @@ pub(crate) fn mcap(drive: &[At], compressed: bool) -> Vec<u8> {
     mcap_with(drive, compressed.then_some(mcap::Compression::Zstd), ODOMETRY.as_bytes(), |message| message)
 }
 
-/// The same with another definition, and messages in CDR that are changed.
+/// An MCAP recording with another definition, and messages in CDR that are changed.
 pub(crate) fn mcap_with(
     drive: &[At],
     compression: Option<mcap::Compression>,
@@ -148,22 +148,22 @@ pub(crate) fn mcap_with(
     writer.into_inner().into_inner()
 }
 
-fn cdr(at: &At) -> Vec<u8> {
+fn cdr(place: &At) -> Vec<u8> {
     let mut body: Vec<u8> = Vec::new();
     let mut put = |bytes: &[u8], align: usize| {
         body.resize(body.len().next_multiple_of(align), 0);
         body.extend(bytes);
     };
-    put(&((at.us / 1_000_000) as i32).to_le_bytes(), 4);
-    put(&((at.us % 1_000_000 * 1000) as u32).to_le_bytes(), 4);
+    put(&((place.us / 1_000_000) as i32).to_le_bytes(), 4);
+    put(&((place.us % 1_000_000 * 1000) as u32).to_le_bytes(), 4);
     for text in ["odom\0", "base_link\0"] {
         put(&(text.len() as u32).to_le_bytes(), 4);
         put(text.as_bytes(), 1);
     }
-    for number in [at.x, at.y, at.speed, at.rate] {
+    for number in [place.x, place.y, place.speed, place.rate] {
         put(&number.to_le_bytes(), 8);
     }
-    put(&(at.yaw as f32).to_le_bytes(), 4);
+    put(&(place.yaw as f32).to_le_bytes(), 4);
     put(&1_u32.to_le_bytes(), 4);
     put(&0.5_f32.to_le_bytes(), 4);
     [&[0, 1, 0, 0], body.as_slice()].concat()
@@ -227,7 +227,7 @@ yaw_rate = { field = "twist.angular", unit = "rad/s" }
 "#;
 
 /// The text with one passage replaced.
-pub(crate) fn with<'a>(text: &'a str, from: &str, to: &str) -> Cow<'a, str> {
+pub(crate) fn replace_passage<'a>(text: &'a str, from: &str, to: &str) -> Cow<'a, str> {
     assert!(text.contains(from), "{from}");
     text.replace(from, to).into()
 }

@@ -29,12 +29,12 @@ impl Confirmed {
             return Err(Refusal::NoReason);
         }
         match policy.check(Check::Confirmation) {
-            Requirement::Waived => Ok(Confirmed(Waived::default().with(Check::Confirmation))),
+            Requirement::Waived => Ok(Confirmed(Waived::default().with_check(Check::Confirmation))),
             Requirement::Required => {
                 let bytes = confirmation.ok_or(Refusal::Confirmation { expected: claim.id })?;
                 let statement = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
                 let attributed = statement.by_signer(policy, claim.id.operator, keys)?;
-                Ok(Confirmed(attributed.about(claim.id, &claimed.intent)?.evidence().waived))
+                Ok(Confirmed(attributed.about_intent(claim.id, &claimed.intent)?.evidence().waived))
             }
         }
     }

@@ -21,22 +21,22 @@ use crate::designation::Designated;
 const SHIFT_MM: u32 = 1_500;
 
 /// A place, millimetres east and north.
-pub type Place = (i32, i32);
+pub type ShownPlace = (i32, i32);
 
 /// The unit's newest reports, oldest first.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Reports(VecDeque<(ReportHash, List<(TrackId, Place), MAX_TRACKS>)>);
+pub(super) struct Reports(VecDeque<(ReportHash, List<(TrackId, ShownPlace), MAX_TRACKS>)>);
 
 impl Reports {
     /// Remembers a signed report and the places of the tracks in it.
-    pub(super) fn note(&mut self, signed: &[u8], places: impl Iterator<Item = (TrackId, Place)>) {
+    pub(super) fn note(&mut self, signed: &[u8], places: impl Iterator<Item = (TrackId, ShownPlace)>) {
         if self.0.len() == REPORTS_KEPT {
             self.0.pop_front();
         }
         self.0.push_back((Sha256::digest(signed).into(), places.collect()));
     }
 
-    fn place(&self, report: &ReportHash, track: TrackId) -> Option<Place> {
+    fn place(&self, report: &ReportHash, track: TrackId) -> Option<ShownPlace> {
         let (_, places) = self.0.iter().find(|(hash, _)| hash == report)?;
         places.iter().find(|(id, _)| *id == track).map(|(_, place)| *place)
     }
@@ -46,7 +46,7 @@ impl Reports {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Consent {
     /// The track's place as shown; without it the check was waived, or the kind rests on no track.
-    place: Option<Place>,
+    place: Option<ShownPlace>,
     waived: Waived,
 }
 
@@ -56,7 +56,7 @@ impl Consent {
         let none = Consent { place: None, waived: Waived::default() };
         let Some(track) = claim.kind.rests_on_display() else { return Ok(none) };
         match policy.check(Check::Shown) {
-            Requirement::Waived => Ok(Consent { waived: Waived::default().with(Check::Shown), ..none }),
+            Requirement::Waived => Ok(Consent { waived: Waived::default().with_check(Check::Shown), ..none }),
             Requirement::Required => {
                 let place = claim.shown.and_then(|report| reports.place(&report, track));
                 let place = place.ok_or(Refusal::Shown { kept: REPORTS_KEPT, track })?;
@@ -71,10 +71,10 @@ impl Consent {
     }
 
     /// The designation, if the track is still where it was shown.
-    pub(super) fn to<'a>(&self, designated: &'a Designated) -> Result<Consented<'a>, Refusal> {
-        let apart = self.place.map_or(0, |shown| apart_mm(shown, designated.place()));
-        if apart > SHIFT_MM {
-            return Err(Refusal::Moved { track: designated.track(), limit_mm: SHIFT_MM, got_mm: apart });
+    pub(super) fn check_designation<'a>(&self, designated: &'a Designated) -> Result<Consented<'a>, Refusal> {
+        let distance_mm = self.place.map_or(0, |shown| apart_mm(shown, designated.place()));
+        if distance_mm > SHIFT_MM {
+            return Err(Refusal::Moved { track: designated.track(), limit_mm: SHIFT_MM, got_mm: distance_mm });
         }
         Ok(Consented(designated))
     }
@@ -92,7 +92,7 @@ impl<'a> Consented<'a> {
 }
 
 /// Distance, rounded down.
-fn apart_mm(a: Place, b: Place) -> u32 {
+fn apart_mm(a: ShownPlace, b: ShownPlace) -> u32 {
     let square = |a: i32, b: i32| u64::from(a.abs_diff(b)).pow(2);
     square(a.0, b.0).saturating_add(square(a.1, b.1)).isqrt().min(u64::from(u32::MAX)) as u32
 }

@@ -88,13 +88,13 @@ impl<'a, K> Given<'a, K> {
         self.order
     }
 
-    /// Its idempotency key.
+    /// Id of the command, by which repetitions are recognised.
     pub fn id(&self) -> CommandId {
         self.order.id()
     }
 
     /// Cause and chain of a transition that follows from it.
-    pub fn why(&self) -> (Cause, Because) {
+    pub fn cause_chain(&self) -> (Cause, Because) {
         (Cause::Operator, Because::Command(self.id()))
     }
 }
@@ -107,7 +107,7 @@ impl Given<'_, Arm> {
 
     /// The designation, as the operator saw it.
     pub fn consented<'a>(&self, designated: &'a Designated) -> Result<Consented<'a>, Refusal> {
-        self.order.consent.to(designated)
+        self.order.consent.check_designation(designated)
     }
 }
 
@@ -119,7 +119,7 @@ impl Given<'_, Confirm> {
 
     /// The designation, as the operator saw it.
     pub fn consented<'a>(&self, designated: &'a Designated) -> Result<Consented<'a>, Refusal> {
-        self.order.consent.to(designated)
+        self.order.consent.check_designation(designated)
     }
 }
 

@@ -16,19 +16,19 @@ pub const MAX_STORED: usize = 4;
 
 /// Window of an order that waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window {
+pub struct OrderWindow {
     /// Time from which it is carried out.
     pub due: Instant,
-    /// Last time at which it still is.
+    /// Last time at which it may be carried out.
     pub until: Instant,
 }
 
-impl Window {
+impl OrderWindow {
     /// The window of an intent with a nonce that was issued at `issued`; none without a time tag.
-    pub(super) fn of(intent: &Intent, issued: Instant) -> Option<Window> {
+    pub(super) fn from_intent(intent: &Intent, issued: Instant) -> Option<OrderWindow> {
         let tag = intent.tag?;
         let due = issued + tag.after;
-        Some(Window { due, until: due + tag.within })
+        Some(OrderWindow { due, until: due + tag.within })
     }
 }
 
@@ -44,11 +44,11 @@ pub(super) fn tagged(intent: &Intent) -> Result<(), Refusal> {
 
 /// Orders that wait, the next one first; of one time, the one that came first.
 #[derive(Debug, Default)]
-pub struct Schedule(Vec<(Window, Ordered)>);
+pub struct Schedule(Vec<(OrderWindow, Ordered)>);
 
 impl Schedule {
     /// Has an order wait until its window. Gives the time that is left.
-    pub fn store(&mut self, now: Instant, window: Window, order: Ordered) -> Result<Span, Refusal> {
+    pub fn store(&mut self, now: Instant, window: OrderWindow, order: Ordered) -> Result<Span, Refusal> {
         if now > window.until {
             return Err(Refusal::Missed { over: now.since(window.until) });
         }
@@ -66,19 +66,19 @@ impl Schedule {
         let (window, _) = self.0.first().filter(|(window, _)| now >= window.due)?;
         let until = window.until;
         let (_, order) = self.0.remove(0);
-        let over = (now > until && !order.kind().towards_safe()).then(|| now.since(until));
-        Some((order, over))
+        let excess = (now > until && !order.kind().towards_safe()).then(|| now.since(until));
+        Some((order, excess))
     }
 
     /// Takes out every order that leads away from safe.
     pub fn void(&mut self) -> Vec<Ordered> {
-        let (kept, void) = self.0.drain(..).partition(|(_, order)| order.kind().towards_safe());
-        self.0 = kept;
-        let void: Vec<(Window, Ordered)> = void;
+        let (held, void) = self.0.drain(..).partition(|(_, order)| order.kind().towards_safe());
+        self.0 = held;
+        let void: Vec<(OrderWindow, Ordered)> = void;
         void.into_iter().map(|(_, order)| order).collect()
     }
 
-    /// The same orders in another world.
+    /// Copy of the orders for another world.
     #[must_use]
     pub fn fork(&self, _fork: &Fork) -> Schedule {
         Schedule(self.0.iter().map(|(window, order)| (*window, order.copy())).collect())

@@ -9,9 +9,9 @@
 
 use wire::measured::DRIFT_MM_S;
 
-/// Innovation that noise of a good fix accounts for, millimetres: one deviation of it. A fix that states more is allowed so much.
+/// Innovation that noise of a good fix accounts for, millimetres: one deviation of it. A fix that states more is allowed that deviation.
 const NOISE_MM: f64 = 40.0;
-/// The sum of excesses at which fixes are taken to drift; those of a fix with a greater deviation count for less in proportion.
+/// The sum of excesses at which fixes are taken to drift; the excess of a fix with a greater deviation count for less in proportion.
 const LIMIT_MM_S: f64 = DRIFT_MM_S as f64;
 /// Longest time that one reading may count for, seconds.
 const LONGEST_S: f64 = 0.25;

@@ -1,7 +1,7 @@
 //! Height of a unit that flies: pressure and satellite receiver, held against each other and against the velocity between them.
 //!
 //! The height is carried forward by the measured climb. Each source is held against it and against the other one; while one of them is further off than their errors
-//! can explain, neither is used, and height goes by the climb alone. World frame, millimetres.
+//! can explain, neither is used, and height uses the climb alone. World frame, millimetres.
 
 use wire::mode::Because;
 use wire::motion::Spatial;
@@ -33,8 +33,8 @@ impl Height {
     /// Takes the readings of `stamp`, `elapsed` seconds after those before.
     pub(super) fn take(&mut self, reading: &Spatial, stamp: Instant, elapsed: f64) {
         let Spatial { fix_up_mm, pressure_up_mm, left_up_mm_s, .. } = *reading;
-        let there = [pressure_up_mm.is_some(), fix_up_mm.is_some(), left_up_mm_s.is_some()];
-        for (heard, there) in self.heard.iter_mut().zip(there) {
+        let present = [pressure_up_mm.is_some(), fix_up_mm.is_some(), left_up_mm_s.is_some()];
+        for (heard, there) in self.heard.iter_mut().zip(present) {
             *heard = if there { stamp } else { *heard };
         }
         self.climb = left_up_mm_s.map_or(self.climb, |[_, up]| f64::from(up));
@@ -48,8 +48,8 @@ impl Height {
         let carried = before + self.climb * elapsed;
         let gate = self.gate_mm * if self.disagrees { RETURN } else { 1.0 };
         let off = |height: &f64| (height - carried).abs() > gate;
-        let apart = sources.windows(2).any(|pair| (pair[0] - pair[1]).abs() > gate);
-        self.disagrees = apart || sources.iter().any(off);
+        let disagree = sources.windows(2).any(|pair| (pair[0] - pair[1]).abs() > gate);
+        self.disagrees = disagree || sources.iter().any(off);
         let follows = if self.disagrees || sources.is_empty() { 0.0 } else { (elapsed / FOLLOWS_S).min(1.0) };
         self.estimate = Some(carried + follows * (mean - carried));
     }
@@ -87,12 +87,12 @@ mod tests {
                 left_up_mm_s: Some([0, 500]),
                 ..Spatial::default()
             };
-            height.take(&reading, at(i), 0.05);
+            height.take(&reading, instant(i), 0.05);
         }
-        at(from + n - 1)
+        instant(from + n - 1)
     }
 
-    fn at(i: u64) -> Instant {
+    fn instant(i: u64) -> Instant {
         Instant(1_000_000 + i * 50_000)
     }
 

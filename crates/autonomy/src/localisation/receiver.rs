@@ -19,7 +19,7 @@ const RETURN_US: u64 = LIMIT_US / 2;
 pub(super) struct Receiver {
     /// Offset and the stamp at which it was last followed.
     followed: Option<(i64, Instant)>,
-    /// By how much the newest differed.
+    /// Difference of the newest value.
     off: Option<i64>,
     disagrees: bool,
 }
@@ -28,7 +28,7 @@ impl Receiver {
     /// Takes the time of a fix of this stamp.
     pub(super) fn take(&mut self, stamp: Instant, time: ReceiverTime) {
         let seen = (time.0 as i64).wrapping_sub(stamp.0 as i64);
-        let Some((offset, at)) = self.followed else {
+        let Some((offset, moment)) = self.followed else {
             self.followed = Some((seen, stamp));
             return;
         };
@@ -38,13 +38,13 @@ impl Receiver {
         self.disagrees = off.unsigned_abs() > limit;
         if !self.disagrees {
             // A microsecond more, so that a drift within the bound is followed in spite of rounding.
-            let reach = (stamp.since(at).0 * MAX_DRIFT_PPM / 1_000_000 + 1) as i64;
+            let reach = (stamp.since(moment).0 * MAX_DRIFT_PPM / 1_000_000 + 1) as i64;
             self.followed = Some((offset + off.clamp(-reach, reach), stamp));
         }
     }
 
     /// Difference of the newest time of the receiver from the expected one, microseconds; none before the second.
-    pub(super) fn off(&self) -> Option<i32> {
+    pub(super) fn time_error(&self) -> Option<i32> {
         self.off.map(|off| off.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
     }
 
@@ -77,8 +77,8 @@ mod tests {
             assert_eq!(first_disagreement(3600, |t| t * ppm), None, "{ppm}");
         }
         for (ppm, within) in [(1000.0, 6.5), (-1000.0, 6.5), (10_000.0, 0.6)] {
-            let at = first_disagreement(60, |t| t * ppm);
-            assert!(at.is_some_and(|at| at <= within), "{ppm}: {at:?}");
+            let seconds = first_disagreement(60, |t| t * ppm);
+            assert!(seconds.is_some_and(|seconds| seconds <= within), "{ppm}: {seconds:?}");
         }
     }
 

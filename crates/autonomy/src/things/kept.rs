@@ -7,7 +7,7 @@ use wire::track::{Nearby, Track};
 
 use super::Thing;
 use crate::extent::Extent;
-use crate::geofence::{Motion, Point, between};
+use crate::geofence::{Motion, Point, distance};
 use crate::localisation::wrap;
 
 /// Below this a thing stands, mm/s.
@@ -61,16 +61,16 @@ pub(super) struct Kept {
 
 impl Kept {
     pub(super) fn of_track(track: &Track) -> Self {
-        let at = (f64::from(track.x_mm), f64::from(track.y_mm));
+        let place = (f64::from(track.x_mm), f64::from(track.y_mm));
         let velocity = (f64::from(track.vx_mm_s), f64::from(track.vy_mm_s));
-        Kept::new(Number::Track(track.id, track.class), at, velocity, half(track.class), track.updated)
+        Kept::new(Number::Track(track.id, track.class), place, velocity, half(track.class), track.updated)
     }
 
-    /// Of a picture with this stamp.
+    /// Things in a picture with this stamp.
     pub(super) fn of_nearby(nearby: &Nearby, stamp: Instant) -> Self {
-        let at = (f64::from(nearby.x_mm), f64::from(nearby.y_mm));
+        let place = (f64::from(nearby.x_mm), f64::from(nearby.y_mm));
         let velocity = (f64::from(nearby.vx_mm_s), f64::from(nearby.vy_mm_s));
-        Kept::new(Number::Nearby(nearby.number), at, velocity, f64::from(nearby.width_mm) / 2.0 + BEYOND_MM, stamp)
+        Kept::new(Number::Nearby(nearby.number), place, velocity, f64::from(nearby.width_mm) / 2.0 + BEYOND_MM, stamp)
     }
 
     fn new(number: Number, at: Point, velocity: Point, half: f64, seen: Instant) -> Self {
@@ -99,28 +99,28 @@ impl Kept {
 
     /// True if `seen` is this thing, under its number or another one.
     pub(super) fn is_now(&self, seen: &Kept) -> bool {
-        self.number == seen.number || between(self.at, seen.at) < seen.half
+        self.number == seen.number || distance(self.at, seen.at) < seen.half
     }
 
-    /// The same thing as `before` was: its pace goes on where that was faster and is not long ago.
+    /// Takes the pace of `before`, an earlier sight of this thing, where that was faster and is not long ago.
     pub(super) fn goes_on_from(&mut self, before: &Kept) {
         self.confirmed |= before.confirmed;
-        let ((east, north), at) = before.pace;
-        if libm::hypot(east, north) > self.speed() && self.seen.since(at) < PACE_FOR {
+        let ((east, north), time) = before.pace;
+        if libm::hypot(east, north) > self.speed() && self.seen.since(time) < PACE_FOR {
             self.pace = before.pace;
         }
     }
 
     /// Notes whether it is seen from `motion` nearer than the view.
     pub(super) fn seen_from(mut self, motion: &Motion) -> Self {
-        self.close = matches!(self.number, Number::Track(..)) && between(self.at, motion.at) < CLOSE_MM;
+        self.close = matches!(self.number, Number::Track(..)) && distance(self.at, motion.at) < CLOSE_MM;
         self
     }
 
     /// True if `nearby`, of LiDAR, is this thing, which a track showed: beside a thing that stands something else may move.
     pub(super) fn explains(&self, nearby: &Kept) -> bool {
-        let alike = self.is_person() || !nearby.moves() || self.moves();
-        matches!(self.number, Number::Track(..)) && alike && between(self.at, nearby.at) < self.half + BESIDE_MM
+        let is_same_kind = self.is_person() || !nearby.moves() || self.moves();
+        matches!(self.number, Number::Track(..)) && is_same_kind && distance(self.at, nearby.at) < self.half + BESIDE_MM
     }
 
     /// LiDAR shows it: it is there, as large as the side that it shows, and where no track shows it now as fast. A person has the size of a person.
@@ -137,7 +137,7 @@ impl Kept {
     /// Notes that it was not shown for so long. LiDAR looks around and does not see low things that are near, which it has shown before; `ranges` is
     /// true while it looks.
     pub(super) fn miss(&mut self, passed: Span, motion: &Motion, ranges: bool) {
-        let distance = between(self.at, motion.at);
+        let distance = distance(self.at, motion.at);
         let by_lidar = match self.number {
             Number::Nearby(_) => true,
             Number::Track(_, Class::Person) => distance < IN_REACH_MM,
@@ -151,9 +151,9 @@ impl Kept {
 
     /// Velocity with which it is reckoned: its pace of late, or none of a thing that stands.
     pub(super) fn reckoned(&self, now: Instant) -> Point {
-        let ((east, north), at) = self.pace;
-        let stands = libm::hypot(east, north) < STANDS_MM_S || now.since(at) >= PACE_FOR;
-        if stands { (0.0, 0.0) } else { (east, north) }
+        let ((east, north), time) = self.pace;
+        let is_still = libm::hypot(east, north) < STANDS_MM_S || now.since(time) >= PACE_FOR;
+        if is_still { (0.0, 0.0) } else { (east, north) }
     }
 
     pub(super) fn is_gone(&self, now: Instant) -> bool {
@@ -167,7 +167,7 @@ impl Kept {
             Number::Track(_, class) => f64::from(class.largest_mm()[1]),
             Number::Nearby(_) => 0.0,
         };
-        Thing { extent: Extent::around(self.at, self.half), top }
+        Thing { extent: Extent::around_disc(self.at, self.half), top }
     }
 }
 
@@ -176,8 +176,8 @@ pub(super) fn half(class: Class) -> f64 {
     f64::from(class.largest_mm()[0]) / 2.0
 }
 
-fn in_view(motion: &Motion, at: Point) -> bool {
-    let distance = between(motion.at, at);
-    let bearing = wrap(libm::atan2(at.1 - motion.at.1, at.0 - motion.at.0) - motion.yaw);
+fn in_view(motion: &Motion, place: Point) -> bool {
+    let distance = distance(motion.at, place);
+    let bearing = wrap(libm::atan2(place.1 - motion.at.1, place.0 - motion.at.0) - motion.yaw);
     (IN_VIEW_MM.0..IN_VIEW_MM.1).contains(&distance) && bearing.abs() < IN_VIEW_RAD
 }

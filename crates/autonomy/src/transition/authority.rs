@@ -111,7 +111,7 @@ impl Mint {
         self.admitted
     }
 
-    /// The same mint in a forked world.
+    /// Copy of the mint for a forked world.
     #[must_use]
     pub fn fork(&self, fork: &Fork) -> Mint {
         Mint { world: fork.world(), ..*self }

@@ -116,7 +116,7 @@ impl Machine {
         }
     }
 
-    /// The same machine in a forked world.
+    /// Copy of the machine for a forked world.
     #[must_use]
     pub fn fork(&self, fork: &Fork) -> Machine {
         match self {

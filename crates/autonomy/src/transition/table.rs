@@ -33,7 +33,7 @@ const VALUES: Settings = Settings { speed_mm_s: 3000, margin_mm: 1000, arm_permi
 const LIFETIME: Span = Span::ms(5000);
 const TIMING: Timing = Timing { hysteresis: Span::ms(1000), unrecovered: Span::ms(400) };
 
-/// The order in which guards are told apart. It puts those first that decide most.
+/// The order in which guards are distinguished. It puts those first that decide most.
 const ORDER: [Guard; 13] = [
     Guard::Geofence,
     Guard::Lease,
@@ -217,7 +217,7 @@ impl Bench {
         let (machine, mut mint, now) = self.machine(start);
         let from = machine.mode();
         let stimulus = self.orders[stimulus].as_ref().map_or(Stimulus::Judged, Stimulus::Ordered);
-        let lost = Guards(set as u16).has(Guard::Designation);
+        let lost = Guards(set as u16).contains(Guard::Designation);
         let (machine, effects) = self.step(machine, &mut mint, now, stimulus, set, lost);
         let mut cause = "";
         let mut words = Vec::new();
@@ -288,7 +288,7 @@ impl Bench {
 fn decide(outcomes: &[Outcome], fail: &mut Vec<Guard>, hold: &mut Vec<Guard>, rows: &mut Vec<Row>) {
     let reached = |set: usize| {
         let set = Guards(set as u16);
-        fail.iter().all(|g| set.has(*g)) && !hold.iter().any(|g| set.has(*g))
+        fail.iter().all(|g| set.contains(*g)) && !hold.iter().any(|g| set.contains(*g))
     };
     let mut reaching = (0..outcomes.len()).filter(|set| reached(*set)).map(|set| &outcomes[set]);
     let first = reaching.next().expect("invariant: fail and hold are disjoint");
@@ -325,7 +325,8 @@ fn name(cause: Cause) -> &'static str {
 /// Health in which exactly the guards of `set` fail; designation is no part of it.
 fn health(set: Guards) -> Health {
     let failing = set.iter().filter(|guard| *guard != Guard::Designation);
-    let findings = failing.fold(Findings::default(), |findings, guard| findings.with(guard, Some(Because::Itself)));
+    let findings =
+        failing.fold(Findings::default(), |findings, guard| findings.with_finding(guard, Some(Because::Itself)));
     Health::judge(findings, Guards::default(), Waived::default())
 }
 
@@ -418,8 +419,8 @@ mod tests {
         let mut machine = bench.ordered(Machine::start(), &mut mint, Instant(1_000_000), 3);
         for serial in [1, 2] {
             let held = bench.ordered(machine, &mut mint, Instant(1_000_000), 5);
-            let of = held.authority().map(|authority| (authority.world(), authority.serial()));
-            assert_eq!(of, Some((WorldId(7), serial)));
+            let authority_id = held.authority().map(|authority| (authority.world(), authority.serial()));
+            assert_eq!(authority_id, Some((WorldId(7), serial)));
             machine = bench.ordered(held, &mut mint, Instant(1_000_000), 2);
         }
     }
@@ -430,13 +431,13 @@ mod tests {
         for set in 1..bench.health.len() {
             let (machine, mut mint, now) = bench.machine(Start::PrepareToAct);
             let failing = Guards(set as u16);
-            let lost = failing.has(Guard::Designation);
+            let lost = failing.contains(Guard::Designation);
             let (machine, effects) = bench.step(machine, &mut mint, now, Stimulus::Judged, set, lost);
             assert!(machine.authority().is_none(), "{failing:?}");
             let Some(Effect::Transition { cause: Cause::Lost(named), .. }) = effects.last() else {
                 panic!("{failing:?} gave {effects:?}");
             };
-            assert!(failing.has(*named), "{failing:?} gave {named:?}");
+            assert!(failing.contains(*named), "{failing:?} gave {named:?}");
             assert!(effects.iter().any(|e| matches!(e, Effect::Revoked(r) if r.cause == Cause::Lost(*named))));
         }
     }

@@ -90,10 +90,10 @@ pub(crate) struct Bench {
 impl Bench {
     /// A core in the yard: fence ±20 m, one vehicle in view, standing at (-10 m, 0), heading east.
     pub(crate) fn new() -> Bench {
-        Bench::under(Policy::default(), None)
+        Bench::with_policy(Policy::default(), None)
     }
 
-    pub(crate) fn under(policy: Policy, ablation: Option<Ablation>) -> Bench {
+    pub(crate) fn with_policy(policy: Policy, ablation: Option<Ablation>) -> Bench {
         Bench::made(setup(policy, ablation))
     }
 
@@ -107,12 +107,12 @@ impl Bench {
         Bench::piloted_with(Limits::GROUND, bare, pilot)
     }
 
-    /// The same on a platform with these limits.
+    /// A bench on a platform with these limits.
     pub(crate) fn piloted_with(limits: Limits, bare: bool, pilot: Option<(i32, i32)>) -> Bench {
         let (start_limit, step_limit) = (Span::ms(5000), Span::ms(500));
         let guest = GuestConfig { name: "test".into(), bare, start_limit, step_limit };
         let config = AutonomyConfig { guest: Some(guest), limits, ..config() };
-        let mut bench = Bench::of(setup(Policy::default(), None), config);
+        let mut bench = Bench::from_setup(setup(Policy::default(), None), config);
         bench.pilot = pilot;
         bench.answer(&Answer::Ready);
         bench
@@ -123,10 +123,10 @@ impl Bench {
     }
 
     fn made(setup: Setup) -> Bench {
-        Bench::of(setup, config())
+        Bench::from_setup(setup, config())
     }
 
-    fn of(setup: Setup, config: AutonomyConfig) -> Bench {
+    fn from_setup(setup: Setup, config: AutonomyConfig) -> Bench {
         let now = Instant(50_000_000);
         let core = Autonomy::new(setup, config, now).unwrap();
         let sender = |topic, producer| Sender::new(topic, producer, Boot(1), channel_key(topic));
@@ -177,7 +177,8 @@ impl Bench {
         bench
     }
 
-    /// The same for the loss of `guard`: the fence is near enough to be reached before an authority expires.
+    /// Time of the report right before the loss of `guard`: the fence is near enough to be reached before an authority
+    /// expires.
     pub(crate) fn before_loss(guard: Guard, mode: Mode) -> Bench {
         let mut bench = Bench::new();
         if guard == Guard::Geofence {
@@ -196,7 +197,7 @@ impl Bench {
         assert_eq!(self.core.mode(), mode);
     }
 
-    /// Lets `ms` of virtual time go by.
+    /// Lets `ms` of virtual time pass.
     pub(crate) fn run(&mut self, ms: u64) {
         let end = self.now + Span::ms(ms);
         while self.now < end {
@@ -251,9 +252,9 @@ impl Bench {
         self.downlink(SessionBody::Teammate(body));
     }
 
-    /// The same with a speed and a heading, mm/s and mrad.
-    pub(crate) fn moving(&mut self, unit: UnitId, via: PeerId, sequence: u64, at: (i32, i32), motion: (i32, i16)) {
-        let mut report = self.report_of(unit, sequence, at);
+    /// Sets a speed and a heading, mm/s and mrad.
+    pub(crate) fn moving(&mut self, unit: UnitId, via: PeerId, sequence: u64, place: (i32, i32), motion: (i32, i16)) {
+        let mut report = self.report_of(unit, sequence, place);
         (report.speed_mm_s, report.pose.yaw_mrad) = motion;
         let signed = key_of(unit.node()).sign(Purpose::Report, &codec::encode(&report));
         let body = Teammate { via, age: Span::ms(20), report: <&ByteSlice>::from(signed.as_slice()) };
@@ -262,11 +263,11 @@ impl Bench {
 
     /// The transitions so far: from, to, cause.
     pub(crate) fn transitions(&self) -> Vec<(Mode, Mode, Cause)> {
-        let of = |event: &Event| match event {
+        let transition_of = |event: &Event| match event {
             Event::Transition { from, to, cause, .. } => Some((*from, *to, *cause)),
             _ => None,
         };
-        self.events.iter().filter_map(of).collect()
+        self.events.iter().filter_map(transition_of).collect()
     }
 
     pub(crate) fn feed(&mut self, input: &Input) {
@@ -371,7 +372,7 @@ impl Bench {
             vy_mm_s: 0,
             sigma_mm: 100,
             confidence: 900,
-            supported: Modalities::default().with(Modality::Rgb).with(Modality::Thermal),
+            supported: Modalities::default().with_modality(Modality::Rgb).with_modality(Modality::Thermal),
             vetoed: Modalities::default(),
             updated: stamp,
             frame,
@@ -454,7 +455,7 @@ pub(crate) fn order_bytes(intent: &Intent, confirmed: bool) -> Vec<u8> {
     codec::encode(&Order { intent: <&ByteSlice>::from(signed.as_slice()), confirmation })
 }
 
-/// Makes `guard` fail, each in a way of its own.
+/// Makes `guard` fail, each in its own way.
 pub(crate) fn lose(bench: &mut Bench, guard: Guard) {
     match guard {
         Guard::Rgb => drop(bench.missing.insert(Modality::Rgb)),
@@ -466,7 +467,7 @@ pub(crate) fn lose(bench: &mut Bench, guard: Guard) {
         // Within the gate, so that no single fix gives it away.
         Guard::Drift => bench.fix_offset = 600,
         Guard::TimeBase => bench.time_offset = -1_000_000,
-        // The fastest that odometry is believed, but for a little.
+        // Just below the highest speed at which odometry is believed.
         Guard::Geofence => bench.speed = 3700.0,
         Guard::Lease => bench.no_grants = true,
         Guard::SealedLog => bench.no_seals = true,

@@ -24,11 +24,11 @@ fn idle() -> Bench {
 }
 
 fn executed(bench: &Bench) -> Vec<Option<Reason>> {
-    let of = |e: &Event| match e {
+    let entry = |e: &Event| match e {
         Event::Executed { refused, .. } => Some(*refused),
         _ => None,
     };
-    bench.events.iter().filter_map(of).collect()
+    bench.events.iter().filter_map(entry).collect()
 }
 
 #[test]
@@ -145,8 +145,8 @@ fn executed_orders_do_not_repeat_after_session_loss() {
             bench.feed(&Input::SessionLost);
             bench.publish(order.clone());
         }
-        let again = Some(Reason::Duplicate);
-        assert_eq!(executed(&bench), [None, again, again, again], "{kind:?}");
+        let repeated = Some(Reason::Duplicate);
+        assert_eq!(executed(&bench), [None, repeated, repeated, repeated], "{kind:?}");
     }
 }
 
@@ -171,7 +171,7 @@ fn counter_run_ahead_is_refused_except_hold() {
     assert_eq!(heard.sequence, Sequence(6), "the operator's console is not led to the far end");
 }
 
-/// Its refusals are not told one by one.
+/// Its refusals are not reported one by one.
 #[test]
 fn flooding_operator_is_cut_off_other_is_heard() {
     let mut bench = idle();
@@ -185,10 +185,10 @@ fn flooding_operator_is_cut_off_other_is_heard() {
     flood(&mut bench, CommandKind::Resume, 1);
     assert_eq!(executed(&bench).len(), 8 + 8, "the burst is answered, and as many refusals for the rate");
     let rate = Account::Refused(Interface::Commands, Reason::Rate);
-    let told = |bench: &Bench| {
+    let refusals = |bench: &Bench| {
         bench.events.iter().filter(|e| matches!(e, Event::Refused { reason: Reason::Rate, .. })).count()
     };
-    assert_eq!(told(&bench), 8);
+    assert_eq!(refusals(&bench), 8);
     assert_eq!(bench.order(CommandKind::Enable), None, "the other operator has a rate of its own");
     flood(&mut bench, CommandKind::Hold, 100);
     assert_eq!(bench.core.mode(), Mode::HoldSafe, "the first hold of a flood holds");
@@ -207,11 +207,11 @@ fn flooding_operator_is_cut_off_other_is_heard() {
 #[test]
 fn disarm_flood_does_not_keep_hold_out() {
     let mut bench = Bench::in_mode(Mode::Ready);
-    let mut through = 0;
+    let mut passed = 0;
     while bench.order(CommandKind::Disarm).is_none() {
-        through += 1;
+        passed += 1;
     }
-    assert_eq!(through, 8, "in READY they stop nothing");
+    assert_eq!(passed, 8, "in READY they stop nothing");
     assert_eq!(bench.core.mode(), Mode::Ready);
     assert_eq!(bench.order(CommandKind::Hold), None);
     assert_eq!(bench.core.mode(), Mode::HoldSafe);
@@ -241,12 +241,16 @@ fn account(bench: &mut Bench) -> (u64, u64, Vec<(Reason, u64)>) {
             _ => None,
         })
         .collect();
-    let of = |wanted| counts.iter().find(|(account, _)| *account == wanted).map_or(0, |(_, n)| *n);
+    let total_of = |wanted| counts.iter().find(|(account, _)| *account == wanted).map_or(0, |(_, n)| *n);
     let refused = counts.iter().filter_map(|(account, n)| match account {
         Account::Refused(Interface::Commands, reason) => Some((*reason, *n)),
         _ => None,
     });
-    (of(Account::Received(Interface::Commands)), of(Account::Accepted(Interface::Commands)), refused.collect())
+    (
+        total_of(Account::Received(Interface::Commands)),
+        total_of(Account::Accepted(Interface::Commands)),
+        refused.collect(),
+    )
 }
 
 /// It is neither logged nor answered nor verified one by one.
@@ -347,7 +351,7 @@ fn values_change_only_in_idle_and_jointly_safe() {
     assert_eq!(bench.driven(), 1000, "the speed that was set is the speed that is driven");
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Joint, Requirement::Waived);
-    let mut waived = Bench::under(policy, None);
+    let mut waived = Bench::with_policy(policy, None);
     waived.run(2000);
     assert_eq!(waived.order(CommandKind::Configure(narrow)), None);
 }
@@ -392,7 +396,7 @@ fn armings_name_a_report_that_the_unit_made() {
     assert_eq!(bench.core.mode(), Mode::PrepareToAct);
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Shown, Requirement::Waived);
-    let mut waived = Bench::under(policy, Some(Ablation { scenario: "test".into() }));
+    let mut waived = Bench::with_policy(policy, Some(Ablation { scenario: "test".into() }));
     waived.reach(Mode::Ready);
     assert_eq!(arm(&mut waived, None), None);
 }

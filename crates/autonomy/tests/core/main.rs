@@ -9,7 +9,7 @@ mod pilot;
 mod stored;
 mod teammates;
 
-/// The committed snapshot of `Machine::step`. With `HOLDSAFE_RENEW` set it is written anew; then read the diff.
+/// The committed snapshot of `Machine::step`. With `HOLDSAFE_RENEW` set it is written again; then read the diff.
 #[test]
 fn the_committed_table_is_the_snapshot_of_step() {
     let drawn = autonomy::transition::table::markdown();

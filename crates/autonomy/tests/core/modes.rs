@@ -78,25 +78,25 @@ fn measurement_exceeds_its_limit_exactly_when_guard_fails() {
             bench.run(50);
             let report = bench.report.clone().unwrap();
             for of in Guard::ALL {
-                let Some(limit) = Limit::of(of, &bounds) else { continue };
-                let beyond = report.measured.of(of).is_some_and(|value| limit.exceeded(value));
-                let fails = report.failing.has(of);
+                let Some(limit) = Limit::for_guard(of, &bounds) else { continue };
+                let exceeded = report.measured.value(of).is_some_and(|value| limit.exceeded(value));
+                let fails = report.failing.contains(of);
                 // These two fail until they are back further than they had to go.
                 let lasts = matches!(of, Guard::Drift | Guard::TimeBase);
                 assert!(
-                    beyond == fails || lasts && !beyond,
+                    exceeded == fails || lasts && !exceeded,
                     "{guard:?}: {of:?} {:?} {limit:?}",
-                    report.measured.of(of)
+                    report.measured.value(of)
                 );
-                broken = if beyond { broken.with(of) } else { broken };
+                broken = if exceeded { broken.with_guard(of) } else { broken };
             }
             let claimed = report.measured.teammate().is_some();
-            assert_eq!(claimed, report.failing.has(Guard::Teammates));
-            broken = if claimed { broken.with(Guard::Teammates) } else { broken };
+            assert_eq!(claimed, report.failing.contains(Guard::Teammates));
+            broken = if claimed { broken.with_guard(Guard::Teammates) } else { broken };
         }
     }
     let measured = Guard::ALL.into_iter().filter(|guard| *guard != Guard::Designation);
-    assert_eq!(broken, measured.fold(Guards::default(), Guards::with), "each was seen beyond its limit");
+    assert_eq!(broken, measured.fold(Guards::default(), Guards::with_guard), "each was seen beyond its limit");
 }
 
 #[test]
@@ -170,10 +170,10 @@ fn lapsed_lease_holds_until_an_operator_resumes() {
 fn waiving_policy_admits_authority_only_as_ablation() {
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Origin, Requirement::Waived);
-    let mut bench = Bench::under(policy.clone(), None);
+    let mut bench = Bench::with_policy(policy.clone(), None);
     bench.reach(Mode::Ready);
     assert_eq!(bench.order(CommandKind::Arm(TRACK)), Some(Reason::Interlock));
-    let mut bench = Bench::under(policy, Some(Ablation { scenario: "test".into() }));
+    let mut bench = Bench::with_policy(policy, Some(Ablation { scenario: "test".into() }));
     bench.reach(Mode::PrepareToAct);
 }
 
@@ -203,15 +203,16 @@ fn quiesced_core_sends_nothing_and_balances() {
     assert_eq!((bench.drive, bench.acks.len()), (drive, acks));
     bench.feed(&Input::Finish);
     let count = |wanted: &dyn Fn(Account) -> bool| -> u64 {
-        let of = |e: &Event| match e {
+        let entry = |e: &Event| match e {
             Event::Count { account, n } if wanted(*account) => *n,
             _ => 0,
         };
-        bench.events.iter().map(of).sum()
+        bench.events.iter().map(entry).sum()
     };
-    let at = Interface::Downlink;
-    let received = count(&|a| a == Account::Received(at));
-    let judged = count(&|a| a == Account::Accepted(at) || matches!(a, Account::Refused(place, _) if place == at));
+    let interface = Interface::Downlink;
+    let received = count(&|a| a == Account::Received(interface));
+    let judged =
+        count(&|a| a == Account::Accepted(interface) || matches!(a, Account::Refused(place, _) if place == interface));
     assert!(received > 10 && received == judged, "{received} {judged}");
     assert!(matches!(bench.events.last(), Some(Event::Signed { .. })));
 }

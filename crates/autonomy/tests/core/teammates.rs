@@ -18,25 +18,25 @@ fn session_only() -> Bench {
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Origin, Requirement::Waived);
     policy.boundary.insert(Check::Signature, Requirement::Waived);
-    let mut bench = Bench::under(policy, Some(Ablation { scenario: "session-only".into() }));
+    let mut bench = Bench::with_policy(policy, Some(Ablation { scenario: "session-only".into() }));
     bench.reach(Mode::Ready);
     bench
 }
 
 fn found(bench: &Bench) -> Vec<Inconsistency> {
-    let of = |e: &Event| match e {
+    let entry = |e: &Event| match e {
         Event::Inconsistent { finding, .. } => Some(*finding),
         _ => None,
     };
-    bench.events.iter().filter_map(of).collect()
+    bench.events.iter().filter_map(entry).collect()
 }
 
 fn refused(bench: &Bench, peer: PeerId) -> Vec<Reason> {
-    let of = |e: &Event| match e {
+    let entry = |e: &Event| match e {
         Event::Refused { peer: Some(by), reason, .. } if *by == peer => Some(*reason),
         _ => None,
     };
-    bench.events.iter().filter_map(of).collect()
+    bench.events.iter().filter_map(entry).collect()
 }
 
 /// The wire has a number for it, the run no key.
@@ -46,11 +46,11 @@ fn claim_of_a_stranger_is_refused_by_name() {
     let stranger = UnitId::from_name("unit-64").unwrap();
     bench.claim(stranger, stranger.peer(), 1, (0, 15_000));
     assert_eq!(refused(&bench, stranger.peer()), [Reason::Signer]);
-    let said = bench.events.iter().find_map(|event| match event {
+    let text = bench.events.iter().find_map(|event| match event {
         Event::Refused { reason: Reason::Signer, detail, .. } => Some(detail.as_str()),
         _ => None,
     });
-    assert_eq!(said, Some("signer: a known signer expected, got unit-64"));
+    assert_eq!(text, Some("signer: a known signer expected, got unit-64"));
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
 }
 
@@ -86,9 +86,9 @@ fn teammate_moving_as_claimed_is_consistent() {
     for n in 1..200_u64 {
         let angle = 0.03 * n as f64;
         let noise = if n % 2 == 0 { 60.0 } else { -60.0 };
-        let at = ((10_000.0 * angle.sin() + noise) as i32, (30_000.0 - 10_000.0 * angle.cos()) as i32);
+        let place = ((10_000.0 * angle.sin() + noise) as i32, (30_000.0 - 10_000.0 * angle.cos()) as i32);
         let heading = (angle * 1000.0 + 3142.0) as i32 % 6283 - 3142;
-        bench.moving(B.0, B.1, n, at, (3015, heading as i16));
+        bench.moving(B.0, B.1, n, place, (3015, heading as i16));
         bench.run(100);
     }
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
@@ -134,7 +134,7 @@ fn disallowed_consent_leaves_the_finding() {
     bench.run(1500);
     assert_eq!(bench.order(CommandKind::Resume), Some(Reason::Interlock));
     bench.run(100);
-    assert!(bench.report.as_ref().unwrap().failing.has(Guard::Teammates));
+    assert!(bench.report.as_ref().unwrap().failing.contains(Guard::Teammates));
 }
 
 /// So is one in the unit's own place.

@@ -67,16 +67,17 @@ impl RunPki {
         self.trust(&TLS13).with_no_client_auth()
     }
 
-    /// A client of the broker at `at` under its own name.
-    pub(crate) async fn connect(&self, at: LoopbackAddr, peer: PeerId) -> Client {
-        Client::open(at, &peer.to_string(), self.tls(peer), None).await.expect("admitted")
+    /// A client of the broker at `address` under its own name.
+    pub(crate) async fn connect(&self, address: LoopbackAddr, peer: PeerId) -> Client {
+        Client::open(address, &peer.to_string(), self.tls(peer), None).await.expect("admitted")
     }
 
     /// The client of the services, as `peer`.
-    pub(crate) fn serve(&self, at: LoopbackAddr, peer: PeerId, hears: Subject, to: mpsc::Sender<Input>) -> Mqtt {
+    pub(crate) fn serve(&self, address: LoopbackAddr, peer: PeerId, hears: Subject, to: mpsc::Sender<Input>) -> Mqtt {
         let credential = self.issue(&peer.to_string(), Role::Dials);
         let trust = (&credential, &Revocations::of(&credential).expect("it carries a list"));
-        Mqtt::start(at, peer, PeerId::BROKER, trust, vec![hears], StreamLog::none(), to).expect("a usable credential")
+        Mqtt::start(address, peer, PeerId::BROKER, trust, vec![hears], StreamLog::none(), to)
+            .expect("a usable credential")
     }
 
     pub(crate) fn issue(&self, name: &str, role: Role) -> Credential {
@@ -93,8 +94,11 @@ impl RunPki {
     }
 }
 
-fn with_certificate(builder: ConfigBuilder<ClientConfig, WantsClientCert>, own: &Credential) -> ClientConfig {
-    builder.with_client_auth_cert(own.chain(), own.key()).expect("certificate and key fit")
+fn with_certificate(
+    builder: ConfigBuilder<ClientConfig, WantsClientCert>,
+    own_credential: &Credential,
+) -> ClientConfig {
+    builder.with_client_auth_cert(own_credential.chain(), own_credential.key()).expect("certificate and key fit")
 }
 
 /// A connected MQTT client. Dropping it drops the connection.
@@ -114,16 +118,16 @@ impl Drop for Client {
 impl Client {
     /// Connects, or gives CONNACK's answer; `None` when there was no CONNACK.
     pub(crate) async fn open(
-        at: LoopbackAddr,
+        address: LoopbackAddr,
         client_id: &str,
         tls: ClientConfig,
         will: Option<LastWill>,
     ) -> Result<Client, Option<ConnectReturnCode>> {
         let name = dns_name(PeerId::from_name("broker").expect("a name of the closed set"));
-        let mut options = MqttOptions::new(client_id, Broker::tcp(name, at.port()));
+        let mut options = MqttOptions::new(client_id, Broker::tcp(name, address.port()));
         options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(tls))));
         options.set_socket_connector(move |_, _| async move {
-            let stream = TcpStream::connect(at.socket()).await?;
+            let stream = TcpStream::connect(address.socket()).await?;
             stream.set_nodelay(true)?;
             Ok(stream)
         });
@@ -201,9 +205,9 @@ async fn run(
 }
 
 /// A TLS connection before its first byte of content.
-pub(crate) async fn raw_tls(at: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream> {
+pub(crate) async fn raw_tls(address: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream> {
     let name = dns_name(PeerId::from_name("broker").expect("a name of the closed set"));
-    let stream = TcpStream::connect(at.socket()).await.expect("accepted");
+    let stream = TcpStream::connect(address.socket()).await.expect("accepted");
     let name = ServerName::try_from(name).expect("a host name");
     TlsConnector::from(Arc::new(tls)).connect(name, stream).await.expect("a certificate of the run")
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use broker::audit::audited;
 use broker::gate::{Denial, Event};
-use broker::server::{Limits, MAX_CONNECTIONS_OF_PEER, Server};
+use broker::server::{MAX_CONNECTIONS_OF_PEER, Server, ServerLimits};
 use link::clock::HostClock;
 use link::loopback::LoopbackAddr;
 use link::pki::Role;
@@ -27,7 +27,7 @@ impl Broker for Server {
     const REFUSES_SUBSCRIPTIONS: bool = true;
 
     async fn start(pki: &RunPki) -> Option<Self> {
-        Some(serve(pki, Limits::default()).await)
+        Some(serve(pki, ServerLimits::default()).await)
     }
 
     fn address(&self) -> LoopbackAddr {
@@ -43,8 +43,8 @@ impl Broker for Server {
     }
 
     async fn beyond_rights(&mut self, peer: PeerId) {
-        let told = denial(self).await;
-        assert!(matches!(&told, Denial::Access { peer: of, .. } if *of == peer), "{told:?}");
+        let refused = denial(self).await;
+        assert!(matches!(&refused, Denial::Access { peer: of, .. } if *of == peer), "{refused:?}");
     }
 
     async fn ended(&mut self, peer: PeerId) {
@@ -54,20 +54,20 @@ impl Broker for Server {
 
 #[tokio::test]
 async fn revoked_certificate_ends_its_session_at_once() {
-    let (pki, mut server) = start(Limits::default()).await;
+    let (pki, mut server) = start(ServerLimits::default()).await;
     let credential = pki.issue("unit-a", Role::Dials);
     let unit = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None).await.expect("admitted");
     unit.publish("hs/ack/unit-a", b"before").await.expect("granted");
     server.revocations().replace(pki.revoke(&credential)).expect("a newer list");
-    let told = denial(&mut server).await;
-    assert!(matches!(told, Denial::Dismissed { peer: PeerId::UNIT_A, .. }), "{told:?}");
-    assert_eq!(told.name(), "revoked");
+    let refused = denial(&mut server).await;
+    assert!(matches!(refused, Denial::Dismissed { peer: PeerId::UNIT_A, .. }), "{refused:?}");
+    assert_eq!(refused.name(), "revoked");
     unit.publish("hs/ack/unit-a", b"after").await.expect_err("its session is over");
 }
 
 #[tokio::test]
 async fn foreign_client_id_is_refused_by_name() {
-    let (pki, mut server) = start(Limits::default()).await;
+    let (pki, mut server) = start(ServerLimits::default()).await;
     for id in ["unit-a", "gateway", "nobody"] {
         let refused =
             Client::open(server.address(), id, pki.tls(PeerId::UNIT_B), None).await.expect_err("not its name");
@@ -79,7 +79,7 @@ async fn foreign_client_id_is_refused_by_name() {
 
 #[tokio::test]
 async fn will_and_older_protocol_are_refused_by_name() {
-    let (pki, mut server) = start(Limits::default()).await;
+    let (pki, mut server) = start(ServerLimits::default()).await;
     let will = LastWill::new("hs/ack/unit-b", b"gone".to_vec(), QoS::AtLeastOnce, false, None);
     let refused =
         Client::open(server.address(), "unit-b", pki.tls(PeerId::UNIT_B), Some(will)).await.expect_err("no wills");
@@ -94,14 +94,14 @@ async fn will_and_older_protocol_are_refused_by_name() {
 
 #[tokio::test]
 async fn shared_subscription_is_refused_to_readable_topics_too() {
-    let (pki, server) = start(Limits::default()).await;
+    let (pki, server) = start(ServerLimits::default()).await;
     let unit = pki.connect(server.address(), PeerId::UNIT_B).await;
     unit.subscribe("$share/g/hs/cmd/unit-b").await.expect_err("no shared subscriptions");
 }
 
 #[tokio::test]
 async fn connections_are_capped_and_a_slot_comes_back() {
-    let limits = Limits { connections: 2, handshake: Duration::from_secs(600), ..Limits::default() };
+    let limits = ServerLimits { connections: 2, handshake: Duration::from_secs(600), ..ServerLimits::default() };
     let (pki, mut server) = start(limits).await;
     let silent = TcpStream::connect(server.address().socket()).await.expect("accepted");
     let gateway = pki.connect(server.address(), PeerId::GATEWAY).await;
@@ -119,7 +119,7 @@ async fn connections_are_capped_and_a_slot_comes_back() {
 
 #[tokio::test]
 async fn one_certificate_holds_few_connections() {
-    let (pki, mut server) = start(Limits::default()).await;
+    let (pki, mut server) = start(ServerLimits::default()).await;
     let _session = pki.connect(server.address(), PeerId::UNIT_A).await;
     let _half_open = raw_tls(server.address(), pki.tls(PeerId::UNIT_A)).await;
     let _refused = raw_tls(server.address(), pki.tls(PeerId::UNIT_A)).await;
@@ -130,9 +130,9 @@ async fn one_certificate_holds_few_connections() {
 /// Without the table, the model and the live broker still let the same things pass.
 #[tokio::test]
 async fn waived_rights_pass_ungranted_topics_only() {
-    let limits = Limits { rights: Requirement::Waived, ..Limits::default() };
+    let limits = ServerLimits { rights: Requirement::Waived, ..ServerLimits::default() };
     let (pki, server) = start(limits).await;
-    let mut model = broker::Broker::under(Requirement::Waived);
+    let mut model = broker::Broker::with_rights(Requirement::Waived);
     let unit = pki.connect(server.address(), PeerId::UNIT_B).await;
     for (filter, passes) in [("hs/cmd/unit-a", true), ("hs/cmd/+", true), ("hs/other", false), ("#", false)] {
         assert_eq!(model.subscribe(PeerId::UNIT_B, filter).is_ok(), passes, "the model: {filter}");
@@ -146,7 +146,7 @@ async fn waived_rights_pass_ungranted_topics_only() {
 /// A holder of a second copy of a certificate can take its session over, and cannot do so unseen.
 #[tokio::test]
 async fn second_certificate_holder_takes_over_in_sight() {
-    let (pki, mut server) = start(Limits::default()).await;
+    let (pki, mut server) = start(ServerLimits::default()).await;
     let peer = PeerId::UNIT_A;
     let _first = pki.connect(server.address(), peer).await;
     assert_eq!(server.event().await, Some(Event::Admitted { peer }), "nothing was taken from anyone");
@@ -158,7 +158,7 @@ async fn second_certificate_holder_takes_over_in_sight() {
     while server.event().await != Some(Event::Admitted { peer: PeerId::UNIT_B }) {}
 }
 
-/// It also ends when told.
+/// It also ends on request.
 #[tokio::test]
 async fn process_gives_its_address_and_ends_with_launcher() {
     for (goodbye, status) in [(Control::Finish.line(), 0), (String::new(), ORPHANED)] {
@@ -178,9 +178,9 @@ async fn process_gives_its_address_and_ends_with_launcher() {
         BufReader::new(child.stdout.take().expect("piped")).read_line(&mut ready).expect("a line");
         let ready: serde_json::Value =
             serde_json::from_str(ready.strip_prefix("ready ").expect("ready")).expect("JSON");
-        let at: LoopbackAddr = serde_json::from_value(ready["mqtt"].clone()).expect("a loopback address");
+        let address: LoopbackAddr = serde_json::from_value(ready["mqtt"].clone()).expect("a loopback address");
 
-        let unit = pki.connect(at, PeerId::UNIT_A).await;
+        let unit = pki.connect(address, PeerId::UNIT_A).await;
         unit.publish("hs/ack/unit-a", b"here").await.expect("granted");
         stdin.write_all(goodbye.as_bytes()).expect("the child reads");
         // After `finish` the pipe stays open, as the launcher keeps it; the other child loses it.
@@ -189,19 +189,19 @@ async fn process_gives_its_address_and_ends_with_launcher() {
     }
 }
 
-async fn start(limits: Limits) -> (RunPki, Server) {
+async fn start(limits: ServerLimits) -> (RunPki, Server) {
     let pki = RunPki::new();
     let server = serve(&pki, limits).await;
     (pki, server)
 }
 
-async fn serve(pki: &RunPki, limits: Limits) -> Server {
+async fn serve(pki: &RunPki, limits: ServerLimits) -> Server {
     Server::start(LoopbackAddr::ANY_PORT, &pki.broker(), limits, link::stream::StreamLog::none())
         .await
         .expect("a loopback port is to be had")
 }
 
-/// The next refusal, past comings and goings.
+/// The next refusal; connections and ends are skipped.
 async fn denial(server: &mut Server) -> Denial {
     loop {
         match server.event().await.expect("the broker runs") {

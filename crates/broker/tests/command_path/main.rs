@@ -1,5 +1,5 @@
 //! The command path through a broker against real MQTT clients over loopback: admitted peers, rights of each identity,
-//! delivery. `suite` has the obligations of any broker at this place, and both keep it: ours (`embedded`, which owes more) and
+//! delivery. `suite` has the obligations of any broker at this place, and both keep it: ours (`embedded`, which has to do more) and
 //! Debian's mosquitto with the same rights (`mosquitto`).
 //!
 //! No test waits for time to pass. That a message did *not* arrive is shown by order: a marker that was sent

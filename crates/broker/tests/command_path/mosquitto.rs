@@ -1,8 +1,8 @@
 //! Debian's mosquitto at the broker's place: the run's certificates, and an access list written from [`broker::acl`]'s
-//! table. If it is not installed these tests say so and make no check.
+//! table. If it is not installed these tests report it and make no check.
 //!
 //! It keeps `suite` and no more. The embedded broker's further refusals are missing in mosquitto 2.0: it lets a filter
-//! be subscribed that its holder may not read (and delivers no message of it), goes by the certificate under any client id,
+//! be subscribed that its holder may not read (and delivers no message of it), uses the certificate under any client id,
 //! takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
 
 use std::fs;
@@ -72,8 +72,8 @@ impl Broker for Mosquitto {
     async fn revoke(&mut self, list_der: Vec<u8>) {
         write_pem(&self.folder.path().join("list.pem"), "X509 CRL", &list_der);
         let pid = self.process.id().expect("it runs").to_string();
-        let told = Command::new("kill").args(["-HUP", &pid]).status().await.expect("a kill command");
-        assert!(told.success());
+        let status = Command::new("kill").args(["-HUP", &pid]).status().await.expect("a kill command");
+        assert!(status.success());
         log_until(&mut self.log, &["Reloading config"]).await.expect("it says that it reads its files again");
     }
 
@@ -113,7 +113,7 @@ fn free_port() -> LoopbackAddr {
     LoopbackAddr::try_from(listener.local_addr().expect("bound")).expect("loopback")
 }
 
-fn configuration(folder: &Path, at: LoopbackAddr) -> String {
+fn configuration(folder: &Path, address: LoopbackAddr) -> String {
     let folder = folder.display();
     // `user` counts only where it is started by root, whose files are in the folder.
     format!(
@@ -122,7 +122,7 @@ fn configuration(folder: &Path, at: LoopbackAddr) -> String {
          cafile {folder}/root.pem\ncertfile {folder}/cert.pem\nkeyfile {folder}/key.pem\ncrlfile {folder}/list.pem\n\
          tls_version tlsv1.3\nrequire_certificate true\nuse_identity_as_username true\n\
          use_username_as_clientid true\nallow_zero_length_clientid false\nacl_file {folder}/acl\n",
-        at.port()
+        address.port()
     )
 }
 

@@ -27,13 +27,13 @@ pub(crate) trait Broker: Sized {
     /// Address at which it listens.
     fn address(&self) -> LoopbackAddr;
 
-    /// Has it take this revocation list.
+    /// Gives it this revocation list.
     async fn revoke(&mut self, list_der: Vec<u8>);
 
     /// Checks that its last refusal is in its log under this name, as far as its log has names.
     async fn named(&mut self, refusal: &str);
 
-    /// Checks that its last refusal is in its log as beyond the rights of `peer`, as far as its log says so.
+    /// Checks that its last refusal is in its log as beyond the rights of `peer`, as far as its log reports it.
     async fn beyond_rights(&mut self, peer: PeerId);
 
     /// Waits until it has ended a session of `peer`.
@@ -104,14 +104,14 @@ pub(crate) async fn a_revoked_certificate_does_not_come_back(pki: RunPki, mut se
     unit.publish("hs/ack/unit-a", b"before").await.expect("granted");
     drop(unit);
     server.revoke(pki.revoke(&credential)).await;
-    let again = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None).await;
-    assert_eq!(again.expect_err("revoked"), None, "refused in the handshake, before MQTT");
+    let repeated = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None).await;
+    assert_eq!(repeated.expect_err("revoked"), None, "refused in the handshake, before MQTT");
     server.named("revoked").await;
     let other = pki.connect(server.address(), PeerId::UNIT_B).await;
     other.publish("hs/ack/unit-b", b"of another").await.expect("only one was revoked");
 }
 
-/// A broker may refuse a client id that is not the certificate's, or may go by the certificate whatever it is called.
+/// A broker may refuse a client id that is not the certificate's, or may use the certificate whatever it is called.
 pub(crate) async fn a_certificate_cannot_take_another_client_id_nor_end_its_session(
     pki: RunPki,
     mut server: impl Broker,

@@ -1,4 +1,4 @@
-//! First stage: namespaces of its own, an identity in them, a loopback interface, and the warden as the first process.
+//! First stage: its own namespaces, an identity in them, a loopback interface, and the warden as the first process.
 
 use std::io;
 use std::process::Command;
@@ -13,15 +13,15 @@ use super::{PLAIN, WARDEN, close_others, let_go, null};
 const RIGHTS: [CapabilitySet; 2] = [CapabilitySet::SYS_ADMIN, CapabilitySet::SETPCAP];
 
 pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), String> {
-    close_others().map_err(|why| format!("open descriptors cannot be listed: {why}"))?;
+    close_others().map_err(|error| format!("open descriptors cannot be listed: {error}"))?;
     let refused = if arguments.iter().any(|word| word == PLAIN) { Some("not wanted".into()) } else { enter()? };
     arguments.extend([WARDEN.to_owned(), refused.unwrap_or_default()]);
-    let null = null().map_err(|why| format!("/dev/null: {why}"))?;
-    // By this path, the program is the running one even where its file has been replaced.
+    let null = null().map_err(|error| format!("/dev/null: {error}"))?;
+    // This path starts the running program even where its file has been replaced.
     let warden = Command::new("/proc/self/exe").args(arguments.iter()).spawn();
-    let mut warden = warden.map_err(|why| format!("the warden cannot be started: {why}"))?;
-    let_go(&null).map_err(|why| why.to_string())?;
-    warden.wait().map_err(|why| why.to_string())?;
+    let mut warden = warden.map_err(|error| format!("the warden cannot be started: {error}"))?;
+    let_go(&null).map_err(|error| error.to_string())?;
+    warden.wait().map_err(|error| error.to_string())?;
     Ok(())
 }
 
@@ -35,8 +35,8 @@ fn enter() -> Result<Option<String>, String> {
     if let Some(refused) = namespaces::take(flags)? {
         return Ok(Some(refused));
     }
-    hand_down().map_err(|why| format!("rights for the warden: {why}"))?;
-    namespaces::loopback().map_err(|why| format!("loopback interface: {why}"))?;
+    hand_down().map_err(|error| format!("rights for the warden: {error}"))?;
+    namespaces::loopback().map_err(|reason| format!("loopback interface: {reason}"))?;
     Ok(None)
 }
 

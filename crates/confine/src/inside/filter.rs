@@ -38,11 +38,11 @@ fn rules(network: bool) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
 
 /// The rules for both numberings.
 fn numbered(mut rules: BTreeMap<i64, Vec<SeccompRule>>) -> BTreeMap<i64, Vec<SeccompRule>> {
-    if let Some((bit, others)) = SECOND {
-        let again: Vec<_> = rules.iter().map(|(call, rules)| (call | bit, rules.clone())).collect();
-        rules.extend(again);
+    if let Some((bit, rest)) = SECOND {
+        let repeated: Vec<_> = rules.iter().map(|(call, rules)| (call | bit, rules.clone())).collect();
+        rules.extend(repeated);
         if rules.contains_key(&libc::SYS_ptrace) {
-            rules.extend(others.map(|call| (call | bit, Vec::new())));
+            rules.extend(rest.map(|call| (call | bit, Vec::new())));
         }
     }
     rules

@@ -12,8 +12,8 @@ const COUNTS_APART: (u32, u32) = (5, 14);
 
 /// Sets the limits, for this process and those that it starts; gives the reasons where the kernel does not hold one.
 pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, String> {
-    set_no_new_privs(true).map_err(|why| format!("no_new_privs: {why}"))?;
-    let mut why = Vec::new();
+    set_no_new_privs(true).map_err(|error| format!("no_new_privs: {error}"))?;
+    let mut texts = Vec::new();
     let mut all = vec![
         (Resource::Core, 0),
         (Resource::Fsize, FILE),
@@ -26,13 +26,13 @@ pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, Stri
         // Entry and warden count too.
         all.insert(0, (Resource::Nproc, limits.processes + 2));
     } else if !(namespaces && root) {
-        why.push("no limit on processes: the kernel would count all of the user, or none".into());
+        texts.push("no limit on processes: the kernel would count all of the user, or none".into());
     }
     for (resource, most) in all {
         let limit = Rlimit { current: Some(most), maximum: Some(most) };
-        setrlimit(resource, limit).map_err(|why| format!("limit {resource:?} of {most}: {why}"))?;
+        setrlimit(resource, limit).map_err(|error| format!("limit {resource:?} of {most}: {error}"))?;
     }
-    Ok(why)
+    Ok(texts)
 }
 
 /// The first two numbers of the kernel's release.

@@ -22,7 +22,7 @@ pub(crate) const PLAIN: &str = "--no-namespaces";
 pub fn main() -> ExitCode {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let done = match arguments.iter().position(|word| word == WARDEN) {
-        Some(at) => warden::main(arguments.get(at + 1).filter(|why| !why.is_empty()).cloned()),
+        Some(at) => warden::main(arguments.get(at + 1).filter(|reason| !reason.is_empty()).cloned()),
         None => entry::main(&mut arguments),
     };
     match done {

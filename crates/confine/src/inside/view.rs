@@ -32,10 +32,10 @@ const NAMED: usize = 3;
 /// # Errors
 /// The first part without which the view would be the launcher's.
 pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String>, String> {
-    let step = |part: &'static str| move |why: io::Error| format!("{part}: {why}");
+    let step = |part: &'static str| move |error: io::Error| format!("{part}: {error}");
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC)
-        .map_err(|why| step("mounts")(why.into()))?;
-    let kept = Kept::of(folder).map_err(step("folder"))?;
+        .map_err(|error| step("mounts")(error.into()))?;
+    let guest_folder = Kept::open_folder(folder).map_err(step("folder"))?;
     let table = fs::read_to_string("/proc/self/mountinfo").map_err(step("table of mounts"))?;
     let mut refused = read_only(&table);
     for place in ["/tmp", "/var/tmp"].into_iter().filter(|place| is_folder(place)) {
@@ -44,13 +44,13 @@ pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String
     if is_folder("/run") {
         memory("/run", "size=64k,mode=755").map_err(step("/run"))?;
     }
-    // One that a temporary folder covers is gone already.
+    // A place under a temporary folder is already covered.
     if let Some(hidden) = hidden.and_then(Path::to_str).filter(|hidden| is_folder(hidden)) {
         memory(hidden, "size=64k,mode=755").map_err(step("hidden folder"))?;
     }
-    kept.again().map_err(step("folder in a temporary one"))?;
+    guest_folder.remount().map_err(step("folder in a temporary one"))?;
     if is_folder("/run") {
-        mount_remount("/run", hardened(""), "").map_err(|why| step("/run")(why.into()))?;
+        mount_remount("/run", hardened(""), "").map_err(|error| step("/run")(error.into()))?;
     }
     devices().map_err(step("/dev"))?;
     processes(&mut refused).map_err(step("/proc"))?;
@@ -64,7 +64,7 @@ struct Kept {
 }
 
 impl Kept {
-    fn of(folder: &Path) -> io::Result<Self> {
+    fn open_folder(folder: &Path) -> io::Result<Self> {
         let real = fs::canonicalize(folder)?;
         let covered = |path: &Path| COVERED.iter().any(|place| path.starts_with(place));
         let places = [folder.to_owned(), real].into_iter().filter(|path| covered(path)).collect();
@@ -72,7 +72,7 @@ impl Kept {
     }
 
     /// Shows the folder at its places again.
-    fn again(&self) -> io::Result<()> {
+    fn remount(&self) -> io::Result<()> {
         for place in self.places.iter().filter(|place| !place.exists()) {
             fs::create_dir_all(place)?;
             mount_bind(held(&self.folder), place.as_path())?;
@@ -112,8 +112,8 @@ fn read_only(table: &str) -> Vec<String> {
         if COVERED.iter().any(|covered| Path::new(&place).starts_with(covered)) {
             continue;
         }
-        if let Err(why) = mount_remount(place.as_str(), hardened(options), "") {
-            refused.push(format!("{place} is not read-only ({why})"));
+        if let Err(error) = mount_remount(place.as_str(), hardened(options), "") {
+            refused.push(format!("{place} is not read-only ({error})"));
         }
     }
     if refused.len() > NAMED {
@@ -157,8 +157,8 @@ fn devices() -> io::Result<()> {
 /// A `/proc` of the namespace. A kernel that refuses one, as in most containers, leaves an empty one.
 fn processes(refused: &mut Vec<String>) -> io::Result<()> {
     let flags = MountFlags::NOSUID | MountFlags::NODEV | MountFlags::NOEXEC;
-    if let Err(why) = mount("proc", "/proc", "proc", flags, None::<&CStr>) {
-        refused.push(format!("/proc is empty ({why})"));
+    if let Err(error) = mount("proc", "/proc", "proc", flags, None::<&CStr>) {
+        refused.push(format!("/proc is empty ({error})"));
         return memory("/proc", "size=64k,mode=755");
     }
     if geteuid().is_root() {

@@ -31,26 +31,26 @@ const PATH: &str = "/usr/local/bin:/usr/bin:/bin";
 
 /// Runs the guest. `refused` is the reason why there are no namespaces.
 pub(super) fn main(refused: Option<String>) -> Result<(), String> {
-    set_parent_process_death_signal(Some(rustix::process::Signal::KILL)).map_err(|why| why.to_string())?;
-    let control = rustix::stdio::stderr().try_clone_to_owned().map_err(|why| why.to_string())?;
+    set_parent_process_death_signal(Some(rustix::process::Signal::KILL)).map_err(|error| error.to_string())?;
+    let control = rustix::stdio::stderr().try_clone_to_owned().map_err(|error| error.to_string())?;
     let mut control = UnixStream::from(control);
-    let Some(line) = spec::line(&mut control).map_err(|why| why.to_string())? else { return Ok(()) };
-    let spec: Spec = serde_json::from_str(&line).map_err(|why| format!("specification: {why}"))?;
+    let Some(line) = spec::line(&mut control).map_err(|error| error.to_string())? else { return Ok(()) };
+    let spec: Spec = serde_json::from_str(&line).map_err(|error| format!("specification: {error}"))?;
     let namespaces = refused.is_none();
     match confine(&spec, refused).and_then(|level| Ok((level, start(&spec)?))) {
         Ok((level, guest)) => {
-            tell(&mut control, &Report::Started(level))?;
+            send_report(&mut control, &Report::Started(level))?;
             match guest {
                 Some(guest) => watch(guest, control, namespaces),
                 None => Ok(()),
             }
         }
-        Err(why) => tell(&mut control, &Report::NotStarted(why)),
+        Err(why) => send_report(&mut control, &Report::NotStarted(why)),
     }
 }
 
-fn tell(control: &mut UnixStream, report: &Report) -> Result<(), String> {
-    let mut line = serde_json::to_string(report).map_err(|why| why.to_string())?;
+fn send_report(control: &mut UnixStream, report: &Report) -> Result<(), String> {
+    let mut line = serde_json::to_string(report).map_err(|error| error.to_string())?;
     line.push('\n');
     // A launcher that is gone hears nothing more.
     let _gone = control.write_all(line.as_bytes());
@@ -63,17 +63,17 @@ fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, String> {
     match refused {
         None => {
             level.why.extend(view::replace(&spec.folder, spec.hidden.as_deref())?);
-            sandbox::limits::give_up_rights().map_err(|why| format!("rights: {why}"))?;
+            sandbox::limits::give_up_rights().map_err(|error| format!("rights: {error}"))?;
         }
         Some(why) => {
             level.why.push(format!("no namespaces ({why})"));
-            set_child_subreaper(Some(rustix::process::getpid())).map_err(|why| why.to_string())?;
+            set_child_subreaper(Some(rustix::process::getpid())).map_err(|error| error.to_string())?;
         }
     }
-    std::env::set_current_dir(&spec.folder).map_err(|why| format!("{}: {why}", spec.folder.display()))?;
-    setsid().map_err(|why| format!("session: {why}"))?;
+    std::env::set_current_dir(&spec.folder).map_err(|error| format!("{}: {error}", spec.folder.display()))?;
+    setsid().map_err(|error| format!("session: {error}"))?;
     // The guest is the same user, and would read the launcher's socket here.
-    set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|why| why.to_string())?;
+    set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|error| error.to_string())?;
     level.why.extend(limits::set(&spec.limits, level.namespaces)?);
     match filter::apply(level.namespaces) {
         Ok(()) => level.seccomp = true,
@@ -87,44 +87,44 @@ fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, String> {
 fn start(spec: &Spec) -> Result<Option<Child>, String> {
     let Some((name, arguments)) = spec.command.split_first() else { return Ok(None) };
     let program = found(name, spec.environment.get("PATH").map_or(PATH, String::as_str))?;
-    SigSet::from_iter([Signal::SIGCHLD]).thread_block().map_err(|why| why.to_string())?;
+    SigSet::from_iter([Signal::SIGCHLD]).thread_block().map_err(|error| error.to_string())?;
     let mut command = Command::new(&program);
     command.args(arguments).env_clear().envs(&spec.environment).stderr(Stdio::piped()).process_group(0);
     // Naming the group makes the standard library fork. Its other way maps memory first, which a small limit no longer allows.
     command.gid(getgid().as_raw());
-    let child = command.spawn().map_err(|why| {
-        if why.kind() == io::ErrorKind::NotFound {
+    let child = command.spawn().map_err(|error| {
+        if error.kind() == io::ErrorKind::NotFound {
             return format!("{name}: the program that it asks for in its first line is not found");
         }
-        format!("{name}: {why}")
+        format!("{name}: {error}")
     })?;
-    null().and_then(|null| let_go(&null)).map_err(|why| why.to_string())?;
+    null().and_then(|null| let_go(&null)).map_err(|error| error.to_string())?;
     Ok(Some(child))
 }
 
 /// The file of a program, in the folders of `path` where its name is no path itself.
 fn found(name: &str, path: &str) -> Result<PathBuf, String> {
-    let there = |file: &Path| fs::metadata(file).is_ok_and(|found| found.is_file());
+    let exists = |file: &Path| fs::metadata(file).is_ok_and(|found| found.is_file());
     let file = if name.contains('/') {
-        Some(PathBuf::from(name)).filter(|file| there(file))
+        Some(PathBuf::from(name)).filter(|file| exists(file))
     } else {
-        path.split(':').map(|folder| Path::new(folder).join(name)).find(|file| there(file))
+        path.split(':').map(|folder| Path::new(folder).join(name)).find(|file| exists(file))
     };
-    let of = if name.contains('/') { String::new() } else { format!(" in {path}") };
-    file.ok_or_else(|| format!("{name}: not found{of}"))
+    let text = if name.contains('/') { String::new() } else { format!(" in {path}") };
+    file.ok_or_else(|| format!("{name}: not found{text}"))
 }
 
 /// Keeps the guest's words until it ends or the launcher does.
 fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<(), String> {
     let signals =
         SignalFd::with_flags(&SigSet::from_iter([Signal::SIGCHLD]), SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC)
-            .map_err(|why| format!("signals: {why}"))?;
+            .map_err(|error| format!("signals: {error}"))?;
     let mut stderr = guest.stderr.take();
     let mut words = Vec::with_capacity(2 * WORDS + 4096);
     let main = Pid::from_raw(guest.id() as i32);
     let how = loop {
-        if let Some(how) = reap(main) {
-            break Some(how);
+        if let Some(manner) = reap(main) {
+            break Some(manner);
         }
         let mut fds = vec![PollFd::new(&signals, PollFlags::IN), PollFd::new(&control, PollFlags::IN)];
         fds.extend(stderr.as_ref().map(|stderr| PollFd::new(stderr, PollFlags::IN)));
@@ -150,7 +150,7 @@ fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<
     if !namespaces {
         end_all(main);
     }
-    tell(&mut control, &Report::Ended { how, words: String::from_utf8_lossy(&words).into_owned() })
+    send_report(&mut control, &Report::Ended { how, words: String::from_utf8_lossy(&words).into_owned() })
 }
 
 fn readable(fd: std::os::fd::BorrowedFd<'_>) -> bool {
@@ -188,9 +188,9 @@ fn reap(main: Pid) -> Option<String> {
 /// generation.
 fn end_all(main: Pid) {
     let _gone = kill(Pid::from_raw(-main.as_raw()), Signal::SIGKILL);
-    let own = format!("/proc/self/task/{}/children", Pid::this());
+    let own_text = format!("/proc/self/task/{}/children", Pid::this());
     loop {
-        for child in fs::read_to_string(&own).unwrap_or_default().split(' ').filter_map(|pid| pid.parse().ok()) {
+        for child in fs::read_to_string(&own_text).unwrap_or_default().split(' ').filter_map(|pid| pid.parse().ok()) {
             let _gone = kill(Pid::from_raw(child), Signal::SIGKILL);
         }
         match waitpid(None, None) {

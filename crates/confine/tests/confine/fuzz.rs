@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use guest::Session;
 use wire::codec::List;
-use wire::guest::{Request, Step};
+use wire::guest::{ControlStep, Request};
 use wire::mode::Mode;
 use wire::time::Instant;
 
@@ -35,7 +35,7 @@ const GUEST: &str = "import random\ndraw = random.Random(SEED)\n\
 
 fn step(number: u32) -> Request {
     let (tracks, teammates) = (List::default(), List::default());
-    Request::Step(Box::new(Step {
+    Request::Step(Box::new(ControlStep {
         number,
         now: Instant(0),
         mode: Mode::Idle,

@@ -7,9 +7,9 @@ use wire::guest::Fault;
 
 use crate::{Case, start};
 
-fn assert_failed(failure: &Failure, fault: Fault, why: &str) {
+fn assert_failed(failure: &Failure, fault: Fault, reason: &str) {
     assert_eq!(failure.fault, fault, "{failure}");
-    assert!(failure.why.contains(why), "{failure}");
+    assert!(failure.why.contains(reason), "{failure}");
 }
 
 #[test]
@@ -147,9 +147,9 @@ fn bytes_that_are_no_text_are_malformed() {
 #[test]
 fn a_program_that_cannot_start_says_why() {
     let mut case = Case::shell("", "");
-    let mut not_started = |word: &str, why: &str| {
+    let mut not_started = |word: &str, reason: &str| {
         case.program.command[0] = word.replace("{dir}", &case.folder.path().to_string_lossy());
-        assert_failed(&case.failure(0), Fault::NotStarted, why);
+        assert_failed(&case.failure(0), Fault::NotStarted, reason);
     };
     not_started("no-such-program", "no-such-program: not found in /usr/local/bin:/usr/bin:/bin");
     not_started("{dir}/none", "not found");

@@ -9,7 +9,7 @@ use rustix::process::{Pid, PidfdFlags, pidfd_open};
 
 use crate::{Case, marked};
 
-/// The launcher, as a process of its own: it tells the mark of a running guest and waits to be killed.
+/// The launcher, as its own process: it tells the mark of a running guest and waits to be killed.
 #[test]
 #[ignore = "a part of the test below"]
 fn launcher_that_is_killed() {

@@ -12,9 +12,9 @@ use std::process::{Command, id};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use guest::{Channel, Failure, Launcher, Patience, Program};
+use guest::{Failure, GuestChannel, Launcher, Patience, Program};
 use tempfile::TempDir;
-use wire::guest::{Request, Start};
+use wire::guest::{MissionStart, Request};
 use wire::time::{Instant, Span};
 
 /// Start of every Python guest: a line in, a line out.
@@ -22,11 +22,11 @@ const PYTHON: &str = "import os, sys, time, socket, signal, json\n\
     def take(): return sys.stdin.readline()\n\
     def give(text): sys.stdout.write(text + '\\n'); sys.stdout.flush()\n";
 
-/// A guest's file and program in a folder of its own.
+/// A guest's file and program in its own folder.
 struct Case {
     program: Program,
     launcher: Arc<dyn Launcher>,
-    /// A word of the command lines of the guest and its helpers that no other process has.
+    /// An argument on the command lines of the guest and its helpers that no other process has.
     mark: String,
     folder: TempDir,
 }
@@ -34,8 +34,8 @@ struct Case {
 impl Case {
     /// A guest of these lines of Python; none where there is no Python.
     fn python(text: &str, limits: &str) -> Option<Self> {
-        let asked = Command::new("python3").args(["-c", "import sys; print(sys.executable)"]).output();
-        let found = asked.ok().filter(|asked| asked.status.success());
+        let requested = Command::new("python3").args(["-c", "import sys; print(sys.executable)"]).output();
+        let found = requested.ok().filter(|requested| requested.status.success());
         let Some(found) = found else {
             println!("skipped: no python3");
             return None;
@@ -62,7 +62,7 @@ impl Case {
         Self { program, launcher: confine::launcher(helper(), vec![mark.clone()], None), mark, folder }
     }
 
-    /// The same guest without namespaces.
+    /// The case without namespaces.
     fn plain(mut self) -> Self {
         self.launcher = confine::launcher(helper(), vec![self.mark.clone(), "--no-namespaces".into()], None);
         self
@@ -73,18 +73,18 @@ impl Case {
         self
     }
 
-    fn launch(&self) -> Result<Box<dyn Channel>, Failure> {
+    fn launch(&self) -> Result<Box<dyn GuestChannel>, Failure> {
         self.launcher.launch(&self.program)
     }
 
     /// The failure of a guest that is asked once at the start and then `steps` times, its channel dropped and no process left.
     fn failure(&self, steps: usize) -> Failure {
-        let asked = self.launch().and_then(|mut channel| {
+        let requested = self.launch().and_then(|mut channel| {
             channel.exchange("start", Patience::Start)?;
             (0..steps).try_for_each(|_| channel.exchange("step", Patience::Step).map(drop))
         });
         assert_eq!(self.left(), Vec::<i32>::new(), "processes are left");
-        asked.expect_err("a failure")
+        requested.expect_err("a failure")
     }
 
     /// Processes with the mark.
@@ -95,7 +95,7 @@ impl Case {
 
 /// An empty mission.
 fn start() -> Request {
-    Request::Start(Box::new(Start {
+    Request::Start(Box::new(MissionStart {
         now: Instant(0),
         period: Span::ms(50),
         max_speed_mm_s: 1000,
@@ -117,8 +117,8 @@ fn helper() -> PathBuf {
 fn marked(mark: &str) -> Vec<i32> {
     let all =
         fs::read_dir("/proc").expect("/proc").filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<i32>().ok());
-    let has = |pid: &i32| {
+    let is_running = |pid: &i32| {
         fs::read(format!("/proc/{pid}/cmdline")).is_ok_and(|line| String::from_utf8_lossy(&line).contains(mark))
     };
-    all.filter(has).collect()
+    all.filter(is_running).collect()
 }

@@ -10,12 +10,12 @@ use guest::Patience;
 use crate::{Case, helper};
 
 /// The guest's one line.
-fn said(case: &Case) -> String {
+fn guest_line(case: &Case) -> String {
     let mut channel = case.launch().expect("a start");
     channel.exchange("start", Patience::Start).expect("an answer")
 }
 
-/// True if this machine lets namespaces be taken; tests of them say so and end otherwise.
+/// True if this machine lets namespaces be taken; tests of them report it and end otherwise.
 fn namespaces() -> bool {
     let level = level(helper(), Vec::new()).expect("a level");
     if !level.namespaces {
@@ -45,7 +45,7 @@ fn no_file_of_the_machine_is_written() {
         except OSError: pass\n\
         give(' '.join(done))\n";
     let Some(case) = Case::python(text, "") else { return };
-    assert_eq!(said(&case), "/tmp /dev/shm", "those in memory alone");
+    assert_eq!(guest_line(&case), "/tmp /dev/shm", "those in memory alone");
     for place in ["/", "/etc", "/tmp", "/dev/shm"] {
         assert!(!Path::new(place).join(&case.mark).exists(), "{place}");
     }
@@ -61,8 +61,8 @@ fn temporary_files_are_bounded() {
         try:\n  for name in 'ab':\n    with open('/tmp/' + name, 'wb', 0) as file:\n      for _ in range(100): n += file.write(bytes(1 << 20))\n\
         except OSError as why: give('%d MiB, %s' % (n >> 20, why.strerror))\n";
     let Some(case) = Case::python(text, "step_ms = 10000") else { return };
-    let said = said(&case);
-    assert!(said == "64 MiB, File too large" || said == "64 MiB, No space left on device", "{said}");
+    let line = guest_line(&case);
+    assert!(line == "64 MiB, File too large" || line == "64 MiB, No space left on device", "{line}");
 }
 
 #[test]
@@ -72,8 +72,8 @@ fn devices_and_other_processes_are_hidden() {
     }
     let text = "take(); give(' '.join(sorted(os.listdir('/dev'))) + '; ' + ' '.join(sorted(p for p in os.listdir('/proc') if p.isdigit())))\n";
     let Some(case) = Case::python(text, "") else { return };
-    let said = said(&case);
-    let (devices, processes) = said.split_once("; ").unwrap();
+    let line = guest_line(&case);
+    let (devices, processes) = line.split_once("; ").unwrap();
     assert_eq!(devices, "fd full null random shm stderr stdin stdout urandom zero");
     assert_eq!(processes.split(' ').count(), 2, "the warden and the guest: {processes}");
 }
@@ -82,7 +82,7 @@ fn devices_and_other_processes_are_hidden() {
 fn the_environment_is_the_files_alone() {
     let text = "take(); give(json.dumps(sorted(k for k in os.environ if k != 'LC_CTYPE')))\n";
     let Some(case) = Case::python(text, "") else { return };
-    assert_eq!(said(&case), "[\"ONLY\"]", "Python itself adds LC_CTYPE");
+    assert_eq!(guest_line(&case), "[\"ONLY\"]", "Python itself adds LC_CTYPE");
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn the_wardens_secrets_are_closed_to_guests() {
         + ', ' + ' '.join(sorted(os.listdir('/proc/self/fd'))))\n";
     let Some(case) = Case::python(text, "") else { return };
     assert_eq!(
-        said(&case),
+        guest_line(&case),
         "Permission denied, Permission denied, Permission denied, 0 1 2 3",
         "3 is the listing's own"
     );
@@ -122,13 +122,13 @@ fn no_network_is_reached() {
     let Some(case) = Case::python(&text, "") else { return };
     let denied = "Operation not permitted";
     assert_eq!(
-        said(&case),
+        guest_line(&case),
         format!("Connection refused, yes, {denied}, {denied}, {denied}, {denied}, yes"),
         "loopback alone, of its own"
     );
 }
 
-/// By a helper that fails with namespaces, as where the kernel grants them and refuses their parts.
+/// A helper that fails with namespaces, as where the kernel grants them and refuses their parts.
 #[test]
 fn refused_parts_of_namespaces_lead_to_a_start_without() {
     let folder = tempfile::tempdir().unwrap();
@@ -138,7 +138,7 @@ fn refused_parts_of_namespaces_lead_to_a_start_without() {
         helper().display()
     );
     fs::write(&script, text).unwrap();
-    // A shell reads it: as a program of its own it would be busy, were another test to start one while it is written.
+    // A shell reads it: as its own program it would be busy, were another test to start one while it is written.
     let leading = [script.to_string_lossy().into_owned(), "mark".to_owned()];
     let (arguments, level) = confine::best(Path::new("/bin/sh"), &leading).unwrap();
     assert_eq!(arguments[1..], ["mark", "--no-namespaces"]);
@@ -162,9 +162,9 @@ fn a_hidden_folder_is_empty() {
     fs::write(hidden.path().join("truth"), "x").unwrap();
     let text = format!("take(); give(str(os.listdir({:?})))\n", hidden.path());
     let Some(mut case) = Case::python(&text, "") else { return };
-    assert_eq!(said(&case), "['truth']");
+    assert_eq!(guest_line(&case), "['truth']");
     case.launcher = confine::launcher(helper(), vec![case.mark.clone()], Some(hidden.path().to_owned()));
-    assert_eq!(said(&case), "[]");
+    assert_eq!(guest_line(&case), "[]");
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn no_network_is_reached_without_namespaces() {
     let text = SOCKETS.replace("PORT", &listener.local_addr().unwrap().port().to_string());
     let Some(case) = Case::python(&text, "") else { return };
     let denied = "Operation not permitted";
-    assert_eq!(said(&case.plain()), format!("{denied}, {denied}, {denied}, {denied}, {denied}, {denied}, yes"));
+    assert_eq!(guest_line(&case.plain()), format!("{denied}, {denied}, {denied}, {denied}, {denied}, {denied}, yes"));
 }
 
 #[test]
@@ -183,8 +183,8 @@ fn dangerous_calls_are_refused() {
         take(); give(' '.join(str(errno(f)) for f in [lambda: libc.ptrace(0, 0, 0, 0), lambda: libc.mount(b'a', b'/tmp', b'tmpfs', 0, 0),\n  \
         lambda: libc.unshare(0x10000000), lambda: libc.setns(0, 0), lambda: libc.syscall(425, 8, 0), lambda: libc.syscall(435, 0, 0)]))\n";
     let Some(case) = Case::python(text, "") else { return };
-    assert_eq!(said(&case), "1 1 1 1 1 38", "EPERM, and for clone3 ENOSYS");
-    assert_eq!(said(&case.plain()), "1 1 1 1 1 38", "without namespaces too");
+    assert_eq!(guest_line(&case), "1 1 1 1 1 38", "EPERM, and for clone3 ENOSYS");
+    assert_eq!(guest_line(&case.plain()), "1 1 1 1 1 38", "without namespaces too");
 }
 
 #[test]
@@ -195,5 +195,5 @@ fn rights_are_gone_for_good() {
     }
     let Some(case) = Case::python(text, "") else { return };
     let none = "0000000000000000";
-    assert_eq!(said(&case), format!("{none} {none} {none} {none} {none} 1"));
+    assert_eq!(guest_line(&case), format!("{none} {none} {none} {none} {none} 1"));
 }

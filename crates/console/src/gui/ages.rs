@@ -18,7 +18,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
         let text = format!("{}: {}", unit.unit, words::clock(unit.clock));
         ui.add(Label::new(RichText::new(text).small().weak()).truncate());
     }
-    let palette = *Palette::of(ui);
+    let palette = *Palette::current(ui);
     let lost = in_seconds(shown.limits.stale);
     let fresh = in_seconds(shown.limits.fresh);
     let back = in_seconds(PLOTTED);
@@ -50,23 +50,23 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
                 [LineStyle::Solid, LineStyle::dashed_loose(), LineStyle::dashed_dense(), LineStyle::dotted_loose()];
             // Each name at another place, for ages are often alike.
             if let Some((then, age)) = ages.iter().rev().nth(at * APART).or(ages.front()) {
-                let beside = [-in_seconds(shown.at.since(*then)), in_seconds(*age).min(back)];
-                plot.text(name_at(unit.name(), beside, Align2::RIGHT_BOTTOM, palette.strong));
+                let bar = [-in_seconds(shown.at.since(*then)), in_seconds(*age).min(back)];
+                plot.text(name_at(unit.name(), bar, Align2::RIGHT_BOTTOM, palette.strong));
             }
             let line = Line::new(unit.name(), points).color(palette.text).width(1.5).style(styles[at % styles.len()]);
             plot.line(line);
         }
     });
-    response.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, says(shown)));
+    response.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, description(shown)));
 }
 
 /// A name beside its line, in place of a legend.
-fn name_at(name: &str, at: [f64; 2], anchor: Align2, color: Color32) -> Text {
-    Text::new(name, at.into(), RichText::new(name).size(11.0).color(color)).anchor(anchor)
+fn name_at(name: &str, place: [f64; 2], anchor: Align2, color: Color32) -> Text {
+    Text::new(name, place.into(), RichText::new(name).size(11.0).color(color)).anchor(anchor)
 }
 
 /// Description of the plot for screen readers.
-fn says(shown: &Shown) -> String {
+fn description(shown: &Shown) -> String {
     let ages = shown.units.iter().map(|unit| format!("{} {}", unit.unit, seconds(unit.state.age())));
     format!("AGES {}", ages.collect::<Vec<_>>().join(", "))
 }

@@ -24,7 +24,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
     ui.horizontal_wrapped(|ui| {
         let count = shown.alarms.iter().filter(open).count();
         let tone = if count > 0 { Tone::Caution } else { Tone::Weak };
-        ui.label(RichText::new(format!("{count} not acknowledged")).color(tone.color(Palette::of(ui))));
+        ui.label(RichText::new(format!("{count} not acknowledged")).color(tone.color(Palette::current(ui))));
         let none = (count == 0).then_some("every alarm is acknowledged");
         if command::able(ui, dead.or(none), Button::new("Acknowledge all")).clicked() {
             wishes.extend(shown.alarms.iter().filter(open).map(acknowledge));
@@ -38,7 +38,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
         });
         if shown.alarms_more > 0 {
             let text = format!("{} more for which there was no room", shown.alarms_more);
-            ui.label(RichText::new(text).color(Palette::of(ui).caution));
+            ui.label(RichText::new(text).color(Palette::current(ui).caution));
         }
     });
     let wanted = view_state.search.to_lowercase();
@@ -86,7 +86,7 @@ fn happened(ui: &mut Ui, shown: &Shown, wanted: &str) {
         body.rows(ROW, listed.len(), |mut row| {
             let Some(past) = listed.get(row.index()) else { return };
             row.col(|ui| {
-                ui.label(RichText::new(words::when(shown, past.at)).monospace());
+                ui.label(RichText::new(words::event_time(shown, past.at)).monospace());
             });
             row.col(|ui| {
                 if let Some(priority) = past.what.priority() {
@@ -118,10 +118,10 @@ fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, dead: Optio
     let text = alarm::words(&of.alarm);
     row.col(|ui| {
         marks::shape(ui, shape, tone, of.priority.name());
-        ui.label(RichText::new(of.priority.name()).color(tone.color(Palette::of(ui))));
+        ui.label(RichText::new(of.priority.name()).color(tone.color(Palette::current(ui))));
     });
     row.col(|ui| {
-        let since = words::when(shown, of.since);
+        let since = words::event_time(shown, of.since);
         ui.label(RichText::new(since).monospace());
     });
     row.col(|ui| {
@@ -138,8 +138,8 @@ fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, dead: Optio
         }
     });
     row.col(|ui| {
-        let color = if of.acknowledged { Palette::of(ui).weak } else { Palette::of(ui).strong };
-        let over = if of.standing { "" } else { "over: " };
-        ui.add(Label::new(RichText::new(format!("{over}{text}")).color(color)).truncate());
+        let color = if of.acknowledged { Palette::current(ui).weak } else { Palette::current(ui).strong };
+        let prefix = if of.standing { "" } else { "over: " };
+        ui.add(Label::new(RichText::new(format!("{prefix}{text}")).color(color)).truncate());
     });
 }

@@ -2,7 +2,7 @@
 //! stands a [`Source`], so that a live core and a recording are drawn by the same code.
 //!
 //! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without a new one the window still draws a few times a second
-//! with ages increased, and says so once the last is too old to be called current.
+//! with ages increased, and reports it once the last is too old to be called current.
 
 use std::io::Read;
 use std::path::PathBuf;
@@ -16,13 +16,13 @@ use link::clock::trace_us;
 use wire::time::Span;
 
 use super::layout::{Layouts, MAX_SAVED};
-use super::{Picture, Window, Wish, theme};
+use super::{ConsoleWindow, Picture, Wish, theme};
 use crate::shown::Shown;
 use crate::source::{Looks, Source, Wake};
 
 /// Least time between two pictures drawn because one came.
 pub const MOST_OFTEN: Duration = Duration::from_millis(100);
-/// The window is drawn anew after this time at the latest.
+/// The window is drawn again after this time at the latest.
 pub const AT_LEAST: Duration = Duration::from_millis(250);
 /// Redraw period of a paused recording: a request to close may be waiting.
 const STANDING: Duration = Duration::from_secs(1);
@@ -55,12 +55,12 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
         start(Box::new(move || ctx.request_repaint_after(last.left())));
         Ok(Box::new(Program::new(looks, source, drawn)))
     };
-    eframe::run_native(&title, options, Box::new(make)).map_err(|why| format!("the window cannot be opened: {why}"))
+    eframe::run_native(&title, options, Box::new(make)).map_err(|error| format!("the window cannot be opened: {error}"))
 }
 
 /// The program.
 struct Program {
-    window: Window,
+    window: ConsoleWindow,
     source: Box<dyn Source>,
     newest: Option<Arc<Shown>>,
     /// Time of its making, on egui's clock, seconds.
@@ -78,9 +78,9 @@ struct Program {
 
 impl Program {
     fn new(looks: Looks, source: Box<dyn Source>, drawn: Drawn) -> Self {
-        let mut window = Window::new(looks.unit, looks.site);
+        let mut window = ConsoleWindow::new(looks.unit, looks.site);
         let mut layout = looks.layout;
-        match layout.as_deref().map(kept) {
+        match layout.as_deref().map(load_layouts) {
             Some(Ok(Some(layouts))) => *window.layouts_mut() = layouts,
             Some(Ok(None)) | None => {}
             // What somebody kept is not written over.
@@ -101,13 +101,13 @@ impl Program {
     fn keep(&mut self) {
         let Some(path) = &self.layout else { return };
         let saved = self.window.layouts_mut().saved().map_err(std::io::Error::other);
-        let kept = saved.and_then(|saved| {
+        let result = saved.and_then(|saved| {
             if saved == self.kept {
                 return Ok(());
             }
-            // Another window may have kept some meanwhile.
-            if let Some(theirs) = kept(path).map_err(|why| std::io::Error::other(why.to_string()))? {
-                self.window.layouts_mut().join(&theirs, &Layouts::read(&self.kept).unwrap_or_default());
+            // Another window may have saved layouts since.
+            if let Some(their_layouts) = load_layouts(path).map_err(|error| std::io::Error::other(error.to_string()))? {
+                self.window.layouts_mut().join(&their_layouts, &Layouts::read(&self.kept).unwrap_or_default());
             }
             let saved = self.window.layouts_mut().saved().map_err(std::io::Error::other)?;
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
@@ -117,9 +117,9 @@ impl Program {
             self.kept = saved;
             std::fs::rename(&new, path)
         });
-        // Layouts that cannot be kept are no reason to fail, and are told of once.
-        if let Err(why) = kept {
-            link::note!("layouts are not kept in {}: {why}", path.display());
+        // Layouts that cannot be kept are no reason to fail, and are reported once.
+        if let Err(error) = result {
+            link::note!("layouts are not kept in {}: {error}", path.display());
             self.layout = None;
         }
     }
@@ -148,12 +148,12 @@ impl App for Program {
             self.looked = now;
             self.keep();
         }
-        if self.source.over() {
+        if self.source.is_closed() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         // A recording that stands has nothing that ages.
-        let stands = self.source.tape().is_some_and(|tape| !tape.playing);
-        ctx.request_repaint_after(if stands { STANDING } else { AT_LEAST });
+        let is_paused = self.source.tape().is_some_and(|tape| !tape.playing);
+        ctx.request_repaint_after(if is_paused { STANDING } else { AT_LEAST });
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
@@ -164,13 +164,13 @@ impl App for Program {
             return self.grant(wishes, now);
         };
         let tape = self.source.tape();
-        // A recording stands still when nobody moves it.
+        // A paused recording shows one picture.
         let lain = if tape.is_some() { Span::ZERO } else { lain(now, self.made) };
         let shown = Shown::clone(&shown).older(lain);
         let sidecar = tape.as_ref().map(|_| self.source.sidecar(shown.at));
         let untaken = self.untaken.is_some_and(|since| now - since < UNTAKEN_FOR);
         let (tape, sidecar) = (tape.as_ref(), sidecar.as_ref());
-        let picture = Picture { shown: &shown, behind: behind(lain), untaken, tape, sidecar };
+        let picture = Picture { shown: &shown, behind: picture_lag(lain), untaken, tape, sidecar };
         let wishes = self.window.draw(ui, &picture);
         self.grant(wishes, now);
     }
@@ -210,12 +210,12 @@ fn lain(now: f64, made: f64) -> Span {
 }
 
 /// Time since the last picture, once that is too long to call it current.
-fn behind(lain: Span) -> Option<Span> {
+fn picture_lag(lain: Span) -> Option<Span> {
     Some(lain).filter(|lain| *lain > CURRENT)
 }
 
 /// The layouts of the last run; none where there was none.
-fn kept(path: &std::path::Path) -> Result<Option<Layouts>, Box<dyn std::error::Error>> {
+fn load_layouts(path: &std::path::Path) -> Result<Option<Layouts>, Box<dyn std::error::Error>> {
     let mut saved = String::new();
     let file = match std::fs::File::open(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -232,9 +232,9 @@ mod tests {
 
     #[test]
     fn picture_is_current_for_one_second() {
-        assert_eq!(behind(lain(7.0, 6.0)), None);
-        assert_eq!(behind(lain(7.5, 6.0)), Some(Span::ms(1500)));
-        assert_eq!(behind(lain(6.0, 7.0)), None, "a clock that runs backwards is no alarm");
+        assert_eq!(picture_lag(lain(7.0, 6.0)), None);
+        assert_eq!(picture_lag(lain(7.5, 6.0)), Some(Span::ms(1500)));
+        assert_eq!(picture_lag(lain(6.0, 7.0)), None, "a clock that runs backwards is no alarm");
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! The command column. Towards safe takes one step, from every state of the window; away from safe takes three: choose,
-//! arm, confirm with a reason. It never covers the rest: a confirmation stands in the column.
+//! arm, confirm with a reason. It never covers the rest: a confirmation is in the column.
 //!
 //! Permission is no decision of this view: it draws the interlocks and what is prepared as the model has them.
 
@@ -116,10 +116,10 @@ pub(super) fn dead(shown: &Shown) -> Option<&'static str> {
 }
 
 fn towards_safe(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     let dead = dead(shown);
-    if let Some(why) = dead {
-        ui.label(RichText::new(why).color(palette.caution).strong());
+    if let Some(reason) = dead {
+        ui.label(RichText::new(reason).color(palette.caution).strong());
     }
     let text = RichText::new(format!("HOLD {}   F1", view_state.unit)).size(20.0).strong();
     let button = match dead {
@@ -229,7 +229,7 @@ fn arm(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Order, wi
         super::why::row(ui, &predicate, true);
     }
     let text = format!("Arm: {}", words::order(order));
-    let locked = shown.unable(order).map(|why| why.says());
+    let locked = shown.unable(order).map(|refusal| refusal.message());
     if wide(ui, locked, 34.0, Button::new(RichText::new(text).size(15.0))) {
         wishes.push(Wish::Act(Act::Prepare(*order)));
     }
@@ -240,21 +240,21 @@ fn order_row(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Ord
     let chosen = view_state.order == Some(*order);
     ui.horizontal(|ui| {
         let text = RichText::new(words::order(order));
-        let text = if why_not.is_some() { text.color(Palette::of(ui).weak) } else { text };
+        let text = if why_not.is_some() { text.color(Palette::current(ui).weak) } else { text };
         let text = if dead(shown).is_some() { text.strikethrough() } else { text };
         if able(ui, dead(shown), RadioButton::new(chosen, text)).clicked() {
             view_state.order = Some(*order);
         }
         if let Some(failing) = &why_not {
-            let says = format!("{}: {}", failing.name, failing.value);
-            ui.add(Label::new(RichText::new(says).small().weak()).truncate());
+            let line = format!("{}: {}", failing.name, failing.value);
+            ui.add(Label::new(RichText::new(line).small().weak()).truncate());
         }
     });
 }
 
 /// Third step: the images, the consequence, the time left, the reason, and the two ways out.
 fn confirmation(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, prepared: &Prepared, wishes: &mut Vec<Wish>) {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     countdown(ui, shown, prepared);
     images::draw(ui, &mut view_state.images, shown, &prepared.order);
     ui.add(Label::new(RichText::new(words::consequence(&prepared.order)).size(14.0).color(palette.strong)).wrap());
@@ -263,7 +263,7 @@ fn confirmation(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, prepared
     let edit = ui.add(edit.desired_width(f32::INFINITY)).labelled_by(label.id);
     // What is seen is what will be signed.
     view_state.reason = Text::<MAX_REASON>::new(&view_state.reason).as_str().to_owned();
-    // Whoever armed goes on typing.
+    // A person who armed goes on typing.
     if ui.memory(|memory| memory.focused().is_none()) {
         edit.request_focus();
     }
@@ -281,7 +281,7 @@ fn confirmation(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, prepared
 
 /// Time left of an armed order: a number, and a bar that shrinks.
 fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     let left = prepared.until.since(shown.at);
     let share = left.0 as f32 / prepared.until.since(prepared.since).0.max(1) as f32;
     let text = format!("ARMED: {}, {} left", words::order(&prepared.order), words::left(left));

@@ -1,10 +1,10 @@
 //! Lines of equal height over a survey of the ground (marching squares, linear within a cell).
 
-use crate::site::{Place, Relief};
+use crate::site::{GroundPoint, Relief};
 
 /// Distances between two lines that are chosen from, metres.
 const STEPS: [f32; 9] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
-/// At most so many lines between the lowest and the highest place.
+/// At most a given number of lines between the lowest and the highest place.
 const LINES: f32 = 8.0;
 
 /// The lines of a survey.
@@ -12,7 +12,7 @@ pub(super) struct Contours {
     /// Between two of them, metres.
     pub(super) step: f32,
     /// Pieces of them, each within one cell.
-    pub(super) segments: Vec<[Place; 2]>,
+    pub(super) segments: Vec<[GroundPoint; 2]>,
 }
 
 /// The lines; `None` if the survey is empty or flat.
@@ -36,8 +36,8 @@ pub(super) fn lines(relief: &Relief) -> Option<Contours> {
 }
 
 /// The pieces of one line in one cell, with corners counter-clockwise from the south-west.
-fn cell(relief: &Relief, [column, row]: [usize; 2], corners: [f32; 4], level: f32, into: &mut Vec<[Place; 2]>) {
-    const ROUND: [Place; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+fn cell(relief: &Relief, [column, row]: [usize; 2], corners: [f32; 4], level: f32, into: &mut Vec<[GroundPoint; 2]>) {
+    const ROUND: [GroundPoint; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let mut crossings = [[0.0; 2]; 4];
     let mut found = 0;
     for side in 0..4 {
@@ -82,7 +82,7 @@ mod tests {
     fn hill_lines_close_and_a_saddle_splits() {
         let hill =
             lines(&relief(17, |c, r| 1.0 - ((c as f32 - 8.0).powi(2) + (r as f32 - 8.0).powi(2)) / 64.0)).unwrap();
-        let inner: Vec<_> = hill.segments.iter().flatten().filter(|p| p.iter().all(|at| at.is_finite())).collect();
+        let inner: Vec<_> = hill.segments.iter().flatten().filter(|p| p.iter().all(|x| x.is_finite())).collect();
         assert_eq!(inner.len(), hill.segments.len() * 2);
         let saddle = lines(&relief(2, |c, r| if c == r { 0.0 } else { 0.1 })).unwrap();
         assert!(saddle.segments.len() >= 2);

@@ -33,14 +33,14 @@ fn commands(ui: &mut Ui, shown: &Shown) {
 }
 
 fn command_rows(ui: &mut Ui, shown: &Shown, command: &ShownCommand) {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     let (tone, shape) = marks::life(command.life);
     let order = words::order(&Order::Command(command.unit, command.kind));
     ui.horizontal(|ui| {
         marks::shape(ui, shape, tone, &words::life(command.life, shown.at));
         ui.add(Label::new(RichText::new(order).color(palette.strong)).truncate());
-        let when = words::when(shown, command.times.requested);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(when).small().weak()));
+        let text = words::event_time(shown, command.times.requested);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(text).small().weak()));
     });
     indented(ui, &words::life(command.life, shown.at), tone.color(palette));
     indented(ui, &format!("given by {}", command.by.words()), palette.weak);
@@ -66,17 +66,17 @@ fn answers(ui: &mut Ui, shown: &Shown) {
     }
     heading(ui, "Not done");
     for answer in last {
-        let Err(why) = answer.outcome else { continue };
-        let what = match answer.act {
+        let Err(refusal) = answer.outcome else { continue };
+        let name = match answer.act {
             Some(Act::Now(order) | Act::Prepare(order) | Act::Confirm(order, _)) => words::order(&order),
             Some(Act::Withdraw) => "disarm".to_owned(),
             Some(Act::Acknowledge(..)) => "acknowledge".to_owned(),
             None => "an act".to_owned(),
         };
-        let text = format!("{what}: {}, {}", why.says(), words::when(shown, answer.at));
+        let text = format!("{name}: {}, {}", refusal.message(), words::event_time(shown, answer.at));
         ui.horizontal(|ui| {
             marks::shape(ui, Shape::Diamond, Tone::Caution, "not done");
-            ui.add(Label::new(RichText::new(text).color(Palette::of(ui).text)).wrap());
+            ui.add(Label::new(RichText::new(text).color(Palette::current(ui).text)).wrap());
         });
     }
 }

@@ -29,10 +29,10 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, shown: &Shown, order: &
         ui.spacing_mut().item_spacing.x = GAP;
         let wide = (ui.available_width() / of.sights.len().max(1) as f32 - GAP).max(40.0);
         for (sight, texture) in of.sights.iter().zip(&textures.pictures) {
-            let says = format!("TRACK {} {} {}", track.0, sight.name, sight.legend);
+            let text = format!("TRACK {} {} {}", track.0, sight.name, sight.legend);
             ui.vertical(|ui| {
                 ui.set_width(wide);
-                labelled(ui, vec2(wide, HIGH), sight, texture.as_ref(), says);
+                labelled(ui, vec2(wide, HIGH), sight, texture.as_ref(), text);
                 ui.small(format!("{} {}", sight.name, sight.legend));
             });
         }

@@ -52,14 +52,14 @@ pub(super) fn scroll_next(ui: &mut Ui, name: &str) {
 }
 
 /// Arrows are the focused thing's, and Tab leads on.
-fn hold_focus(ui: &Ui, of: &Response) {
+fn hold_focus(ui: &Ui, response: &Response) {
     let arrows = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
-    ui.memory_mut(|memory| memory.set_focus_lock_filter(of.id, arrows));
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
 }
 
 /// The focus frame.
 pub(super) fn frame(ui: &Ui, rect: Rect) {
-    ui.painter().rect_stroke(rect.shrink(1.0), 0.0, Stroke::new(1.0, Palette::of(ui).mark), StrokeKind::Inside);
+    ui.painter().rect_stroke(rect.shrink(1.0), 0.0, Stroke::new(1.0, Palette::current(ui).mark), StrokeKind::Inside);
 }
 
 fn times(ui: &Ui) -> impl Fn(Key) -> f32 + '_ {

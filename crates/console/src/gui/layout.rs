@@ -112,7 +112,7 @@ impl Default for Layouts {
 }
 
 impl Layouts {
-    /// One to choose from, and none by a name.
+    /// Layouts with a preset shown and none saved by name.
     pub fn new(preset: Preset) -> Self {
         Self { now: Tiling::new(preset), named: BTreeMap::new() }
     }
@@ -146,8 +146,8 @@ impl Layouts {
 
     /// Turns to the layout that was kept by this name.
     pub fn turn_to(&mut self, name: &str) {
-        if let Some(kept) = self.named.get(name) {
-            self.now = kept.clone();
+        if let Some(tiling) = self.named.get(name) {
+            self.now = tiling.clone();
         }
     }
 
@@ -171,14 +171,14 @@ impl Layouts {
         Ok(serde_json::to_string(self)?)
     }
 
-    /// From saved text, which may be malformed.
+    /// Parses saved text, which may be malformed.
     pub fn read(saved: &str) -> Result<Self, LayoutError> {
         if saved.len() > MAX_SAVED {
             return Err(LayoutError::Length(saved.len()));
         }
         // Before layouts had names a file was one of them.
-        let alone = || serde_json::from_str(saved).map(|now| Self { now, named: BTreeMap::new() });
-        let mut read: Self = serde_json::from_str(saved).or_else(|why| alone().map_err(|_| why))?;
+        let layouts = || serde_json::from_str(saved).map(|now| Self { now, named: BTreeMap::new() });
+        let mut read: Self = serde_json::from_str(saved).or_else(|error| layouts().map_err(|_| error))?;
         if read.named.len() > MAX_NAMED || !read.names().all(is_name) {
             return Err(LayoutError::Names);
         }
@@ -194,9 +194,9 @@ impl Layouts {
 
 fn is_name(name: &str) -> bool {
     let plain = |c: char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');
-    let own = Preset::ALL.iter().any(|preset| preset.name().eq_ignore_ascii_case(name));
+    let is_preset = Preset::ALL.iter().any(|preset| preset.name().eq_ignore_ascii_case(name));
     let sized = (1..=MAX_NAME).contains(&name.chars().count());
-    sized && !own && name.chars().all(plain) && name.split(' ').all(|word| !word.is_empty())
+    sized && !is_preset && name.chars().all(plain) && name.split(' ').all(|word| !word.is_empty())
 }
 
 /// A layout.
@@ -208,22 +208,22 @@ impl Tiling {
     /// One to choose from.
     pub fn new(preset: Preset) -> Self {
         let mut tiles = Tiles::default();
-        let [map, tracks, why, ages, refusals, alarms] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
+        let [map, tracks, tile, ages, refusals, alarms] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
         let root = match preset {
             Preset::Operate => {
-                let more = tiles.insert_tab_tile(vec![why, ages, refusals]);
-                let upper = beside(&mut tiles, map, tracks, BESIDE_TABLES);
-                let lower = beside(&mut tiles, alarms, more, 0.56);
-                above(&mut tiles, upper, lower, 0.62)
+                let more = tiles.insert_tab_tile(vec![tile, ages, refusals]);
+                let upper = split_horizontal(&mut tiles, map, tracks, BESIDE_TABLES);
+                let lower = split_horizontal(&mut tiles, alarms, more, 0.56);
+                split_vertical(&mut tiles, upper, lower, 0.62)
             }
             Preset::Examine => {
-                let reasons = above(&mut tiles, why, ages, 0.6);
-                let left = above(&mut tiles, map, reasons, 0.42);
-                let happened = above(&mut tiles, refusals, alarms, 0.5);
-                let right = above(&mut tiles, tracks, happened, 0.4);
-                beside(&mut tiles, left, right, BESIDE_TABLES)
+                let reasons = split_vertical(&mut tiles, tile, ages, 0.6);
+                let left = split_vertical(&mut tiles, map, reasons, 0.42);
+                let happened = split_vertical(&mut tiles, refusals, alarms, 0.5);
+                let right = split_vertical(&mut tiles, tracks, happened, 0.4);
+                split_horizontal(&mut tiles, left, right, BESIDE_TABLES)
             }
-            Preset::Map => tiles.insert_tab_tile(vec![map, tracks, alarms, why, ages, refusals]),
+            Preset::Map => tiles.insert_tab_tile(vec![map, tracks, alarms, tile, ages, refusals]),
         };
         Self(Tree::new(Id::unique("panes"), root, tiles))
     }
@@ -242,11 +242,11 @@ impl Tiling {
 /// Share of the part left of the tables: the rest is as wide as they are, down to the window's least width.
 const BESIDE_TABLES: f32 = 0.44;
 
-fn beside(tiles: &mut Tiles<Pane>, left: TileId, right: TileId, share: f32) -> TileId {
+fn split_horizontal(tiles: &mut Tiles<Pane>, left: TileId, right: TileId, share: f32) -> TileId {
     tiles.insert_container(Linear::new_binary(LinearDir::Horizontal, [left, right], share))
 }
 
-fn above(tiles: &mut Tiles<Pane>, upper: TileId, lower: TileId, share: f32) -> TileId {
+fn split_vertical(tiles: &mut Tiles<Pane>, upper: TileId, lower: TileId, share: f32) -> TileId {
     tiles.insert_container(Linear::new_binary(LinearDir::Vertical, [upper, lower], share))
 }
 
@@ -367,14 +367,14 @@ mod tests {
     fn layouts_of_another_window_are_merged() {
         let mut last = Layouts::default();
         last.keep("old");
-        let mut ours = Layouts::read(&last.saved().unwrap()).unwrap();
-        let mut theirs = Layouts::read(&last.saved().unwrap()).unwrap();
-        ours.forget("old");
-        theirs.start_from(Preset::Map);
-        theirs.keep("night");
-        ours.join(&theirs, &last);
-        assert_eq!(ours.names().collect::<Vec<_>>(), ["night"]);
-        assert_eq!(ours.now.0, Tiling::new(Preset::Operate).0, "the layout in use stays");
+        let mut our_layouts = Layouts::read(&last.saved().unwrap()).unwrap();
+        let mut their_layouts = Layouts::read(&last.saved().unwrap()).unwrap();
+        our_layouts.forget("old");
+        their_layouts.start_from(Preset::Map);
+        their_layouts.keep("night");
+        our_layouts.join(&their_layouts, &last);
+        assert_eq!(our_layouts.names().collect::<Vec<_>>(), ["night"]);
+        assert_eq!(our_layouts.now.0, Tiling::new(Preset::Operate).0, "the layout in use stays");
     }
 
     #[test]

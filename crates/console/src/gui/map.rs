@@ -20,7 +20,7 @@ use super::theme::Palette;
 use super::view_state::ViewState;
 use super::words::{metres, seconds};
 use crate::shown::{Shown, ShownUnit};
-use crate::site::{Place, Site};
+use crate::site::{GroundPoint, Site};
 
 /// The largest circle that is drawn, metres: beyond it the circle says only "anywhere".
 const WIDEST: f32 = 60.0;
@@ -36,7 +36,7 @@ const PALEST: f32 = 0.3;
 const STEP_PX: f32 = 60.0;
 /// Click distance, points.
 const REACH: f32 = 14.0;
-/// Number of circles beyond which those of tracks would hide the map: then the chosen track and the units keep theirs.
+/// Number of circles beyond which circles of tracks would hide the map: then the chosen track and the units keep theirs.
 const MOST_CIRCLES: usize = 40;
 /// Scales that can be zoomed to, points a metre.
 const SCALES: std::ops::RangeInclusive<f32> = 0.5..=200.0;
@@ -44,8 +44,8 @@ const SCALES: std::ops::RangeInclusive<f32> = 0.5..=200.0;
 /// The visible part of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
-    /// In the middle.
-    center: Place,
+    /// Middle of the image.
+    center: GroundPoint,
     /// Points a metre.
     scale: f32,
 }
@@ -59,7 +59,7 @@ pub(super) struct View {
 
 impl View {
     /// Position of a place in the pane.
-    pub(super) fn at(&self, place: Place) -> Pos2 {
+    pub(super) fn position(&self, place: GroundPoint) -> Pos2 {
         let Camera { center, scale } = self.camera;
         self.rect.center() + vec2((place[0] - center[0]) * scale, (center[1] - place[1]) * scale)
     }
@@ -70,9 +70,9 @@ impl View {
     }
 
     /// The place at a point of the pane.
-    pub(super) fn place(&self, at: Pos2) -> Place {
+    pub(super) fn place(&self, position: Pos2) -> GroundPoint {
         let Camera { center, scale } = self.camera;
-        let from = at - self.rect.center();
+        let from = position - self.rect.center();
         [center[0] + from.x / scale, center[1] - from.y / scale]
     }
 }
@@ -90,7 +90,7 @@ struct Thing {
     shape: Shape,
     label: String,
     freshness: Freshness,
-    /// From 0 to 1: how sure its unit is of a track.
+    /// Certainty of the unit about a track, 0 to 1.
     sure: f32,
     /// The track, if it is one.
     track: Option<(UnitId, TrackId)>,
@@ -102,7 +102,7 @@ struct Thing {
 /// The map.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: &Shown) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-    let all = around(site, shown);
+    let all = visible_places(site, shown);
     let mut view = View { camera: view_state.camera.unwrap_or_else(|| fit(&all, rect)), rect };
     if steer(ui, &response, &mut view) {
         view_state.camera = Some(view.camera);
@@ -119,25 +119,25 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: 
     }
     let things = things(view_state, shown, &view);
     let painter = ui.painter_at(rect);
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     painter.rect_filled(rect, 0.0, palette.ground);
     let legend = [format!("circles at {:.1} m/s", fastest(shown)), LEGEND.to_owned()];
     let written = plan::draw(&painter, palette, site, &view, &legend);
     let (left_out, crowded) = paint(&painter, palette, &things, written);
     if response.clicked()
-        && let Some((unit, track)) = response.interact_pointer_pos().and_then(|at| nearest(&things, at))
+        && let Some((unit, track)) = response.interact_pointer_pos().and_then(|place| nearest(&things, place))
     {
         view_state.look_at(unit, track);
     }
-    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, says(&things, &view)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, description(&things, &view)));
     if left_out > 0 {
         let circles = if crowded { "; circles of the chosen track and of units only" } else { "" };
         let note = format!("labels left out for want of room: {left_out}{circles}");
         let galley = painter.layout_no_wrap(note, FontId::proportional(11.0), palette.weak);
-        // Above the scale, which stands in the other corner, and over the axis.
-        let at = rect.left_bottom() + vec2(8.0, -45.0 - galley.size().y);
-        painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(2.0), 0.0, palette.ground);
-        painter.galley(at, galley, palette.weak);
+        // Above the scale, which is in the other corner, and over the axis.
+        let place = rect.left_bottom() + vec2(8.0, -45.0 - galley.size().y);
+        painter.rect_filled(Rect::from_min_size(place, galley.size()).expand(2.0), 0.0, palette.ground);
+        painter.galley(place, galley, palette.weak);
     }
     if response.has_focus() {
         keys::frame(ui, rect);
@@ -149,7 +149,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: 
 const LEGEND: &str = "of what is LOST pale, to 10 m at most; symbols: the surer the larger and stronger";
 
 /// Description of the map for screen readers.
-fn says(things: &[Thing], view: &View) -> String {
+fn description(things: &[Thing], view: &View) -> String {
     let tracks = things.iter().filter(|thing| thing.track.is_some()).count();
     let worse = things.iter().filter(|thing| thing.freshness != Freshness::Fresh).count();
     let (units, across, [east, north]) =
@@ -159,20 +159,20 @@ fn says(things: &[Thing], view: &View) -> String {
     )
 }
 
-fn around(site: &Site, shown: &Shown) -> Vec<Place> {
+fn visible_places(site: &Site, shown: &Shown) -> Vec<GroundPoint> {
     let units = shown.units.iter().map(|unit| place(unit.pose.get().0.x_mm, unit.pose.get().0.y_mm));
     site.fence.iter().chain(&site.route).copied().chain(units).collect()
 }
 
-fn place(x_mm: i32, y_mm: i32) -> Place {
+fn place(x_mm: i32, y_mm: i32) -> GroundPoint {
     [metres(x_mm) as f32, metres(y_mm) as f32]
 }
 
 /// A camera that sees all of it.
-fn fit(places: &[Place], rect: Rect) -> Camera {
+fn fit(places: &[GroundPoint], rect: Rect) -> Camera {
     let span = |axis: usize| {
-        let of = || places.iter().map(move |place| place[axis]).filter(|at| at.is_finite());
-        (of().fold(f32::INFINITY, f32::min), of().fold(f32::NEG_INFINITY, f32::max))
+        let coordinates = || places.iter().map(move |place| place[axis]).filter(|x| x.is_finite());
+        (coordinates().fold(f32::INFINITY, f32::min), coordinates().fold(f32::NEG_INFINITY, f32::max))
     };
     let ((left, right), (bottom, top)) = (span(0), span(1));
     if left > right || bottom > top {
@@ -199,10 +199,10 @@ fn steer(ui: &Ui, response: &Response, view: &mut View) -> bool {
 }
 
 /// Zooms about a point of the pane.
-fn zoom(view: &mut View, about: Pos2, by: f32) {
-    let before = view.place(about);
-    view.camera.scale = (view.camera.scale * by).clamp(*SCALES.start(), *SCALES.end());
-    let after = view.place(about);
+fn zoom(view: &mut View, position: Pos2, amount: f32) {
+    let before = view.place(position);
+    view.camera.scale = (view.camera.scale * amount).clamp(*SCALES.start(), *SCALES.end());
+    let after = view.place(position);
     view.camera.center[0] += before[0] - after[0];
     view.camera.center[1] += before[1] - after[1];
 }
@@ -243,7 +243,7 @@ fn things(view_state: &ViewState, shown: &Shown, view: &View) -> Vec<Thing> {
             let (tone, shape, word) = marks::track(of, dropped);
             let id = (unit.unit, track.id);
             things.push(Thing {
-                at: view.at(place(track.x_mm, track.y_mm)),
+                at: view.position(place(track.x_mm, track.y_mm)),
                 may_be: may_be(labelled.age(), freshness),
                 tone,
                 shape,
@@ -266,7 +266,7 @@ fn unit_thing(view_state: &ViewState, unit: &ShownUnit, view: &View, may_be: f32
     let (pose, freshness) = unit.pose.get();
     let (tone, _, word) = marks::freshness(freshness);
     Thing {
-        at: view.at(place(pose.x_mm, pose.y_mm)),
+        at: view.position(place(pose.x_mm, pose.y_mm)),
         may_be,
         tone,
         shape: Shape::Triangle,
@@ -330,8 +330,8 @@ fn paint(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Re
 /// A unit, pointing where it heads; hollow when its place is not fresh.
 fn arrow(painter: &Painter, thing: &Thing, yaw: f32, color: eframe::egui::Color32) {
     let (sin, cos) = libm::sincosf(yaw);
-    let at = |x: f32, y: f32| thing.at + vec2(x * cos - y * sin, -(x * sin + y * cos));
-    let corners = vec![at(11.0, 0.0), at(-8.0, 7.0), at(-4.0, 0.0), at(-8.0, -7.0)];
+    let corner = |x: f32, y: f32| thing.at + vec2(x * cos - y * sin, -(x * sin + y * cos));
+    let corners = vec![corner(11.0, 0.0), corner(-8.0, 7.0), corner(-4.0, 0.0), corner(-8.0, -7.0)];
     let stroke = Stroke::new(1.5, color);
     if thing.freshness == Freshness::Fresh {
         let halves = [vec![corners[0], corners[1], corners[2]], vec![corners[0], corners[2], corners[3]]];
@@ -353,10 +353,10 @@ fn labels(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<R
         (false, None) => 11.0,
     };
     let symbols = things.iter().map(|t| Rect::from_center_size(t.at, Vec2::splat(size(t))));
-    let mut taken: Vec<Rect> = symbols.chain(written).collect();
+    let mut rects: Vec<Rect> = symbols.chain(written).collect();
     // What is drawn above: the buttons, the note and the scale.
-    taken.push(Rect::from_min_size(inside.right_top() + BUTTONS, vec2(30.0, 3.0 * BUTTON)));
-    taken.push(Rect::from_min_max(inside.left_bottom() - vec2(0.0, NOTES), inside.right_bottom()));
+    rects.push(Rect::from_min_size(inside.right_top() + BUTTONS, vec2(30.0, 3.0 * BUTTON)));
+    rects.push(Rect::from_min_max(inside.left_bottom() - vec2(0.0, NOTES), inside.right_bottom()));
     let mut left_out = 0;
     for thing in things.iter().rev().filter(|thing| inside.contains(thing.at)) {
         let color = if thing.tone == Tone::Normal { palette.text } else { thing.tone.color(palette) };
@@ -364,12 +364,12 @@ fn labels(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<R
         let (w, h) = (galley.size().x, galley.size().y);
         let off = size(thing) / 2.0 + 5.0;
         let places = [vec2(off, -h / 2.0), vec2(-w - off, -h / 2.0), vec2(-w / 2.0, -h - off), vec2(-w / 2.0, off)];
-        let mut free = places.iter().map(|by| Rect::from_min_size(thing.at + *by, vec2(w, h)));
-        match free.find(|rect| inside.contains_rect(*rect) && !taken.iter().any(|other| other.intersects(*rect))) {
+        let mut free = places.iter().map(|offset| Rect::from_min_size(thing.at + *offset, vec2(w, h)));
+        match free.find(|rect| inside.contains_rect(*rect) && !rects.iter().any(|other| other.intersects(*rect))) {
             Some(rect) => {
                 painter.rect_filled(rect.expand(1.0), 1.0, palette.ground.gamma_multiply(0.8));
                 painter.galley(rect.min, galley, color);
-                taken.push(rect);
+                rects.push(rect);
             }
             None => left_out += 1,
         }
@@ -377,7 +377,7 @@ fn labels(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<R
     left_out
 }
 
-fn nearest(things: &[Thing], at: Pos2) -> Option<(UnitId, TrackId)> {
-    let near = things.iter().filter(|thing| thing.track.is_some() && thing.at.distance(at) <= REACH);
-    near.min_by(|a, b| a.at.distance(at).total_cmp(&b.at.distance(at))).and_then(|thing| thing.track)
+fn nearest(things: &[Thing], place: Pos2) -> Option<(UnitId, TrackId)> {
+    let near = things.iter().filter(|thing| thing.track.is_some() && thing.at.distance(place) <= REACH);
+    near.min_by(|a, b| a.at.distance(place).total_cmp(&b.at.distance(place))).and_then(|thing| thing.track)
 }

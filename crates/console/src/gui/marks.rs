@@ -1,6 +1,6 @@
 //! Marks for a mode, a freshness or a life: always a shape and a word, and a colour where it is abnormal.
 //!
-//! `map` writes the labels on the map, `text` and `page/page.js` outside the window have marks of their own. When a value is stale is
+//! `map` writes the labels on the map, `text` and `page/page.js` outside the window have their own marks. When a value is stale is
 //! decided in `age`.
 //!
 //! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.
@@ -68,17 +68,19 @@ impl Shape {
     pub(super) fn draw(self, painter: &Painter, center: Pos2, size: f32, color: Color32) {
         let r = size / 2.0;
         let stroke = Stroke::new((size / 6.0).max(1.5), color);
-        let at = |x: f32, y: f32| center + vec2(x * r, y * r);
+        let corner = |x: f32, y: f32| center + vec2(x * r, y * r);
         let filled = |points: Vec<Pos2>| Drawn::convex_polygon(points, color, Stroke::NONE);
         match self {
             Shape::Disc => painter.circle_filled(center, r * 0.85, color),
             Shape::Ring => painter.circle_stroke(center, r * 0.75, stroke),
-            Shape::Diamond => painter.add(filled(vec![at(0.0, -1.0), at(1.0, 0.0), at(0.0, 1.0), at(-1.0, 0.0)])),
+            Shape::Diamond => {
+                painter.add(filled(vec![corner(0.0, -1.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(-1.0, 0.0)]))
+            }
             Shape::Square => painter.rect_filled(Rect::from_center_size(center, Vec2::splat(size * 0.8)), 1.0, color),
-            Shape::Triangle => painter.add(filled(vec![at(0.0, -0.9), at(0.95, 0.75), at(-0.95, 0.75)])),
+            Shape::Triangle => painter.add(filled(vec![corner(0.0, -0.9), corner(0.95, 0.75), corner(-0.95, 0.75)])),
             Shape::Cross => {
-                painter.line_segment([at(-0.7, -0.7), at(0.7, 0.7)], stroke);
-                painter.line_segment([at(-0.7, 0.7), at(0.7, -0.7)], stroke)
+                painter.line_segment([corner(-0.7, -0.7), corner(0.7, 0.7)], stroke);
+                painter.line_segment([corner(-0.7, 0.7), corner(0.7, -0.7)], stroke)
             }
         };
     }
@@ -128,18 +130,18 @@ pub(super) fn life(life: Life) -> (Tone, Shape) {
 /// A shape with a name, as wide as a row is high.
 pub(super) fn shape(ui: &mut Ui, shape: Shape, tone: Tone, name: &str) -> Response {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(14.0), Sense::hover());
-    shape.draw(ui.painter(), rect.center(), 10.0, tone.color(Palette::of(ui)));
+    shape.draw(ui.painter(), rect.center(), 10.0, tone.color(Palette::current(ui)));
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
     response
 }
 
 /// A chip: a shape and a text in a box, `width` wide; filled where it is meant to be seen across a room. Named by `name`.
 pub(super) fn chip(ui: &mut Ui, width: f32, sign: (Tone, Shape), text: &str, filled: bool, name: &str) -> Response {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     let color = sign.0.color(palette);
     let (rect, response) = ui.allocate_exact_size(vec2(width, 22.0), Sense::hover());
     let (fill, ink) = if filled { (color, palette.on_block) } else { (palette.raised, color) };
-    // Grey is normal: an edge of its own colour is for what is not.
+    // Grey is normal: its own edge colour is for what is not.
     let edge = if sign.0 <= Tone::Normal { palette.line } else { color };
     ui.painter().rect(rect, 2.0, fill, Stroke::new(1.0, edge), StrokeKind::Inside);
     sign.1.draw(ui.painter(), rect.left_center() + vec2(12.0, 0.0), 11.0, ink);
@@ -165,7 +167,7 @@ pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, 
 mod tests {
     use super::*;
 
-    /// So no label is told by colour alone.
+    /// So no label is shown by colour alone.
     #[test]
     fn labels_never_share_a_shape() {
         let all = [Freshness::Fresh, Freshness::Late, Freshness::Stale, Freshness::Lost].map(freshness);

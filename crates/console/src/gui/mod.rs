@@ -43,7 +43,7 @@ use crate::sidecar::Sidecar;
 use crate::site::Site;
 use crate::source::{Seek, Tape};
 
-/// Opacity of a picture that is not current: low enough to be told at once from a current one.
+/// Opacity of a picture that is not current: low enough to be distinguished at once from a current one.
 const PAST: f32 = 0.65;
 /// The longest shown reason of an INVALID recording, characters: two lines in the narrowest window.
 const MAX_WHY: usize = 240;
@@ -73,7 +73,7 @@ pub struct Picture<'p> {
 
 /// The window's content.
 #[derive(Debug)]
-pub struct Window {
+pub struct ConsoleWindow {
     view_state: ViewState,
     site: Site,
     layouts: Layouts,
@@ -82,7 +82,7 @@ pub struct Window {
     textures: Textures,
 }
 
-impl Window {
+impl ConsoleWindow {
     /// A window over `site` that commands `unit` first.
     pub fn new(unit: UnitId, site: Site) -> Self {
         Self {
@@ -94,7 +94,7 @@ impl Window {
         }
     }
 
-    /// The layouts, to keep or change them.
+    /// The layouts, for saving and for changes.
     pub fn layouts_mut(&mut self) -> &mut Layouts {
         &mut self.layouts
     }
@@ -113,18 +113,18 @@ impl Window {
         self.view_state.note(shown);
         command::no_repeats(ui);
         command::keys(ui, &mut self.view_state, shown, &mut wishes);
-        let palette = Palette::of(ui);
+        let palette = Palette::current(ui);
         let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
         Panel::top("strip").resizable(false).frame(frame(8, 4)).show(ui, |ui| {
-            if let Some(why) = &shown.marks.invalid {
-                banner(ui, &format!("INVALID, evidence of nothing: {}", words::tame_to(why, MAX_WHY)));
+            if let Some(reason) = &shown.marks.invalid {
+                banner(ui, &format!("INVALID, evidence of nothing: {}", words::tame_to(reason, MAX_WHY)));
             }
             if picture.untaken {
                 banner(ui, "NOT TAKEN: what you did last did not reach this console's core. Hold by other means.");
             }
-            if let Some(behind) = picture.behind {
-                let nothing = "NOT CURRENT: this console has drawn nothing new for";
-                banner(ui, &format!("{nothing} {}. Hold by other means.", words::seconds(behind)));
+            if let Some(lag) = picture.behind {
+                let empty_text = "NOT CURRENT: this console has drawn nothing new for";
+                banner(ui, &format!("{empty_text} {}. Hold by other means.", words::seconds(lag)));
                 ui.set_opacity(PAST);
             }
             strip::draw(ui, &mut self.view_state, shown);
@@ -171,11 +171,11 @@ impl Window {
                 ui.ctx().set_theme(if dark { Theme::Light } else { Theme::Dark });
             }
         });
-        ui.horizontal_wrapped(|ui| self.kept(ui));
+        ui.horizontal_wrapped(|ui| self.layout_menu(ui));
     }
 
     /// Layouts by the names that they were kept by.
-    fn kept(&mut self, ui: &mut Ui) {
+    fn layout_menu(&mut self, ui: &mut Ui) {
         let names: Vec<String> = self.layouts.names().map(str::to_owned).collect();
         for name in &names {
             let button = ui.small_button(name);
@@ -199,7 +199,7 @@ impl Window {
 
 /// Banner above everything else.
 fn banner(ui: &mut Ui, text: &str) {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     Frame::new().fill(palette.alarm).inner_margin(Margin::symmetric(8, 4)).show(ui, |ui| {
         ui.set_min_width(ui.available_width());
         ui.label(RichText::new(text).size(15.0).strong().color(palette.on_block));

@@ -5,7 +5,7 @@ use eframe::egui::{Align2, FontId, Painter, Pos2, Rect, Shape, Stroke, vec2};
 use super::contour;
 use super::map::View;
 use super::theme::Palette;
-use crate::site::{Block, Place, Relief, Site};
+use crate::site::{Block, GroundPoint, Relief, Site};
 
 /// Steps of the grid, metres: the first that is wide enough on screen is drawn.
 const STEPS: [f32; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
@@ -33,7 +33,7 @@ fn contours(painter: &Painter, palette: &Palette, relief: &Relief, view: &View) 
     let lines = contour::lines(relief)?;
     let stroke = Stroke::new(1.0, palette.line);
     for line in &lines.segments {
-        painter.line_segment(line.map(|place| view.at(place)), stroke);
+        painter.line_segment(line.map(|place| view.position(place)), stroke);
     }
     Some(lines.step)
 }
@@ -41,16 +41,16 @@ fn contours(painter: &Painter, palette: &Palette, relief: &Relief, view: &View) 
 /// A circle of dashes, each about 6 points long.
 pub(super) fn dashed_circle(painter: &Painter, center: Pos2, radius: f32, stroke: Stroke) {
     let steps = ((radius * std::f32::consts::TAU / 8.0) as usize).clamp(16, 160);
-    let around = |step: usize| {
+    let vertex = |step: usize| {
         let (sin, cos) = libm::sincosf(step as f32 / steps as f32 * std::f32::consts::TAU);
         center + vec2(cos, sin) * radius
     };
-    let path: Vec<Pos2> = (0..=steps).map(around).collect();
+    let path: Vec<Pos2> = (0..=steps).map(vertex).collect();
     painter.extend(Shape::dashed_line(&path, stroke, 6.0, 4.0));
 }
 
-fn points(places: &[Place], view: &View) -> Vec<Pos2> {
-    places.iter().map(|place| view.at(*place)).collect()
+fn points(places: &[GroundPoint], view: &View) -> Vec<Pos2> {
+    places.iter().map(|place| view.position(*place)).collect()
 }
 
 /// The grid; where its names stand.
@@ -61,13 +61,13 @@ fn grid(painter: &Painter, palette: &Palette, view: &View, step: f32) -> Vec<Rec
     let stroke = Stroke::new(1.0, palette.faint);
     let font = FontId::monospace(10.0);
     for x in lines(0) {
-        let at = view.at([x as f32 * step, 0.0]).x;
+        let at = view.position([x as f32 * step, 0.0]).x;
         painter.vline(at, view.rect.y_range(), stroke);
         let place = Pos2::new(at, view.rect.top() + 3.0);
         written.push(painter.text(place, Align2::CENTER_TOP, grid_name(x, step), font.clone(), palette.weak));
     }
     for y in lines(1) {
-        let at = view.at([0.0, y as f32 * step]).y;
+        let at = view.position([0.0, y as f32 * step]).y;
         painter.hline(view.rect.x_range(), at, stroke);
         let place = Pos2::new(view.rect.left() + 4.0, at);
         written.push(painter.text(place, Align2::LEFT_CENTER, grid_name(y, step), font.clone(), palette.weak));
@@ -83,7 +83,7 @@ fn paint_block(painter: &Painter, palette: &Palette, view: &View, block: &Block)
     let (sin, cos) = libm::sincosf(block.yaw);
     let corner = |x: f32, y: f32| {
         let (x, y) = (x * block.half[0], y * block.half[1]);
-        view.at([block.at[0] + x * cos - y * sin, block.at[1] + x * sin + y * cos])
+        view.position([block.at[0] + x * cos - y * sin, block.at[1] + x * sin + y * cos])
     };
     let corners = vec![corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
     painter.add(Shape::convex_polygon(corners, palette.raised, Stroke::new(1.0, palette.line)));
@@ -97,9 +97,9 @@ fn route(painter: &Painter, palette: &Palette, site: &Site, view: &View) -> Vec<
         path.extend(points.first());
     }
     painter.extend(Shape::dotted_line(&path, palette.weak, 8.0, 1.0));
-    let number = |(number, at): (usize, &Pos2)| {
-        painter.circle(*at, 3.5, palette.ground, Stroke::new(1.0, palette.weak));
-        painter.text(*at + vec2(6.0, 6.0), Align2::LEFT_TOP, number + 1, FontId::proportional(10.0), palette.weak)
+    let number = |(number, position): (usize, &Pos2)| {
+        painter.circle(*position, 3.5, palette.ground, Stroke::new(1.0, palette.weak));
+        painter.text(*position + vec2(6.0, 6.0), Align2::LEFT_TOP, number + 1, FontId::proportional(10.0), palette.weak)
     };
     points.iter().enumerate().map(number).collect()
 }
@@ -112,7 +112,7 @@ fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32, contours:
     for end in [left, right] {
         painter.line_segment([end - vec2(0.0, 3.0), end + vec2(0.0, 3.0)], stroke);
     }
-    let contours = contours.map_or_else(String::new, |apart| format!(", contours every {apart} m"));
+    let contours = contours.map_or_else(String::new, |distance| format!(", contours every {distance} m"));
     let [first, second] = legend;
     let lines = [second.clone(), format!("{step:.0} m, north up{contours}; {first}")];
     for (line, up) in lines.into_iter().zip([4.0, 18.0]) {

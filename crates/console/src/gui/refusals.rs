@@ -38,17 +38,17 @@ fn table(ui: &mut Ui, shown: &Shown) {
     });
     table.body(|body| {
         body.rows(ROW, refusals.len(), |mut row| {
-            let Some(of) = refusals.get(row.index()) else { return };
+            let Some(refusal) = refusals.get(row.index()) else { return };
             let cells = [
-                of.reason.name().to_owned(),
-                of.n.to_string(),
-                words::when(shown, of.last),
-                of.peer.map_or("unknown".to_owned(), |peer| peer.to_string()),
-                if of.here { "console" } else { "gateway" }.to_owned(),
+                refusal.reason.name().to_owned(),
+                refusal.n.to_string(),
+                words::event_time(shown, refusal.last),
+                refusal.peer.map_or("unknown".to_owned(), |peer| peer.to_string()),
+                if refusal.here { "console" } else { "gateway" }.to_owned(),
             ];
             for cell in cells {
                 row.col(|ui| {
-                    let color = Palette::of(ui).text;
+                    let color = Palette::current(ui).text;
                     ui.add(Label::new(RichText::new(cell).monospace().color(color)).truncate());
                 });
             }

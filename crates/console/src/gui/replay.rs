@@ -20,7 +20,7 @@ fn time(tape: &Tape, at: Span) -> String {
 pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes: &mut Vec<Wish>) {
     let mut seek = |to: Seek| wishes.push(Wish::Seek(to));
     ui.horizontal(|ui| {
-        ui.label(RichText::new("REPLAY").strong().color(Palette::of(ui).advice));
+        ui.label(RichText::new("REPLAY").strong().color(Palette::current(ui).advice));
         if ui.button(if tape.playing { "Pause" } else { "Play" }).clicked() {
             seek(Seek::Play(!tape.playing));
         }
@@ -46,12 +46,12 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes:
         let label = ui.label(RichText::new("time").weak());
         let in_seconds = |span: Span| span.as_ms() / 1000.0;
         let lead = in_seconds(tape.lead);
-        let mut at = in_seconds(tape.at) - lead;
-        let slider = Slider::new(&mut at, -lead..=in_seconds(tape.length) - lead).show_value(false);
+        let mut seconds = in_seconds(tape.at) - lead;
+        let slider = Slider::new(&mut seconds, -lead..=in_seconds(tape.length) - lead).show_value(false);
         ui.spacing_mut().slider_width = (ui.available_width() - 16.0).max(80.0);
         let response = ui.add(slider).labelled_by(label.id);
         if response.changed() {
-            seek(Seek::To(Span(((at + lead).max(0.0) * 1e6) as u64)));
+            seek(Seek::To(Span(((seconds + lead).max(0.0) * 1e6) as u64)));
         }
     });
     line(ui, tape);
@@ -60,7 +60,7 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes:
         let (begin, none) = if truth { ("what really happened", "nothing") } else { ("last change", "none yet") };
         let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, time(tape, moment.at)));
         if !truth || tape.moments.iter().any(|moment| moment.truth) {
-            ui.label(RichText::new(format!("{begin}: {text}")).color(Palette::of(ui).text));
+            ui.label(RichText::new(format!("{begin}: {text}")).color(Palette::current(ui).text));
         }
     }
 }
@@ -70,12 +70,12 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes:
 fn line(ui: &mut Ui, tape: &Tape) {
     let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::hover());
     let really = tape.moments.iter().filter(|moment| moment.truth).count();
-    let says = format!("timeline: {} changes shown, {really} things that happened", tape.moments.len() - really);
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &says));
-    let palette = Palette::of(ui);
-    let x = |at: Span| area.left() + area.width() * (at.0 as f32 / tape.length.0.max(1) as f32);
-    let stroke = |at: Span, from: f32, to: f32, color: Color32| {
-        ui.painter().line_segment([pos2(x(at), from), pos2(x(at), to)], Stroke::new(1.5, color));
+    let text = format!("timeline: {} changes shown, {really} things that happened", tape.moments.len() - really);
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    let palette = Palette::current(ui);
+    let x = |time: Span| area.left() + area.width() * (time.0 as f32 / tape.length.0.max(1) as f32);
+    let stroke = |time: Span, from: f32, to: f32, color: Color32| {
+        ui.painter().line_segment([pos2(x(time), from), pos2(x(time), to)], Stroke::new(1.5, color));
     };
     ui.painter().hline(area.x_range(), area.center().y, Stroke::new(1.0, palette.weak));
     for moment in &tape.moments {

@@ -1,6 +1,6 @@
-//! Live sensor pictures of a unit, in a window of its own: for the tester, beside the operator's.
+//! Live sensor pictures of a unit, in its own window: for the tester, beside the operator's.
 //!
-//! They came over no link and no console accepted them, so they stand in no window that can give orders, and say so. Their source and
+//! They came over no link and no console accepted them, so they are in no window that can give orders, and report it. Their source and
 //! the bound of their age are for their [`Sensors`] to state.
 
 use eframe::egui::{self, CentralPanel, Context, Panel, RichText, Ui, vec2};
@@ -33,7 +33,7 @@ impl Content {
         Panel::top("what this is").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let words = "TEST BENCH · read from the unit's own log, over no link · no operator sees this";
-                ui.label(RichText::new(words).color(Palette::of(ui).advice));
+                ui.label(RichText::new(words).color(Palette::current(ui).advice));
                 sensed.into_iter().for_each(|sensed| age(ui, sensed));
                 trouble.into_iter().for_each(|trouble| flag(ui, Tone::Alarm, trouble));
             });
@@ -73,7 +73,7 @@ fn age(ui: &mut Ui, sensed: &Sensed) {
         _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", &left(sensed.at_least))),
         Some(age) if age > CURRENT => flag(ui, Tone::Alarm, &not_current("at most", &seconds(rounded(age)))),
         Some(age) => {
-            ui.label(RichText::new(format!("at most {} old", seconds(rounded(age)))).color(Palette::of(ui).text));
+            ui.label(RichText::new(format!("at most {} old", seconds(rounded(age)))).color(Palette::current(ui).text));
         }
         None => flag(ui, Tone::Caution, "of unknown age"),
     }
@@ -85,13 +85,13 @@ fn not_current(bound: &str, age: &str) -> String {
 
 /// An age bound as written: rounded up, so that the text holds for as long as it is shown.
 fn rounded(age: Span) -> Span {
-    let stands = age.0.saturating_add(MOST_OFTEN.as_micros() as u64);
-    let step = if stands < 10_000_000 { 10_000 } else { 100_000 };
-    Span(stands.div_ceil(step).saturating_mul(step))
+    let due = age.0.saturating_add(MOST_OFTEN.as_micros() as u64);
+    let step = if due < 10_000_000 { 10_000 } else { 100_000 };
+    Span(due.div_ceil(step).saturating_mul(step))
 }
 
 fn flag(ui: &mut Ui, tone: Tone, words: &str) {
-    let color = tone.color(Palette::of(ui));
+    let color = tone.color(Palette::current(ui));
     let (place, _) = ui.allocate_exact_size(vec2(16.0, 16.0), egui::Sense::hover());
     Shape::Cross.draw(ui.painter(), place.center(), 12.0, color);
     ui.label(RichText::new(words).color(color));
@@ -114,7 +114,7 @@ pub fn run(sensors: Box<dyn Sensors>) -> Result<(), String> {
         theme::apply(&context.egui_ctx);
         Ok(Box::new(Program { content: Content::default(), sensors }))
     };
-    eframe::run_native(title, options, Box::new(make)).map_err(|why| format!("the window cannot be opened: {why}"))
+    eframe::run_native(title, options, Box::new(make)).map_err(|error| format!("the window cannot be opened: {error}"))
 }
 
 struct Program {
@@ -124,7 +124,7 @@ struct Program {
 
 impl App for Program {
     fn logic(&mut self, ctx: &Context, _: &mut Frame) {
-        if self.sensors.over() {
+        if self.sensors.is_ended() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         ctx.request_repaint_after(MOST_OFTEN);

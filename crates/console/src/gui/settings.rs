@@ -1,6 +1,6 @@
 //! The values of an order to configure: initially those in force, each within its range.
 //!
-//! The unit judges their combination: it says so in its answer.
+//! The unit judges their combination: it reports it in its answer.
 
 use std::ops::RangeInclusive;
 

@@ -39,7 +39,7 @@ impl std::fmt::Debug for Textures {
 impl Textures {
     /// Has the card take over `sights`, where they are others than it has.
     pub(super) fn take(&mut self, ui: &Ui, sights: &Arc<[Sight]>) {
-        if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, sights)) {
+        if self.of.as_ref().is_some_and(|known| Arc::ptr_eq(known, sights)) {
             return;
         }
         let largest = ui.input(|input| input.max_texture_side);
@@ -62,7 +62,7 @@ fn picture(image: &Image, largest: usize) -> Option<ColorImage> {
 
 /// All that there is, side by side.
 pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, sidecar: &Sidecar) {
-    ui.label(RichText::new("EVIDENCE · no operator saw this").color(Palette::of(ui).advice));
+    ui.label(RichText::new("EVIDENCE · no operator saw this").color(Palette::current(ui).advice));
     ui.horizontal_top(|ui| {
         let whole = ui.available_width();
         if let Some((sights, before)) = &sidecar.sensed {
@@ -72,18 +72,18 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, sidecar: &Sidecar) {
                 sensors(ui, textures, sights, *before);
             });
         }
-        if let Some(because) = &sidecar.because {
-            ui.vertical(|ui| reasons(ui, because));
+        if let Some(text) = &sidecar.because {
+            ui.vertical(|ui| reasons(ui, text));
         }
     });
 }
 
 /// Reasons for the mode.
-fn reasons(ui: &mut Ui, because: &str) {
-    ui.label(RichText::new("WHY, by what the services logged").color(Palette::of(ui).text));
+fn reasons(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new("WHY, by what the services logged").color(Palette::current(ui).text));
     ScrollArea::vertical().id_salt("reasons").max_height(HIGH + 16.0).auto_shrink([false, true]).show(ui, |ui| {
-        for line in because.lines() {
-            ui.add(Label::new(RichText::new(line).monospace().size(11.0).color(Palette::of(ui).text)).wrap());
+        for line in text.lines() {
+            ui.add(Label::new(RichText::new(line).monospace().size(11.0).color(Palette::current(ui).text)).wrap());
         }
     });
 }
@@ -91,8 +91,8 @@ fn reasons(ui: &mut Ui, because: &str) {
 /// The pictures beside each other.
 fn sensors(ui: &mut Ui, textures: &mut Textures, sights: &Arc<[Sight]>, before: Span) {
     textures.take(ui, sights);
-    let says = format!("WHAT THE SENSORS GAVE, {} before", seconds(before));
-    ui.label(RichText::new(says).color(Palette::of(ui).text));
+    let text = format!("WHAT THE SENSORS GAVE, {} before", seconds(before));
+    ui.label(RichText::new(text).color(Palette::current(ui).text));
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
         let n = sights.len().max(1) as f32;
@@ -108,14 +108,14 @@ pub(super) fn one(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&Textu
     let found = if texture.is_some() { format!("{} found", sight.marks.len()) } else { "gave nothing".to_owned() };
     labelled(ui, size, sight, texture, format!("SENSOR {} {found}", sight.name));
     let words = format!("{} · {}", sight.name, sight.legend);
-    ui.add(Label::new(RichText::new(words).small().color(Palette::of(ui).text)).truncate());
+    ui.add(Label::new(RichText::new(words).small().color(Palette::current(ui).text)).truncate());
 }
 
 /// The picture alone, under its name for those who hear the screen.
-pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>, says: String) {
-    let palette = Palette::of(ui);
+pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>, text: String) {
+    let palette = Palette::current(ui);
     let (place, response) = ui.allocate_exact_size(size, Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, says.clone()));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, text.clone()));
     ui.painter().rect_filled(place, 0.0, palette.ground);
     match (texture, &sight.image) {
         (Some(texture), Some(image)) => {
@@ -129,13 +129,13 @@ pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&
         _ => {
             Shape::Cross.draw(ui.painter(), place.center() - Vec2::new(0.0, 10.0), 16.0, Tone::Alarm.color(palette));
             let font = FontId::proportional(12.0);
-            let at = place.center() + Vec2::new(0.0, 12.0);
-            ui.painter().text(at, eframe::egui::Align2::CENTER_CENTER, "gave nothing", font, palette.alarm);
+            let position = place.center() + Vec2::new(0.0, 12.0);
+            ui.painter().text(position, eframe::egui::Align2::CENTER_CENTER, "gave nothing", font, palette.alarm);
         }
     }
 }
 
-/// Each thing found, with its words where there is room on a ground of their own.
+/// Each thing found, with its words where there is room on their own ground.
 fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
     let painter = ui.painter_at(rect);
     for mark in &sight.marks {
@@ -145,12 +145,12 @@ fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
         painter.rect_stroke(bounds, 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
         let galley = painter.layout_no_wrap(mark.says.clone(), FontId::proportional(10.0), Color32::WHITE);
         let most = rect.max - galley.size();
-        let at = pos2(
+        let place = pos2(
             bounds.min.x.clamp(rect.min.x, most.x.max(rect.min.x)),
             (bounds.min.y - galley.size().y - 2.0).max(rect.min.y),
         );
-        painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(1.0), 0.0, Color32::BLACK);
-        painter.galley(at, galley, Color32::WHITE);
+        painter.rect_filled(Rect::from_min_size(place, galley.size()).expand(1.0), 0.0, Color32::BLACK);
+        painter.galley(place, galley, Color32::WHITE);
     }
 }
 
@@ -161,9 +161,9 @@ mod tests {
     /// Its bytes do not match its size, or no graphics card takes it.
     #[test]
     fn mismatched_or_oversized_image_is_not_drawn() {
-        let of = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }, 2_048).is_some();
-        assert!(of(4, 2, 24) && of(2_048, 1, 6_144));
-        assert!(![of(4, 2, 23), of(0, 2, 0), of(usize::MAX, 2, 6), of(4, 2, 25)].contains(&true));
-        assert!(![of(65_535, 1, 196_605), of(1, 2_049, 6_147)].contains(&true));
+        let texture = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }, 2_048).is_some();
+        assert!(texture(4, 2, 24) && texture(2_048, 1, 6_144));
+        assert!(![texture(4, 2, 23), texture(0, 2, 0), texture(usize::MAX, 2, 6), texture(4, 2, 25)].contains(&true));
+        assert!(![texture(65_535, 1, 196_605), texture(1, 2_049, 6_147)].contains(&true));
     }
 }

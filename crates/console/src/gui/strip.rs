@@ -39,8 +39,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     for unit in &shown.silent {
         line(ui, |ui| {
             name(ui, view_state, *unit);
-            let says = format!("STATE {} nothing received", unit.name());
-            marks::chip(ui, CELLS[1], (Tone::Alarm, Shape::Cross), "NOTHING RECEIVED", false, &says);
+            let text = format!("STATE {} nothing received", unit.name());
+            marks::chip(ui, CELLS[1], (Tone::Alarm, Shape::Cross), "NOTHING RECEIVED", false, &text);
         });
     }
 }
@@ -57,12 +57,12 @@ fn name(ui: &mut Ui, view_state: &mut ViewState, unit: UnitId) {
     }
 }
 
-fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
+fn unit_cells(ui: &mut Ui, time: Instant, unit: &ShownUnit) {
     state(ui, unit);
     let (state, freshness) = unit.state.get();
     let cause = state.cause();
     if freshness == Freshness::Fresh {
-        cell(ui, CELLS[2], RichText::new(format!("for {}", seconds(at.since(unit.since)))).monospace());
+        cell(ui, CELLS[2], RichText::new(format!("for {}", seconds(time.since(unit.since)))).monospace());
         cell(ui, CELLS[3], RichText::new(format!("cause {cause}")));
     } else {
         // For how long it was so, nobody here knows.
@@ -100,8 +100,8 @@ fn aloft_line(ui: &mut Ui, unit: &ShownUnit) {
         cell(ui, CELLS[0], RichText::new(""));
         for word in motion {
             let fresh = freshness == Freshness::Fresh;
-            let told = if fresh { RichText::new(word) } else { RichText::new(format!("was {word}")).weak() };
-            cell(ui, CELLS[7], told);
+            let text = if fresh { RichText::new(word) } else { RichText::new(format!("was {word}")).weak() };
+            cell(ui, CELLS[7], text);
         }
         if let Some(contact) = contact {
             cell(ui, CELLS[7], RichText::new(contact));
@@ -119,8 +119,8 @@ fn state(ui: &mut Ui, unit: &ShownUnit) {
         let filled = tone > Tone::Normal;
         marks::chip(ui, CELLS[1], (tone, shape), mode, filled, &format!("STATE {} {mode}", unit.unit));
     } else {
-        let says = format!("STATE {} last known {mode}, {word}", unit.unit);
-        marks::chip(ui, CELLS[1], (stale, Shape::Cross), &format!("was {mode} · {word}"), false, &says);
+        let text = format!("STATE {} last known {mode}, {word}", unit.unit);
+        marks::chip(ui, CELLS[1], (stale, Shape::Cross), &format!("was {mode} · {word}"), false, &text);
     }
 }
 
@@ -142,7 +142,7 @@ fn authority_words(state: &Labelled<State>) -> (String, Tone, Shape) {
 /// Peer of the session that brought the report, and its checks on the way.
 fn way(ui: &mut Ui, unit: &ShownUnit) {
     let (tone, words) = words::origin(unit.origin);
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     cell(ui, CELLS[6], RichText::new(format!("origin {words}")).color(tone.color(palette)));
 }
 
@@ -170,8 +170,8 @@ fn run(ui: &mut Ui, shown: &Shown) {
             let text = format!("{peer} lost its command session {times}x");
             marks::chip(ui, 290.0, (Tone::Alarm, Shape::Cross), &text, false, &format!("LOSS {text}"));
         }
-        let who = format!("{} · {}", shown.operator, shown.role.name());
-        cell(ui, 150.0, RichText::new(who).weak());
+        let operator = format!("{} · {}", shown.operator, shown.role.name());
+        cell(ui, 150.0, RichText::new(operator).weak());
     });
 }
 
@@ -180,8 +180,8 @@ fn run(ui: &mut Ui, shown: &Shown) {
 fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) {
     let (open, freshness) = link.open.get();
     let heard = link.heard.map_or("no report yet".to_owned(), |age| format!("report {} ago", seconds(age)));
-    let keeps = clock.map_or("clock not known yet", Rate::says);
-    let runs = clock.is_some_and(Rate::beyond);
+    let keeps = clock.map_or("clock not known yet", Rate::consequence);
+    let runs = clock.is_some_and(Rate::exceeds_drift);
     let (sign, text) = match (open, freshness) {
         (true, Freshness::Fresh | Freshness::Late) if runs => {
             ((Tone::Caution, Shape::Diamond), format!("{} up, {heard}, {keeps}", link.peer))
@@ -206,13 +206,13 @@ fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) 
 }
 
 fn cell(ui: &mut Ui, width: f32, text: RichText) -> Response {
-    let says = text.text().to_owned();
+    let line = text.text().to_owned();
     let left = Layout::left_to_right(Align::Center);
     let add = |ui: &mut Ui| {
         ui.set_min_width(width);
         ui.add(Label::new(text).truncate())
     };
     let response = ui.allocate_ui_with_layout(vec2(width, 22.0), left, add).inner;
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &says));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &line));
     response
 }

@@ -92,7 +92,7 @@ impl Palette {
     };
 
     /// The one in use.
-    pub fn of(ui: &Ui) -> &'static Palette {
+    pub fn current(ui: &Ui) -> &'static Palette {
         if ui.visuals().dark_mode { &Self::DARK } else { &Self::LIGHT }
     }
 
@@ -203,8 +203,8 @@ mod tests {
     /// L*, a* and b* of a colour as an eye sees it, under D65.
     fn lab(color: Color32, eye: &[[f64; 3]; 3]) -> [f64; 3] {
         let seen = linear(color);
-        let of = |row: &[f64; 3]| row.iter().zip(seen).map(|(m, c)| m * c).sum::<f64>();
-        let [r, g, b] = [of(&eye[0]), of(&eye[1]), of(&eye[2])].map(|c| c.clamp(0.0, 1.0));
+        let product = |row: &[f64; 3]| row.iter().zip(seen).map(|(m, c)| m * c).sum::<f64>();
+        let [r, g, b] = [product(&eye[0]), product(&eye[1]), product(&eye[2])].map(|c| c.clamp(0.0, 1.0));
         let f = |t: f64| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
         let x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.95047);
         let y = f(0.2126 * r + 0.7152 * g + 0.0722 * b);
@@ -212,7 +212,7 @@ mod tests {
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
-    /// From each other and from grey.
+    /// Hues differ from each other and from grey.
     #[test]
     fn hues_differ_for_every_kind_of_sight() {
         for p in [Palette::DARK, Palette::LIGHT] {
@@ -222,8 +222,8 @@ mod tests {
             for (a, b) in pairs {
                 for eye in &EYES {
                     let (a, b) = (lab(a, eye), lab(b, eye));
-                    let apart = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-                    assert!(apart >= LEAST_APART, "{a:?} {b:?}: {apart:.1}");
+                    let distance = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                    assert!(distance >= LEAST_APART, "{a:?} {b:?}: {distance:.1}");
                 }
             }
         }
@@ -244,8 +244,8 @@ mod tests {
         let page = include_str!("../page/page.css");
         for p in [Palette::DARK, Palette::LIGHT] {
             for (name, hue) in [("alarm", p.alarm), ("caution", p.caution), ("advice", p.advice), ("mark", p.mark)] {
-                let says = format!("--{name}: #{:02x}{:02x}{:02x};", hue.r(), hue.g(), hue.b());
-                assert!(page.contains(&says), "{says}");
+                let text = format!("--{name}: #{:02x}{:02x}{:02x};", hue.r(), hue.g(), hue.b());
+                assert!(page.contains(&text), "{text}");
             }
         }
     }

@@ -45,9 +45,9 @@ impl Row<'_> {
         (self.unit.unit, self.track.get().0.id)
     }
 
-    fn compare(&self, other: &Self, by: Sort) -> Ordering {
+    fn compare(&self, other: &Self, sort: Sort) -> Ordering {
         let confidence = |row: &Self| std::cmp::Reverse(row.track.get().0.confidence);
-        match by {
+        match sort {
             Sort::Number => self.id().cmp(&other.id()),
             Sort::Age => (self.track.age(), self.id()).cmp(&(other.track.age(), other.id())),
             Sort::Confidence => (confidence(self), self.id()).cmp(&(confidence(other), other.id())),
@@ -73,7 +73,7 @@ const WIDTHS: [f32; 7] = [54.0, 62.0, 56.0, 72.0, 82.0, 36.0, 98.0];
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     for unit in shown.units.iter().filter(|unit| unit.lost_more > 0) {
         let text = format!("{}: {} more LOST, for which there was no room", unit.unit, unit.lost_more);
-        ui.label(RichText::new(text).color(Tone::Advice.color(Palette::of(ui))));
+        ui.label(RichText::new(text).color(Tone::Advice.color(Palette::current(ui))));
     }
     ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| table(ui, view_state, shown, wishes));
 }
@@ -100,14 +100,14 @@ fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Ve
     });
     table.body(|body| {
         body.rows(ROW, rows.len(), |mut row| {
-            let Some(of) = rows.get(row.index()) else { return };
-            row.set_selected(view_state.track == Some(of.id()));
-            let chosen = cells(&mut row, of, shown, wishes);
+            let Some(row_of) = rows.get(row.index()) else { return };
+            row.set_selected(view_state.track == Some(row_of.id()));
+            let chosen = cells(&mut row, row_of, shown, wishes);
             let response = row.response();
-            let (unit, track) = of.id();
-            let (_, _, word) = word_of(of);
-            let says = format!("TRACK {unit} {} {} {word} {}", track.0, class(of), seconds(of.track.age()));
-            response.widget_info(|| WidgetInfo::labeled(Role::Row, true, &says));
+            let (unit, track) = row_of.id();
+            let (_, _, word) = word_of(row_of);
+            let text = format!("TRACK {unit} {} {} {word} {}", track.0, class(row_of), seconds(row_of.track.age()));
+            response.widget_info(|| WidgetInfo::labeled(Role::Row, true, &text));
             if chosen || response.clicked() {
                 view_state.look_at(unit, track);
             }
@@ -115,7 +115,7 @@ fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Ve
     });
 }
 
-fn rows(shown: &Shown, by: Sort) -> Vec<Row<'_>> {
+fn rows(shown: &Shown, sort: Sort) -> Vec<Row<'_>> {
     let mut rows = Vec::new();
     for unit in &shown.units {
         rows.extend(unit.tracks.iter().map(|track| Row { unit, track, lost: None }));
@@ -124,21 +124,23 @@ fn rows(shown: &Shown, by: Sort) -> Vec<Row<'_>> {
             Row { unit, track: &lost.track, lost: Some(Act::Acknowledge(alarm, lost.since)) }
         }));
     }
-    rows.sort_by(|a, b| a.compare(b, by));
+    rows.sort_by(|a, b| a.compare(b, sort));
     rows
 }
 
 fn head(ui: &mut Ui, view_state: &mut ViewState, name: &str, sort: Option<Sort>) {
-    let Some(by) = sort else {
+    let Some(sorting) = sort else {
         ui.add(Label::new(RichText::new(name).weak()).truncate());
         return;
     };
     let text = RichText::new(name).weak();
-    let text = if view_state.sort == by { text.underline() } else { text };
+    let text = if view_state.sort == sorting { text.underline() } else { text };
     let button = ui.add(Button::new(text).frame(false).min_size([0.0, 0.0].into()));
-    button.widget_info(|| WidgetInfo::selected(Role::Button, true, view_state.sort == by, format!("order by {name}")));
+    button.widget_info(|| {
+        WidgetInfo::selected(Role::Button, true, view_state.sort == sorting, format!("order by {name}"))
+    });
     if button.clicked() {
-        view_state.sort = by;
+        view_state.sort = sorting;
     }
 }
 
@@ -156,7 +158,7 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
     let dead = command::dead(shown);
     let unsure = map::unsure(of.unit, track, shown);
     let (tone, shape, word) = word_of(of);
-    let ink = |ui: &Ui| if of.lost.is_some() { Palette::of(ui).weak } else { Palette::of(ui).text };
+    let ink = |ui: &Ui| if of.lost.is_some() { Palette::current(ui).weak } else { Palette::current(ui).text };
     let text = |row: &mut TableRow<'_, '_>, text: String| {
         row.col(|ui| {
             let color = ink(ui);
@@ -168,8 +170,8 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
         let name = format!("{} {}", of.unit.unit.name().trim_start_matches("unit-"), track.id.0);
         let name = Button::new(RichText::new(name).monospace().color(ink(ui))).frame(false).min_size([0.0, 0.0].into());
         let button = ui.add(name);
-        let says = format!("choose track {} {}", of.unit.unit, track.id.0);
-        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &says));
+        let line = format!("choose track {} {}", of.unit.unit, track.id.0);
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &line));
         chosen = button.clicked();
     });
     text(row, class(of).to_owned());
@@ -178,26 +180,26 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
         marks::shape(ui, shape, tone, word);
         match of.lost {
             Some(act) => {
-                let says = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
-                let button = Button::new(RichText::new("LOST").color(tone.color(Palette::of(ui)))).small();
-                let button = command::able(ui, dead, button).on_hover_text(&says);
+                let line = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
+                let button = Button::new(RichText::new("LOST").color(tone.color(Palette::current(ui)))).small();
+                let button = command::able(ui, dead, button).on_hover_text(&line);
                 let enabled = dead.is_none() && ui.is_enabled();
-                button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &says));
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &line));
                 if button.clicked() {
                     wishes.push(Wish::Act(act));
                 }
             }
             None => {
-                ui.label(RichText::new(word).color(tone.color(Palette::of(ui))));
+                ui.label(RichText::new(word).color(tone.color(Palette::current(ui))));
             }
         }
     });
     row.col(|ui| {
         let (tone, words) = origin(of.unit.origin);
-        ui.add(Label::new(RichText::new(words).color(tone.color(Palette::of(ui)))).truncate());
+        ui.add(Label::new(RichText::new(words).color(tone.color(Palette::current(ui)))).truncate());
     });
     row.col(|ui| {
-        let color = if unsure { Palette::of(ui).weak } else { ink(ui) };
+        let color = if unsure { Palette::current(ui).weak } else { ink(ui) };
         let confidence = format!("{:.2}", f64::from(track.confidence) / 1000.0);
         ui.add(Label::new(RichText::new(confidence).monospace().color(color)).truncate());
     });
@@ -212,17 +214,17 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
 /// The modalities that support a track or, as small letters, contradict it, each in its place, and their names.
 fn sensors(suite: Suite, track: &ReportedTrack) -> (String, String) {
     let letter = |m: &Modality| suite.letter(*m);
-    let mark = |m: &Modality| match (track.contradicted.has(*m), track.supported.has(*m)) {
+    let mark = |m: &Modality| match (track.contradicted.contains(*m), track.supported.contains(*m)) {
         (true, _) => letter(m).to_ascii_lowercase(),
         (false, true) => letter(m),
         (false, false) => '-',
     };
-    let said = |of| text::names(suite, of).collect::<Vec<_>>().join(", ");
-    let supported = if track.supported.count() == 0 { "no sensor".to_owned() } else { said(track.supported) };
-    let against = if track.contradicted.count() == 0 {
+    let listed = |modalities| text::names(suite, modalities).collect::<Vec<_>>().join(", ");
+    let supported = if track.supported.count() == 0 { "no sensor".to_owned() } else { listed(track.supported) };
+    let line = if track.contradicted.count() == 0 {
         String::new()
     } else {
-        format!("; against it: {}", said(track.contradicted))
+        format!("; against it: {}", listed(track.contradicted))
     };
-    (Modality::ALL.iter().map(mark).collect(), supported + &against)
+    (Modality::ALL.iter().map(mark).collect(), supported + &line)
 }

@@ -79,14 +79,14 @@ impl ViewState {
         if self.unit != unit {
             self.unit = unit;
             self.put_down();
-            self.track = self.track.filter(|(of, _)| *of == unit);
+            self.track = self.track.filter(|(owner, _)| *owner == unit);
         }
     }
 
     /// The values of an order to configure the chosen unit: as edited, else those in force.
     pub(super) fn settings(&self, shown: &Shown) -> Settings {
         let now = || shown.unit(self.unit).map(|unit| unit.settings(&shown.bounds));
-        self.values.or_else(now).unwrap_or(Settings::of(&shown.bounds))
+        self.values.or_else(now).unwrap_or(Settings::from_bounds(&shown.bounds))
     }
 
     /// Clears the chosen order: it is dropped, or under way.
@@ -102,7 +102,7 @@ impl ViewState {
     }
 
     /// Records the ages of a picture and its prepared order, for no order inherits another's reason. In a recording
-    /// time also runs backwards: then the plot begins anew.
+    /// time also runs backwards: then the plot begins again.
     pub(super) fn note(&mut self, shown: &Shown) {
         let prepared = shown.prepared.map(|prepared| prepared.serial);
         if self.prepared != prepared {

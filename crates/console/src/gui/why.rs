@@ -8,7 +8,7 @@ use super::keys;
 use super::marks::{self, Shape, Tone};
 use super::theme::Palette;
 use super::view_state::ViewState;
-use super::words::{seconds, when};
+use super::words::{event_time, seconds};
 use crate::interlock::Predicate;
 use crate::shown::Shown;
 
@@ -28,15 +28,15 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
     };
     let current = freshness == Freshness::Fresh;
     let known = if current { "" } else { ", last known" };
-    let question = RichText::new(format!("{}: {question}{known}", unit.unit)).color(Palette::of(ui).strong);
+    let question = RichText::new(format!("{}: {question}{known}", unit.unit)).color(Palette::current(ui).strong);
     ui.add(Label::new(question).wrap());
     let tone = if current { Tone::Weak } else { marks::freshness(freshness).0 };
-    let (age, since) = (seconds(unit.state.age()), when(shown, unit.since));
+    let (age, since) = (seconds(unit.state.age()), event_time(shown, unit.since));
     let age = format!("as reported {age} ago; last change: {}, {since}", state.cause());
-    ui.add(Label::new(RichText::new(age).color(tone.color(Palette::of(ui)))).wrap());
+    ui.add(Label::new(RichText::new(age).color(tone.color(Palette::current(ui)))).wrap());
     if let Some(waits) = unit.waits_for(&shown.bounds) {
         let waits = format!("{} for {waits}", if current { "waits" } else { "waited" });
-        ui.add(Label::new(RichText::new(waits).color(Palette::of(ui).text)).wrap());
+        ui.add(Label::new(RichText::new(waits).color(Palette::current(ui).text)).wrap());
     }
     let mut guards = unit.guards(&shown.bounds);
     // What fails stands first.
@@ -52,7 +52,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
 
 /// One condition: whether it holds, its name, its value and its limit. One that is not current says how it was.
 pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
-    let palette = Palette::of(ui);
+    let palette = Palette::current(ui);
     let (tone, shape, word) = match (predicate.holds, current) {
         (true, _) if !predicate.judged => (Tone::Weak, Shape::Ring, "-"),
         (true, true) => (Tone::Weak, Shape::Disc, "ok"),
@@ -67,7 +67,7 @@ pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
         (false, _) => palette.caution,
     };
     let value = predicate.measured();
-    let says = format!("{word} {} {value}", predicate.name);
+    let text = format!("{word} {} {value}", predicate.name);
     let row = ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.y = 16.0;
         marks::shape(ui, shape, tone, word);
@@ -77,5 +77,5 @@ pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
             ui.add(Label::new(RichText::new(value).monospace().color(color)).truncate());
         });
     });
-    row.response.widget_info(|| WidgetInfo::labeled(Role::ListItem, true, &says));
+    row.response.widget_info(|| WidgetInfo::labeled(Role::ListItem, true, &text));
 }

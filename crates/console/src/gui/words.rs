@@ -33,14 +33,14 @@ fn written(span: Span, whole: fn(u64, u64) -> u64) -> String {
 }
 
 /// Time of an event: relative, or in a recording the run's time, for a recording has no present.
-pub(super) fn when(shown: &Shown, at: Instant) -> String {
+pub(super) fn event_time(shown: &Shown, time: Instant) -> String {
     match shown.marks.began {
-        Some(began) => format!("at {}", on_run(i128::from(at.0) - i128::from(began.0))),
-        None => format!("{} ago", seconds(shown.at.since(at))),
+        Some(began) => format!("at {}", on_run(i128::from(time.0) - i128::from(began.0))),
+        None => format!("{} ago", seconds(shown.at.since(time))),
     }
 }
 
-/// A time of the run, microseconds: in seconds, which an hour has too, so that any two are told apart by number alone.
+/// A time of the run, microseconds: in seconds, which an hour has too, so that any two are distinguished by number alone.
 pub(super) fn on_run(us: i128) -> String {
     format!("{:.2} s", us.div_euclid(10_000) as f64 / 100.0)
 }
@@ -48,8 +48,8 @@ pub(super) fn on_run(us: i128) -> String {
 /// Rate of a unit's clock against this console's, for the tooltip.
 pub(super) fn clock(clock: Option<Rate>) -> String {
     clock.map_or("No rate of its clock is known yet: that takes some seconds of reports.".to_owned(), |rate| {
-        let over = rate.over.0 / 1_000_000;
-        format!("Its {} over {over} s against this console's; ages allow for {MAX_DRIFT_PPM} ppm.", rate.words())
+        let seconds = rate.over.0 / 1_000_000;
+        format!("Its {} over {seconds} s against this console's; ages allow for {MAX_DRIFT_PPM} ppm.", rate.words())
     })
 }
 
@@ -63,7 +63,7 @@ pub(super) fn tame(name: &str) -> String {
     tame_to(name, MAX_NAME)
 }
 
-/// The same of words of at most so many characters.
+/// Words without control characters, at most this many characters.
 pub(super) fn tame_to(words: &str, most: usize) -> String {
     let plain = |c: char| if c.is_ascii_graphic() || c == ' ' { c } else { '?' };
     let mut tame: String = words.chars().map(plain).take(most).collect();
@@ -113,7 +113,7 @@ pub(super) fn stages(command: &ShownCommand) -> String {
         ("effect", times.effect),
     ];
     let stage = |(name, at): (&str, Option<Instant>)| {
-        at.map(|at| format!("{name} +{:.0} ms", at.since(times.requested).as_ms()))
+        at.map(|time| format!("{name} +{:.0} ms", time.since(times.requested).as_ms()))
     };
     stages.into_iter().filter_map(stage).collect::<Vec<_>>().join("  ")
 }

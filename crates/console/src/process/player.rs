@@ -59,7 +59,7 @@ impl ProcessConfig {
             .filter(|channel| channel.topic != Topic::Feed)
             .map(|channel| wire::setup::Channel { key: wire::bus::ChannelKey([0; 32]), ..channel.clone() });
         let channels = feed.chain(struck).collect();
-        let revocations = self.config.revocations.iter().map(|(who, _)| (*who, Vec::new())).collect();
+        let revocations = self.config.revocations.iter().map(|(node, _)| (*node, Vec::new())).collect();
         Self {
             setup: Setup { secret: Secret([0; 32]), channels, ..self.setup.clone() },
             config: ConsoleConfig {
@@ -108,10 +108,10 @@ pub struct Player {
 }
 
 impl Player {
-    /// The same, marked as INVALID in every picture.
+    /// The player with every picture marked as INVALID.
     #[must_use]
-    pub fn invalid(self, why: String) -> Self {
-        Self { invalid: Some(why), ..self }
+    pub fn invalid(self, reason: String) -> Self {
+        Self { invalid: Some(reason), ..self }
     }
 
     /// Opens the recording below `run_dir`, goes through it once, and stands at the first change of mode in it; at its
@@ -127,12 +127,12 @@ impl Player {
         let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
         let log = input_journal::Reader::new(BufReader::new(link::files::open(&log).map_err(JournalError::from)?))?;
         let header = log.header();
-        let mut player = Self::of(&config, header.boot, header.started, turns(log)?)?;
+        let mut player = Self::new(&config, header.boot, header.started, turns(log)?)?;
         player.learn(truth(run_dir));
         Ok((player, config))
     }
 
-    fn of(config: &ProcessConfig, boot: Boot, started: Instant, turns: Vec<Turn>) -> Result<Self, PlayerError> {
+    fn new(config: &ProcessConfig, boot: Boot, started: Instant, turns: Vec<Turn>) -> Result<Self, PlayerError> {
         let setup = Setup { boot, ..config.setup.clone() };
         let console = Console::retrace(setup, config.config.clone(), started)?;
         let at = turns.first().ok_or(PlayerError::Empty)?.now;
@@ -149,7 +149,7 @@ impl Player {
             player.mark(&before, &after);
             before = after;
         }
-        player.seek(player.first_change.map_or(Span::ZERO, |at| at.since(player.begins())));
+        player.seek(player.first_change.map_or(Span::ZERO, |time| time.since(player.begins())));
         Ok(player)
     }
 
@@ -164,7 +164,7 @@ impl Player {
     }
 
     /// Present position, from its beginning.
-    pub fn at(&self) -> Span {
+    pub fn position(&self) -> Span {
         self.at.since(self.begins())
     }
 
@@ -207,15 +207,15 @@ impl Player {
         self.at = to;
     }
 
-    /// Goes so many inputs on, or back. Those of one instant are gone past together, for the picture is of an instant.
-    pub fn step(&mut self, by: i32) {
+    /// Goes a given number of inputs on, or back. Inputs of one instant are passed together, for the picture is of an instant.
+    pub fn step(&mut self, steps: i32) {
         let last = self.turns.len().saturating_sub(1);
-        let here = if by < 0 {
+        let index = if steps < 0 {
             self.turns.partition_point(|turn| turn.now < self.at)
         } else {
             self.turns.partition_point(|turn| turn.now <= self.at).saturating_sub(1)
         };
-        let to = here.saturating_add_signed(by as isize).min(last);
+        let to = index.saturating_add_signed(steps as isize).min(last);
         if let Some(turn) = self.turns.get(to) {
             self.seek(turn.now.since(self.begins()));
         }
@@ -230,7 +230,7 @@ impl Player {
         let Some(turn) = self.turns.get(self.taken) else { return };
         self.console.handle(turn.now, &turn.input);
         while self.console.output().is_some() {}
-        turn.said.iter().for_each(|output| self.console.said(turn.now, output));
+        turn.said.iter().for_each(|output| self.console.apply_output(turn.now, output));
         (self.taken, self.at) = (self.taken + 1, turn.now);
     }
 
@@ -247,8 +247,11 @@ impl Player {
     /// Inserts the true events between the changes of the display.
     fn learn(&mut self, truth: Vec<Happened>) {
         let (begins, length) = (self.begins(), self.length());
-        let moment =
-            |of: Happened| Moment { at: Instant(of.at_us).since(begins).min(length), what: of.what, truth: true };
+        let moment = |happened: Happened| Moment {
+            at: Instant(happened.at_us).since(begins).min(length),
+            what: happened.what,
+            truth: true,
+        };
         self.moments.extend(truth.into_iter().take(MAX_MOMENTS).map(moment));
         self.moments.sort_by_key(|moment| moment.at);
     }

@@ -1,4 +1,4 @@
-//! A recording in the window: the player behind the same views, running by itself when it is told to.
+//! A recording in the window: the player behind the same views, running by itself on request.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use super::open;
 use super::player::{Player, PlayerError};
 use super::window::layout;
 use crate::shown::Shown;
-use crate::sidecar::{Evidence, Sidecar};
+use crate::sidecar::{EvidenceSource, Sidecar};
 use crate::site::Site;
 use crate::source::{Looks, Seek, Source, Tape};
 
@@ -19,7 +19,7 @@ use crate::source::{Looks, Seek, Source, Tape};
 pub struct Recorded {
     player: Player,
     site: Site,
-    evidence: Option<Box<dyn Evidence>>,
+    evidence: Option<Box<dyn EvidenceSource>>,
 }
 
 /// Opens the recording below `run_dir`.
@@ -34,28 +34,28 @@ pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
 impl Recorded {
     /// Adds this evidence.
     #[must_use]
-    pub fn sidecar(mut self, evidence: Box<dyn Evidence>) -> Self {
+    pub fn sidecar(mut self, evidence: Box<dyn EvidenceSource>) -> Self {
         evidence.began().into_iter().for_each(|began| self.player.count_from(began));
         Self { evidence: Some(evidence), ..self }
     }
 
     /// Marks the recording as no evidence, with the reason.
     #[must_use]
-    pub fn invalid(self, why: String) -> Self {
-        Self { player: self.player.invalid(why), ..self }
+    pub fn invalid(self, reason: String) -> Self {
+        Self { player: self.player.invalid(reason), ..self }
     }
 
-    /// Shows it in a window, until that is closed or `over`.
+    /// Shows it in a window, until that is closed or `is_over`.
     ///
     /// # Errors
     /// When the window cannot be opened.
-    pub fn show(self, over: impl Fn() -> bool + 'static) -> Result<(), String> {
+    pub fn show(self, is_over: impl Fn() -> bool + 'static) -> Result<(), String> {
         let unit = self.player.first();
         let invalid = if self.player.shown().marks.invalid.is_some() { ", INVALID" } else { "" };
         let looks =
             Looks { title: format!("holdsafe console: REPLAY{invalid}"), unit, site: self.site, layout: layout() };
         let source =
-            Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(over) };
+            Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(is_over) };
         open::console(looks, Box::new(source), |_wake| {})
     }
 }
@@ -63,7 +63,7 @@ impl Recorded {
 /// The player with the time at which it was set running, and from where.
 struct Running {
     player: Player,
-    evidence: Option<Box<dyn Evidence>>,
+    evidence: Option<Box<dyn EvidenceSource>>,
     since: Option<(Instant, Span)>,
     /// True if there is a picture that was not drawn.
     new: bool,
@@ -76,7 +76,7 @@ impl Source for Running {
         if let Some((set_off, from)) = self.since {
             self.player.seek(from + Instant(trace_us()).since(set_off));
             self.new = true;
-            if self.player.at() >= self.player.length() {
+            if self.player.position() >= self.player.length() {
                 self.since = None;
             }
         }
@@ -88,17 +88,17 @@ impl Source for Running {
         true
     }
 
-    fn over(&mut self) -> bool {
+    fn is_closed(&mut self) -> bool {
         (self.over)()
     }
 
     fn tape(&mut self) -> Option<Tape> {
-        let (at, length, lead) = (self.player.at(), self.player.length(), self.player.lead());
+        let (at, length, lead) = (self.player.position(), self.player.length(), self.player.lead());
         Some(Tape { at, length, lead, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
     }
 
-    fn sidecar(&mut self, at: Instant) -> Sidecar {
-        self.evidence.as_mut().map_or_else(Sidecar::default, |evidence| evidence.at(at))
+    fn sidecar(&mut self, time: Instant) -> Sidecar {
+        self.evidence.as_mut().map_or_else(Sidecar::default, |evidence| evidence.evidence_at(time))
     }
 
     fn seek(&mut self, to: Seek) {
@@ -106,16 +106,16 @@ impl Source for Running {
             Seek::To(at) => self.player.seek(at),
             Seek::Step(by) => self.player.step(by),
             Seek::Play(true) => {
-                // From its end there is only one way to go.
-                if self.player.at() >= self.player.length() {
+                // The only way from the end is back.
+                if self.player.position() >= self.player.length() {
                     self.player.seek(Span::ZERO);
                 }
-                self.since = Some((Instant(trace_us()), self.player.at()));
+                self.since = Some((Instant(trace_us()), self.player.position()));
                 return;
             }
             Seek::Play(false) => {}
         }
-        // Whoever goes somewhere wants to stay there.
+        // A person who goes somewhere wants to stay there.
         (self.since, self.new) = (None, true);
     }
 }

@@ -69,12 +69,12 @@ impl Pictures {
     }
 
     /// True if the loop has ended.
-    pub fn over(&self) -> bool {
+    pub fn is_closed(&self) -> bool {
         self.slot(|slot| slot.over)
     }
 
-    fn slot<T>(&self, with: impl FnOnce(&mut Slot) -> T) -> T {
-        with(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    fn slot<T>(&self, act: impl FnOnce(&mut Slot) -> T) -> T {
+        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -128,7 +128,7 @@ fn differs(last: &Shown, now: &Shown) -> bool {
         || last.answers != now.answers
 }
 
-/// The person at the window: gives each act a number of its own.
+/// The person at the window: gives each act its own number.
 pub struct Person {
     hand: Hand,
     given: u64,
@@ -163,13 +163,13 @@ impl Source for Live {
         self.person.does(act)
     }
 
-    fn over(&mut self) -> bool {
-        self.pictures.over()
+    fn is_closed(&mut self) -> bool {
+        self.pictures.is_closed()
     }
 }
 
-/// Runs the core on a thread of its own and the window on this one, until the launcher ends the run. A window that is
-/// closed says so to the launcher, which then does.
+/// Runs the core on its own thread and the window on this one, until the launcher ends the run. A window that is
+/// closed reports it to the launcher, which then does.
 pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     let pictures = Pictures::default();
     let (hand, acts) = drive::hands();
@@ -189,8 +189,8 @@ pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     };
     let looks = Looks { title: "holdsafe console".to_owned(), unit, site, layout: layout() };
     let live = Live { pictures: pictures.clone(), person: Person::new(hand) };
-    let why = open::console(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
-    drive::say("closed", &json!(why));
+    let reason = open::console(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
+    drive::say("closed", &json!(reason));
     core.join().unwrap_or(ExitCode::FAILURE)
 }
 
@@ -208,8 +208,8 @@ mod tests {
     fn refused_acts_are_returned_and_numbers_unique() {
         let (hand, _acts) = link::drive::hands();
         let mut person = Person::new(hand);
-        let given = (0..2 * drive::ACTS).filter(|_| person.does(Act::Withdraw)).count();
-        assert_eq!(given, drive::ACTS);
+        let withdrawn = (0..2 * drive::ACTS).filter(|_| person.does(Act::Withdraw)).count();
+        assert_eq!(withdrawn, drive::ACTS);
         assert_eq!(person.given, 2 * drive::ACTS as u64);
     }
 }

@@ -63,10 +63,10 @@ fn leaving_safe_takes_two_acts_and_a_reason() {
     let (intent, bytes) = bench.intents()[0].clone();
     assert_eq!((intent.id, intent.reason.as_str()), (command, "cause understood"));
     assert_eq!(bench.act(confirm(RESUME)), Err(Unable::NotPrepared), "a confirmation counts once");
-    assert!(bench.asked.iter().all(|asked| !matches!(asked, Asked::Release(_))), "not before it is staged");
+    assert!(bench.asked.iter().all(|requested| !matches!(requested, Asked::Release(_))), "not before it is staged");
     bench.staged(&bytes, CommandStage::Staged);
     bench.staged(&bytes, CommandStage::Staged);
-    let released = bench.asked.iter().filter(|asked| matches!(asked, Asked::Release(_))).count();
+    let released = bench.asked.iter().filter(|requested| matches!(requested, Asked::Release(_))).count();
     assert_eq!(released, 1);
 }
 
@@ -83,12 +83,12 @@ fn prepared_order_lapses_with_time_or_interlock() {
     bench.act(Act::Prepare(RESUME)).unwrap();
     bench.pass(Span::ms(400));
     assert_eq!(bench.console.shown(bench.now).prepared, None, "the picture is stale");
-    let why: Vec<Unable> = bench
+    let refusals: Vec<Unable> = bench
         .events
         .iter()
         .filter_map(|(_, event)| if let Event::Lapsed { why, .. } = event { Some(*why) } else { None })
         .collect();
-    assert_eq!(why, [Unable::Lapsed, Unable::Interlock]);
+    assert_eq!(refusals, [Unable::Lapsed, Unable::Interlock]);
     assert_eq!(bench.intents().len(), 0);
 }
 
@@ -114,7 +114,7 @@ fn step_towards_safe_drops_the_opposite_order() {
     let (_, resume) = bench.intents()[0].clone();
     bench.act(HOLD).unwrap();
     bench.staged(&resume, CommandStage::Staged);
-    assert!(bench.asked.iter().all(|asked| !matches!(asked, Asked::Release(_))));
+    assert!(bench.asked.iter().all(|requested| !matches!(requested, Asked::Release(_))));
 }
 
 #[test]
@@ -125,8 +125,8 @@ fn failing_guard_within_its_limit_names_its_wait() {
         (Guard::Drift, 12, "12 mm s, limit 0 mm s to recover"),
         (Guard::TimeBase, 3_000, "3000 us, limit 2500 us to recover"),
     ] {
-        let failing = Guards::default().with(guard);
-        let measured = Measured::default().with(guard, Some(value));
+        let failing = Guards::default().with_guard(guard);
+        let measured = Measured::default().with_value(guard, Some(value));
         let lost = Report { failing, measured, ..bench.next(Mode::Degraded) };
         bench.heard(&lost, Span::ms(20));
         let text = console::text::lines(&bench.console.shown(bench.now));
@@ -148,7 +148,7 @@ fn each_interlock_blocks_with_value_and_limit() {
     bench.reports(Mode::Ready, Span::ms(100));
     assert_eq!(failing(&bench, &arm), [""; 0]);
     assert_eq!(failing(&bench, &RESUME), ["mode"]);
-    let lost = Report { failing: Guards::default().with(Guard::Thermal), ..bench.next(Mode::Ready) };
+    let lost = Report { failing: Guards::default().with_guard(Guard::Thermal), ..bench.next(Mode::Ready) };
     bench.heard(&lost, Span::ms(20));
     assert_eq!(failing(&bench, &arm), ["guards failing"]);
     assert_eq!(bench.order(CommandKind::Arm(track)), Err(Unable::Interlock));
@@ -156,8 +156,8 @@ fn each_interlock_blocks_with_value_and_limit() {
     bench.reports(Mode::Ready, Span::ms(100));
     assert_eq!(failing(&bench, &Order::Command(UnitId::A, CommandKind::Arm(TrackId(9)))), ["track fresh"]);
     let ready = bench.next(Mode::Ready);
-    let supported = Modalities::default().with(Modality::Rgb).with(Modality::Lidar);
-    let contradicted = Modalities::default().with(Modality::Thermal);
+    let supported = Modalities::default().with_modality(Modality::Rgb).with_modality(Modality::Lidar);
+    let contradicted = Modalities::default().with_modality(Modality::Thermal);
     let doubt = |track: &ReportedTrack| ReportedTrack { supported, contradicted, ..*track };
     let tracks = ready.tracks.iter().map(doubt).collect();
     bench.heard(&Report { tracks, ..ready }, Span::ms(20));
@@ -233,12 +233,12 @@ fn every_act_is_answered_and_logged() {
     let command = bench.order(CommandKind::Resume).unwrap();
     bench.act(Act::Withdraw).unwrap();
     bench.give(&Input::Act { bytes: vec![0xff; 300] });
-    let told: Vec<Event> =
+    let events: Vec<Event> =
         bench.events.iter().map(|(_, event)| *event).filter(|event| matches!(event, Event::Act { .. })).collect();
     let by = NodeId::OPERATOR;
     let act = |serial, act, command| Event::Act { by, serial, act: Some(act), command, refused: None };
     assert_eq!(
-        told,
+        events,
         [
             act(1, Act::Prepare(RESUME), None),
             act(2, Act::Confirm(RESUME, Text::new("as planned")), command),
@@ -292,8 +292,8 @@ fn command_shows_the_time_of_each_stage() {
 fn dropped_track_stays_until_noted_or_back() {
     let mut bench = Bench::seating(Role::Operate);
     bench.reports(Mode::Ready, Span::ms(100));
-    let without = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
-    bench.heard(&without, Span::ms(20));
+    let ablated_report = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
+    bench.heard(&ablated_report, Span::ms(20));
     let lost = |bench: &Bench| bench.console.shown(bench.now).units[0].lost.clone();
     let (track, freshness) = {
         let lost = lost(&bench);
@@ -306,8 +306,8 @@ fn dropped_track_stays_until_noted_or_back() {
     bench.reports(Mode::Ready, Span::ms(100));
     bench.reports(Mode::Ready, Span::ms(100));
     assert_eq!(lost(&bench), [], "it is reported again");
-    let again = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
-    bench.heard(&again, Span::ms(20));
+    let repeated = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
+    bench.heard(&repeated, Span::ms(20));
     let alarm = Alarm::TrackLost(UnitId::A, Boot(1), TrackId(4));
     let since = bench.console.shown(bench.now).alarms.iter().find(|shown| shown.alarm == alarm).unwrap().since;
     assert_eq!(bench.act(Act::Acknowledge(alarm, since + Span(1))), Err(Unable::NoAlarm), "another occurrence");
@@ -333,11 +333,11 @@ fn alarm_stays_until_over_and_acknowledged() {
     assert_eq!(alarms(&bench), []);
     bench.feed(&Feed::Session(PeerId::UNIT_A, false));
     bench.feed(&Feed::Session(PeerId::UNIT_A, true));
-    let over = alarms(&bench)[0];
-    assert_eq!((over.standing, over.acknowledged), (false, false), "over, and not noted");
-    bench.act(Act::Acknowledge(over.alarm, over.since)).unwrap();
+    let alarm = alarms(&bench)[0];
+    assert_eq!((alarm.standing, alarm.acknowledged), (false, false), "over, and not noted");
+    bench.act(Act::Acknowledge(alarm.alarm, alarm.since)).unwrap();
     bench.pass(Span::ms(1));
-    assert_eq!(alarms(&bench).iter().filter(|shown| shown.alarm == over.alarm).count(), 0);
+    assert_eq!(alarms(&bench).iter().filter(|shown| shown.alarm == alarm.alarm).count(), 0);
 }
 
 #[test]
@@ -350,7 +350,7 @@ fn history_keeps_order_and_drops_the_oldest() {
     bench.act(Act::Acknowledge(degraded, raised.since)).unwrap();
     bench.reports(Mode::Ready, Span::ms(100));
     let mode = |mode| Incident::Mode(UnitId::A, mode, Cause::Start, Suite::Scene);
-    let told = [
+    let incidents = [
         mode(Mode::Degraded),
         Incident::Raised(degraded),
         Incident::Acknowledged(degraded),
@@ -358,8 +358,9 @@ fn history_keeps_order_and_drops_the_oldest() {
         Incident::Over(degraded),
     ];
     let past = bench.console.shown(bench.now).past;
-    let about: Vec<Incident> = past.iter().map(|past| past.what).filter(|what| told.contains(what)).collect();
-    assert_eq!(about, told);
+    let about: Vec<Incident> =
+        past.iter().map(|past| past.what).filter(|incident| incidents.contains(incident)).collect();
+    assert_eq!(about, incidents);
     assert!(past.iter().is_sorted_by_key(|past| past.at));
     for n in 0..2 * MAX_PAST {
         bench.feed(&Feed::Session(PeerId::UNIT_A, n % 2 == 0));
@@ -367,15 +368,16 @@ fn history_keeps_order_and_drops_the_oldest() {
     }
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.past.len(), MAX_PAST);
-    let about: Vec<Incident> = shown.past.iter().map(|past| past.what).filter(|what| told.contains(what)).collect();
-    assert_eq!(about, told, "what happened to the unit is not washed out by what happens to others");
+    let about: Vec<Incident> =
+        shown.past.iter().map(|past| past.what).filter(|incident| incidents.contains(incident)).collect();
+    assert_eq!(about, incidents, "what happened to the unit is not washed out by what happens to others");
     assert!(shown.past.iter().is_sorted_by_key(|past| past.at) && shown.past_more > 0);
     for n in 0..2 * MAX_PAST {
         bench.reports([Mode::Ready, Mode::Degraded][n % 2], Span::ms(100));
     }
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.past.len(), MAX_PAST);
-    assert!(shown.past.iter().all(|past| past.what != told[2]), "of itself the oldest goes");
+    assert!(shown.past.iter().all(|past| past.what != incidents[2]), "of itself the oldest goes");
     let links = shown.past.iter().filter(|past| matches!(past.what, Incident::Raised(Alarm::LinkDown(_)))).count();
     assert!(links > MAX_PAST / 8, "{links}");
 }
@@ -398,10 +400,10 @@ fn alarm_on_a_past_event_ends_when_noted() {
     }
     bench.feed(&Feed::SessionsLost(2));
     assert!(listed(&bench, Alarm::SessionLost(PeerId::GATEWAY)).is_some_and(|shown| !shown.acknowledged));
-    let again = bench.act(HOLD).unwrap().expect("a command");
+    let repeated = bench.act(HOLD).unwrap().expect("a command");
     bench.pass(Span::s(1));
     assert!(
-        listed(&bench, Alarm::NotAcknowledged(again)).is_some()
+        listed(&bench, Alarm::NotAcknowledged(repeated)).is_some()
             && listed(&bench, Alarm::NotAcknowledged(command)).is_none()
     );
 }

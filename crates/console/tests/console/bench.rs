@@ -1,7 +1,7 @@
 //! A console on a bench, behind a scripted gateway.
 
 use console::eye::Eye;
-use console::operator::{Action, Step, When};
+use console::operator::{Action, ScriptStep, When};
 use console::{Console, ConsoleConfig};
 use sha2::{Digest, Sha256};
 use wire::audit::Entry;
@@ -63,33 +63,33 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub(crate) fn new(policy: Policy, script: Vec<Step>) -> Self {
-        Self::with(policy, Role::Supervise, script, Vec::new())
+    pub(crate) fn new(policy: Policy, script: Vec<ScriptStep>) -> Self {
+        Self::with_script(policy, Role::Supervise, script, Vec::new())
     }
 
     /// The revocation that [`Bench::seating`] has at hand.
     pub(crate) fn revocations() -> Vec<(NodeId, Vec<u8>)> {
-        let of = NodeId::OPERATOR_2;
-        vec![(of, Revocation { of }.sign(&key_of(NodeId::AUTHORITY)))]
+        let node = NodeId::OPERATOR_2;
+        vec![(node, Revocation { of: node }.sign(&key_of(NodeId::AUTHORITY)))]
     }
 
     /// With a person in this role and no script.
     pub(crate) fn seating(role: Role) -> Self {
-        Self::with(Policy::default(), role, Vec::new(), Self::revocations())
+        Self::with_script(Policy::default(), role, Vec::new(), Self::revocations())
     }
 
     /// With the full policy, and these revocations at hand.
-    pub(crate) fn revoking(script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
-        Self::with(Policy::default(), Role::Supervise, script, revocations)
+    pub(crate) fn revoking(script: Vec<ScriptStep>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
+        Self::with_script(Policy::default(), Role::Supervise, script, revocations)
     }
 
-    fn with(policy: Policy, role: Role, script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
-        Self::around(console(policy, role, script, revocations, START))
+    fn with_script(policy: Policy, role: Role, script: Vec<ScriptStep>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
+        Self::from_console(console(policy, role, script, revocations, START))
     }
 
     /// With a person in this role, who commands these units.
-    pub(crate) fn over(units: &[UnitId], policy: Policy, role: Role) -> Self {
-        Self::around(console_of(units, policy, role, Vec::new(), Vec::new(), START))
+    pub(crate) fn with_units(units: &[UnitId], policy: Policy, role: Role) -> Self {
+        Self::from_console(console_of(units, policy, role, Vec::new(), Vec::new(), START))
     }
 
     /// With the units A and B admitted, of which only these take part.
@@ -97,16 +97,16 @@ impl Bench {
         let (setup, config) =
             making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, Vec::new(), Vec::new());
         let config = ConsoleConfig { awaited: awaited.to_vec(), ..config };
-        Self::around(Console::new(setup, config, START).unwrap())
+        Self::from_console(Console::new(setup, config, START).unwrap())
     }
 
     /// With an operator who follows this script and looks with this eye.
-    pub(crate) fn with_eye(script: Vec<Step>, eye: Option<Eye>) -> Self {
+    pub(crate) fn with_eye(script: Vec<ScriptStep>, eye: Option<Eye>) -> Self {
         let (setup, config) = making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, script, Vec::new());
-        Self::around(Console::new(setup, ConsoleConfig { eye, ..config }, START).unwrap())
+        Self::from_console(Console::new(setup, ConsoleConfig { eye, ..config }, START).unwrap())
     }
 
-    fn around(console: Console) -> Self {
+    fn from_console(console: Console) -> Self {
         let mut bench = Self {
             console,
             now: START,
@@ -149,10 +149,10 @@ impl Bench {
         self.give(&Input::Bus { topic: Topic::Feed, bytes });
     }
 
-    /// Lets `span` go by, with every deadline in it.
+    /// Lets `span` pass, with every deadline in it.
     pub(crate) fn pass(&mut self, span: Span) {
         let until = self.now + span;
-        while let Some(deadline) = self.console.deadline().filter(|at| *at <= until) {
+        while let Some(deadline) = self.console.deadline().filter(|time| *time <= until) {
             assert!(deadline >= self.now, "a deadline in the past");
             self.now = deadline;
             self.give(&Input::Timeout);
@@ -163,11 +163,11 @@ impl Bench {
     /// Unit A's next report in this mode.
     pub(crate) fn next(&mut self, mode: Mode) -> Report {
         self.sequence += 1;
-        self.told(report(self.sequence, self.now.0, mode))
+        self.with_challenge(report(self.sequence, self.now.0, mode))
     }
 
     /// The report with the display's newest challenge in it.
-    pub(crate) fn told(&self, report: Report) -> Report {
+    pub(crate) fn with_challenge(&self, report: Report) -> Report {
         Report { watched: self.watched, ..report }
     }
 
@@ -200,12 +200,12 @@ impl Bench {
 
     /// The gateway moves the command with this signed intent along.
     pub(crate) fn staged(&mut self, signed: &[u8], stage: CommandStage) {
-        let why = (stage == CommandStage::Refused).then_some(Reason::Late);
-        self.feed(&Feed::Command(Sha256::digest(signed).into(), stage, why));
+        let reason = (stage == CommandStage::Refused).then_some(Reason::Late);
+        self.feed(&Feed::Command(Sha256::digest(signed).into(), stage, reason));
     }
 
-    pub(crate) fn acknowledged(&mut self, by: NodeId, ack: &Ack) {
-        let bytes = key_of(by).sign(Purpose::Ack, &codec::encode(ack));
+    pub(crate) fn acknowledged(&mut self, author: NodeId, ack: &Ack) {
+        let bytes = key_of(author).sign(Purpose::Ack, &codec::encode(ack));
         self.feed(&Feed::Acknowledged(bytes.as_slice().into()));
     }
 
@@ -229,7 +229,7 @@ impl Bench {
 
     /// The intents asked for so far.
     pub(crate) fn intents(&self) -> Vec<(Intent, Vec<u8>)> {
-        let stage = |asked: &Asked| match asked {
+        let stage = |requested: &Asked| match requested {
             Asked::Stage(intent, bytes) => Some((*intent, bytes.clone())),
             Asked::Release(_) | Asked::Watch(_) | Asked::Revoke(_) => None,
         };
@@ -246,8 +246,8 @@ impl Bench {
 
     /// Time, freshness and age of each display of A.
     pub(crate) fn displayed(&self) -> Vec<(Instant, Freshness, Span)> {
-        let shown = |(at, event): &(Instant, Event)| match event {
-            Event::Displayed { unit: UnitId::A, freshness, age, .. } => Some((*at, *freshness, *age)),
+        let shown = |(time, event): &(Instant, Event)| match event {
+            Event::Displayed { unit: UnitId::A, freshness, age, .. } => Some((*time, *freshness, *age)),
             _ => None,
         };
         self.events.iter().filter_map(shown).collect()
@@ -258,7 +258,7 @@ impl Bench {
 pub(crate) fn console(
     policy: Policy,
     role: Role,
-    script: Vec<Step>,
+    script: Vec<ScriptStep>,
     revocations: Vec<(NodeId, Vec<u8>)>,
     now: Instant,
 ) -> Console {
@@ -269,7 +269,7 @@ fn console_of(
     units: &[UnitId],
     policy: Policy,
     role: Role,
-    script: Vec<Step>,
+    script: Vec<ScriptStep>,
     revocations: Vec<(NodeId, Vec<u8>)>,
     now: Instant,
 ) -> Console {
@@ -279,7 +279,7 @@ fn console_of(
 
 /// A console that follows a recording of one with a person in this role, without any of its secrets.
 pub(crate) fn retracing(role: Role, now: Instant) -> Console {
-    let revocations = Bench::revocations().into_iter().map(|(who, _)| (who, Vec::new())).collect();
+    let revocations = Bench::revocations().into_iter().map(|(node, _)| (node, Vec::new())).collect();
     let (mut setup, config) = making(&[UnitId::A, UnitId::B], Policy::default(), role, Vec::new(), revocations);
     setup.secret = Secret([0; 32]);
     setup.channels.iter_mut().filter(|c| c.topic == Topic::Intents).for_each(|c| c.key = ChannelKey([0; 32]));
@@ -290,7 +290,7 @@ pub(crate) fn making(
     units: &[UnitId],
     policy: Policy,
     role: Role,
-    script: Vec<Step>,
+    script: Vec<ScriptStep>,
     revocations: Vec<(NodeId, Vec<u8>)>,
 ) -> (Setup, ConsoleConfig) {
     let setup = Setup {
@@ -330,7 +330,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         x_mm: 10_000,
         y_mm: 0,
         confidence: 900,
-        supported: Modalities::default().with(Modality::Thermal).with(Modality::Lidar),
+        supported: Modalities::default().with_modality(Modality::Thermal).with_modality(Modality::Lidar),
         age: Span::ms(50),
         contradicted: Modalities::default(),
         bearings_mrad: 0,
@@ -363,12 +363,12 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
     }
 }
 
-pub(crate) fn sign(by: NodeId, report: &Report) -> Vec<u8> {
-    key_of(by).sign(Purpose::Report, &codec::encode(report))
+pub(crate) fn sign(author: NodeId, report: &Report) -> Vec<u8> {
+    key_of(author).sign(Purpose::Report, &codec::encode(report))
 }
 
-pub(crate) fn step(at_ms: u64, action: Action, mode: Mode) -> Step {
-    Step {
+pub(crate) fn step(at_ms: u64, action: Action, mode: Mode) -> ScriptStep {
+    ScriptStep {
         at_ms: Some(at_ms),
         unit: UnitId::A,
         when: When { mode: Some(mode), track: None },
@@ -398,9 +398,9 @@ fn read(bytes: &[u8]) -> Asked {
 /// Encoded crops of a track in one shade, and the entry that vouches for them.
 pub(crate) fn crops_of(track: TrackId, shade: u8) -> (Vec<Vec<u8>>, Pictured) {
     let body = |at: usize| (6..18).contains(&(at % WIDTH)) && (7..12).contains(&(at / WIDTH));
-    let shades: [u8; PIXELS] = std::array::from_fn(|at| if body(at) { shade.saturating_add(120) } else { shade });
+    let shades: [u8; PIXELS] = std::array::from_fn(|index| if body(index) { shade.saturating_add(120) } else { shade });
     let mut colour = [shade; 2 * PIXELS];
-    (0..PIXELS).filter(|at| body(*at)).for_each(|at| colour[2 * at + 1] = shade / 2);
+    (0..PIXELS).filter(|index| body(*index)).for_each(|index| colour[2 * index + 1] = shade / 2);
     let crop = |pixels| Crop { track, frame: FrameId(7), scale: 2, pixels };
     let all = [
         crop(Pixels::Colour(colour.into())),

@@ -59,7 +59,7 @@ fn reports_of_another_session_are_never_confused() {
     }
 }
 
-/// From fresh to late to stale to lost, at its limits.
+/// Labels go from fresh to late to stale to lost at their limits.
 #[test]
 fn silent_unit_ages_through_every_label() {
     let mut bench = Bench::new(Policy::default(), vec![]);
@@ -74,12 +74,12 @@ fn silent_unit_ages_through_every_label() {
             labels.push((freshness, at.since(heard)));
         }
     }
-    let beyond = |ms: u64| Span::ms(ms - 20) + Span(1);
+    let over_limit = |ms: u64| Span::ms(ms - 20) + Span(1);
     let expected = [
         (Freshness::Fresh, Span::ZERO),
-        (Freshness::Late, beyond(300)),
-        (Freshness::Stale, beyond(500)),
-        (Freshness::Lost, beyond(2000)),
+        (Freshness::Late, over_limit(300)),
+        (Freshness::Stale, over_limit(500)),
+        (Freshness::Lost, over_limit(2000)),
     ];
     assert_eq!(labels, expected);
 }
@@ -88,10 +88,10 @@ fn silent_unit_ages_through_every_label() {
 fn display_is_reported_at_least_every_200_ms() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     bench.reports(Mode::Ready, Span::s(3));
-    let told = bench.displayed();
-    assert!(told.windows(2).all(|pair| pair[1].0.since(pair[0].0) <= Span::ms(200)));
-    assert!(told.iter().all(|(_, freshness, _)| *freshness == Freshness::Fresh));
-    assert!(told.len() < 40, "{}", told.len());
+    let displayed = bench.displayed();
+    assert!(displayed.windows(2).all(|pair| pair[1].0.since(pair[0].0) <= Span::ms(200)));
+    assert!(displayed.iter().all(|(_, freshness, _)| *freshness == Freshness::Fresh));
+    assert!(displayed.len() < 40, "{}", displayed.len());
 }
 
 /// A restart takes none back.
@@ -114,12 +114,12 @@ fn lost_sessions_show_their_owners_count() {
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.losses, [(PeerId::UNIT_A, 4), (PeerId::GATEWAY, 1)]);
     assert!(console::text::lines(&shown).contains("ALARM    unit-a LOST its command session 4 times"));
-    let told = bench.events.iter().filter_map(|(_, event)| match event {
+    let displayed = bench.events.iter().filter_map(|(_, event)| match event {
         Event::LossesShown { peer, times } => Some((*peer, *times)),
         _ => None,
     });
     assert_eq!(
-        told.collect::<Vec<_>>(),
+        displayed.collect::<Vec<_>>(),
         [(PeerId::UNIT_A, 2), (PeerId::UNIT_A, 3), (PeerId::UNIT_A, 4), (PeerId::GATEWAY, 1)]
     );
 }
@@ -130,9 +130,9 @@ fn mode_is_reported_as_soon_as_shown() {
     bench.reports(Mode::Ready, Span::ms(300));
     let report = bench.next(Mode::HoldSafe);
     bench.heard(&report, Span::ms(20));
-    let (at, event) = *bench.events.last().unwrap();
+    let (time, event) = *bench.events.last().unwrap();
     assert!(matches!(event, Event::Displayed { mode: Mode::HoldSafe, .. }), "{event:?}");
-    assert_eq!(at, bench.now);
+    assert_eq!(time, bench.now);
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.units[0].since, bench.now);
 }
@@ -141,7 +141,7 @@ fn mode_is_reported_as_soon_as_shown() {
 fn what_the_gateway_says_is_checked_again() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let now = bench.now;
-    let good = bench.told(report(1, now.0, Mode::Ready));
+    let good = bench.with_challenge(report(1, now.0, Mode::Ready));
     let unwatched = report(1, now.0, Mode::Ready);
     let cases = [
         (Reason::NoEcho, sign(NodeId::UNIT_A, &unwatched), UnitId::A, Some(Span::ms(1))),
@@ -167,9 +167,9 @@ fn what_the_gateway_says_is_checked_again() {
 #[test]
 fn gateway_can_only_make_reports_older() {
     let mut bench = Bench::new(Policy::default(), vec![]);
-    let kept = bench.next(Mode::Ready);
+    let report = bench.next(Mode::Ready);
     bench.pass(Span::ms(800));
-    bench.heard(&kept, Span::ZERO);
+    bench.heard(&report, Span::ZERO);
     let (_, freshness, age) = *bench.displayed().last().unwrap();
     assert_eq!(freshness, Freshness::Stale);
     assert!(age >= Span::ms(800) && age < Span::ms(801), "{age}");
@@ -188,9 +188,9 @@ fn an_echo_under_another_signature_lowers_no_age() {
     let forged = Report { watched: Some(early), stamp: echo.seen, ..bench.next(Mode::Ready) };
     bench.heard_as(&sign(NodeId::UNIT_B, &forged), UnitId::A, Some(Span::ZERO), bench.now);
     assert_eq!(bench.refusals().pop(), Some(Reason::Signature));
-    let kept = bench.next(Mode::Ready);
+    let report = bench.next(Mode::Ready);
     bench.pass(Span::ms(400));
-    bench.heard(&kept, Span::ZERO);
+    bench.heard(&report, Span::ZERO);
     let (_, freshness, age) = *bench.displayed().last().unwrap();
     assert_eq!(freshness, Freshness::Late, "{age}");
 }
@@ -228,14 +228,14 @@ fn json_values_carry_freshness_and_age() {
     let mut bench = Bench::seating(Role::View);
     bench.reports(Mode::Ready, Span::s(1));
     let unit = |bench: &Bench| bench.pictures.last().unwrap()["units"][0].clone();
-    let of = unit(&bench);
+    let value = unit(&bench);
     for part in ["state", "place"] {
-        assert_eq!(of[part]["freshness"], "fresh", "{part}");
+        assert_eq!(value[part]["freshness"], "fresh", "{part}");
     }
-    assert_eq!((&of["state"]["value"]["mode"], &of["tracks"][0]["value"]["id"]), (&"READY".into(), &4.into()));
+    assert_eq!((&value["state"]["value"]["mode"], &value["tracks"][0]["value"]["id"]), (&"READY".into(), &4.into()));
     bench.pass(Span::s(5));
-    let of = unit(&bench);
-    for part in [&of["state"], &of["place"], &of["tracks"][0]] {
+    let value = unit(&bench);
+    for part in [&value["state"], &value["place"], &value["tracks"][0]] {
         assert!(part["freshness"] == "LOST" && part["age_ms"].as_u64() >= Some(4_800), "{part}");
     }
     assert_eq!(bench.pictures.len(), bench.texts.len());
@@ -247,10 +247,10 @@ fn a_fork_goes_on_as_the_original_does() {
     bench.reports(Mode::Ready, Span::ms(300));
     let mut fork = bench.console.fork(WorldId(2));
     for _ in 0..20 {
-        let at = bench.console.deadline().unwrap();
-        assert_eq!(fork.deadline(), Some(at));
-        bench.console.handle(at, &wire::core::Input::Timeout);
-        fork.handle(at, &wire::core::Input::Timeout);
+        let time = bench.console.deadline().unwrap();
+        assert_eq!(fork.deadline(), Some(time));
+        bench.console.handle(time, &wire::core::Input::Timeout);
+        fork.handle(time, &wire::core::Input::Timeout);
         while let Some(output) = bench.console.output() {
             assert_eq!(fork.output(), Some(output));
         }
@@ -262,7 +262,7 @@ fn a_fork_goes_on_as_the_original_does() {
 enum Move {
     /// Silence for so long, ms.
     Gap(u64),
-    /// The next report comes; it is so old, ms, and its stamp is off by so much, µs.
+    /// The next report comes; it is so old, ms, and its stamp is off by this much, µs.
     Next { age: u64, stamp: i64 },
     /// An earlier report comes again, with an age that would make it look young.
     Again { back: usize },
@@ -335,7 +335,7 @@ proptest! {
                 Move::Next { age, stamp } => {
                     clock = (bench.now.0 as i64 + stamp).max(1);
                     let sequence = reference.told.len() as u64 + 1;
-                    let signed = sign(NodeId::UNIT_A, &bench.told(report(sequence, clock as u64, Mode::Ready)));
+                    let signed = sign(NodeId::UNIT_A, &bench.with_challenge(report(sequence, clock as u64, Mode::Ready)));
                     let made = (bench.now - Span::ms(age)).max(Instant(clock as u64));
                     let accepted = hear(&mut bench, &signed, Span::ms(age));
                     reference.told.push((signed, made, accepted));
@@ -355,7 +355,7 @@ proptest! {
             }
             reference.check(&bench)?;
         }
-        // And what the oracle was told is what was shown.
+        // The oracle was informed of what was shown.
         for (_, freshness, age) in bench.displayed() {
             prop_assert_eq!(freshness, label(age));
         }

@@ -57,8 +57,8 @@ fn crops_are_shown_once_a_report_vouches_for_them() {
     bench.vouch(Some(crops(70).1));
     assert_eq!(bench.image().map(|(shade, _)| shade), Some(40), "those of the new report have not come");
     bench.pass(Span::ms(100));
-    let gone = Report { tracks: Default::default(), ..bench.next(Mode::Ready) };
-    bench.heard(&gone, Span::ms(20));
+    let report = Report { tracks: Default::default(), ..bench.next(Mode::Ready) };
+    bench.heard(&report, Span::ms(20));
     assert_eq!(bench.image(), None, "its track is gone");
 }
 
@@ -79,8 +79,8 @@ fn images_end_with_the_boot_and_with_their_age() {
     assert_eq!(bench.image(), None, "as old as a unit that is lost");
     show(&mut bench);
     bench.pass(Span::ms(100));
-    let again = Report { boot: Boot(2), ..bench.next(Mode::Idle) };
-    bench.heard(&again, Span::ms(20));
+    let repeated = Report { boot: Boot(2), ..bench.next(Mode::Idle) };
+    bench.heard(&repeated, Span::ms(20));
     assert_eq!(bench.image(), None, "of an earlier boot");
 }
 
@@ -130,11 +130,11 @@ fn track(x_mm: i32, across_px: u16) -> ReportedTrack {
 #[test]
 fn johnsons_cycles_decide_who_identifies() {
     let share = |across_px: u16| {
-        let tells = |better_ppm: &u32| {
+        let differs = |better_ppm: &u32| {
             let eye = Eye { cycles_milli: 6400, better_ppm: *better_ppm, vehicles: Vec::new() };
             eye.sees_through(&track(0, across_px), 1)
         };
-        (0..1_000_000).step_by(1000).filter(tells).count()
+        (0..1_000_000).step_by(1000).filter(differs).count()
     };
     assert_eq!(share(0), 0);
     assert_eq!(share(6), 92, "0.46875 to the power of 3.028 is 0.1008, a share of 0.0916");

@@ -22,7 +22,7 @@ use wire::time::Span;
 
 use crate::bench::{Asked, Bench, console, retracing};
 use crate::display::label;
-use crate::world::{Does, Move, Step, Told, always, refused_by_both, through};
+use crate::world::{Does, Move, Step, Told, always, check_sequence, refused_by_both};
 
 /// One test for each property, asked after every move.
 macro_rules! after_every_move {
@@ -39,8 +39,8 @@ macro_rules! after_every_move {
 
 fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
     for shown in &step.after.alarms {
-        let once = matches!(shown.alarm, Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_));
-        prop_assert!(!once || !step.world.noted(&shown.alarm), "{shown:?}");
+        let is_event = matches!(shown.alarm, Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_));
+        prop_assert!(!is_event || !step.world.noted(&shown.alarm), "{shown:?}");
     }
     Ok(())
 }
@@ -48,22 +48,22 @@ fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
 /// Even if the unit refuses as well.
 #[test]
 fn noted_refusal_is_not_raised_again() {
-    through(Role::Supervise, &refused_by_both(), &noted_once).unwrap();
+    check_sequence(Role::Supervise, &refused_by_both(), &noted_once).unwrap();
 }
 
 const HOLD: Order = Order::Command(UnitId::A, CommandKind::Hold);
 
 after_every_move! {
     state_is_never_younger_than_its_report(step) {
-        if let Some((unit, told)) = behind(step) {
-            let least = step.after.at.since(told.made);
+        if let Some((unit, report)) = unit_and_report(step) {
+            let least = step.after.at.since(report.made);
             prop_assert!(unit.state.age() >= least, "{} where it is {least} old", unit.state.age());
         }
     }
 
     places_and_tracks_age_with_their_state(step) {
-        if let Some((unit, told)) = behind(step) {
-            prop_assert!(unit.pose.age() >= unit.state.age() + told.report.pose_age);
+        if let Some((unit, report)) = unit_and_report(step) {
+            prop_assert!(unit.pose.age() >= unit.state.age() + report.report.pose_age);
             for track in &unit.tracks {
                 prop_assert!(track.age() >= unit.state.age() + track.get().0.age);
             }
@@ -96,9 +96,9 @@ after_every_move! {
     age_grows_with_time_without_newer_reports(step) {
         let (Some(before), Some(after)) = (step.before.unit(UnitId::A), step.after.unit(UnitId::A)) else { return Ok(()) };
         if before.report == after.report {
-            let gone = step.after.at.since(step.before.at);
-            prop_assert_eq!(after.state.age(), before.state.age() + gone);
-            prop_assert_eq!(after.pose.age(), before.pose.age() + gone);
+            let elapsed = step.after.at.since(step.before.at);
+            prop_assert_eq!(after.state.age(), before.state.age() + elapsed);
+            prop_assert_eq!(after.pose.age(), before.pose.age() + elapsed);
         }
     }
 
@@ -111,8 +111,8 @@ after_every_move! {
         if let Move::Forged(_) = step.moved {
             prop_assert_eq!(content(step.before), content(step.after));
         }
-        if let Some((_, told)) = behind(step) {
-            prop_assert!(!told.forged);
+        if let Some((_, report)) = unit_and_report(step) {
+            prop_assert!(!report.forged);
         }
     }
 
@@ -147,7 +147,7 @@ after_every_move! {
 
     hold_is_possible_unless_one_is_pending(step) {
         let under_way = |shown: &Shown| {
-            shown.commands.iter().any(|given| given.kind == CommandKind::Hold && given.under_way())
+            shown.commands.iter().any(|command| command.kind == CommandKind::Hold && command.under_way())
         };
         let mut console = step.world.bench.console.fork(WorldId(1));
         let now = step.after.at;
@@ -181,13 +181,13 @@ after_every_move! {
     }
 
     pending_order_is_not_given_again(step) {
-        if let Some(new) = step.after.commands.iter().find(|given| step.before.commands.iter().all(|b| b.id != given.id)) {
-            let same = step.before.commands.iter().find(|given| given.kind == new.kind && given.under_way());
+        if let Some(new) = step.after.commands.iter().find(|command| step.before.commands.iter().all(|b| b.id != command.id)) {
+            let same = step.before.commands.iter().find(|command| command.kind == new.kind && command.under_way());
             // What is overdue at this very instant counts as unanswered.
-            let overdue = |given: &&console::life::ShownCommand| {
-                step.after.command(&given.intent).is_some_and(|after| after.life == Life::NotAcknowledged)
+            let overdue = |command: &&console::life::ShownCommand| {
+                step.after.command(&command.intent).is_some_and(|after| after.life == Life::NotAcknowledged)
             };
-            prop_assert!(same.filter(|given| !overdue(given)).is_none(), "{same:?}");
+            prop_assert!(same.filter(|command| !overdue(command)).is_none(), "{same:?}");
         }
     }
 
@@ -200,13 +200,13 @@ after_every_move! {
     leaving_safe_needs_confirmation_and_reason(step) {
         for asked in step.asked {
             let Asked::Stage(intent, _) = asked else { continue };
-            let by = step.world.given_by(intent);
+            let giver = step.world.given_by(intent);
             let order = Order::Command(intent.unit, intent.kind);
             if intent.kind.towards_safe() {
-                prop_assert_eq!(by, Some(Act::Now(order)));
+                prop_assert_eq!(giver, Some(Act::Now(order)));
             } else {
                 prop_assert_eq!(step.before.prepared.map(|prepared| prepared.order), Some(order));
-                prop_assert!(matches!(by, Some(Act::Confirm(confirmed, _)) if confirmed == order), "{by:?}");
+                prop_assert!(matches!(giver, Some(Act::Confirm(confirmed, _)) if confirmed == order), "{giver:?}");
                 prop_assert!(!intent.reason.as_str().is_empty());
             }
         }
@@ -238,19 +238,19 @@ after_every_move! {
     }
 
     execution_display_needs_the_units_signature_and_stays(step) {
-        for given in step.after.commands.iter().filter(|given| given.life == Life::Executed) {
+        for given in step.after.commands.iter().filter(|command| command.life == Life::Executed) {
             prop_assert!(step.world.answered.contains(&(given.intent, true)));
         }
-        for before in step.before.commands.iter().filter(|given| given.life == Life::Executed) {
+        for before in step.before.commands.iter().filter(|command| command.life == Life::Executed) {
             let after = step.after.command(&before.intent);
             prop_assert!(after.is_none_or(|after| after.life == Life::Executed));
         }
     }
 
     missing_answer_is_shown_after_a_second(step) {
-        for given in step.after.commands.iter().filter(|given| given.under_way()) {
-            let asked = given.times.released.unwrap_or(given.times.requested);
-            prop_assert!(step.after.at.since(asked) <= ACK_WITHIN, "{given:?}");
+        for given in step.after.commands.iter().filter(|command| command.under_way()) {
+            let start = given.times.released.unwrap_or(given.times.requested);
+            prop_assert!(step.after.at.since(start) <= ACK_WITHIN, "{given:?}");
         }
     }
 
@@ -280,7 +280,7 @@ after_every_move! {
                 prop_assert!(alarm(Alarm::TrackLost(unit.unit, lost.boot, lost.track.get().0.id)));
             }
         }
-        for given in step.after.commands.iter().filter(|given| given.life == Life::NotAcknowledged) {
+        for given in step.after.commands.iter().filter(|command| command.life == Life::NotAcknowledged) {
             prop_assert!(alarm(Alarm::NotAcknowledged(given.id)) || step.world.noted(&Alarm::NotAcknowledged(given.id)));
         }
     }
@@ -307,14 +307,14 @@ after_every_move! {
     }
 
     every_refusal_is_counted_once(step) {
-        let counted = |here: bool| -> u64 {
-            step.after.refusals.iter().filter(|shown| shown.here == here).map(|shown| shown.n).sum()
+        let counted = |is_local: bool| -> u64 {
+            step.after.refusals.iter().filter(|shown| shown.here == is_local).map(|shown| shown.n).sum()
         };
         prop_assert_eq!(counted(false), step.world.counted.iter().sum::<u64>());
-        let of = |at, reason| step.world.bench.console.accounts().of(Account::Refused(at, reason));
+        let count = |interface, reason| step.world.bench.console.accounts().total(Account::Refused(interface, reason));
         let ways = [Interface::Bus(Topic::Feed), Interface::Acks];
-        let here: u64 = Reason::ALL.iter().flat_map(|reason| ways.map(|at| of(at, *reason))).sum();
-        prop_assert_eq!(counted(true), here);
+        let total: u64 = Reason::ALL.iter().flat_map(|reason| ways.map(|interface| count(interface, *reason))).sum();
+        prop_assert_eq!(counted(true), total);
     }
 
     every_list_is_bounded(step) {
@@ -324,9 +324,9 @@ after_every_move! {
     }
 
     every_act_is_answered_and_reported(step) {
-        let told = step.events.iter().filter(|(_, event)| matches!(event, Event::Act { .. })).count();
+        let logged = step.events.iter().filter(|(_, event)| matches!(event, Event::Act { .. })).count();
         let acted = step.act.is_some() || matches!(step.moved, Move::Person(Does::Garbage(_)));
-        prop_assert_eq!(told, usize::from(acted));
+        prop_assert_eq!(logged, usize::from(acted));
         if acted {
             prop_assert_eq!(step.after.answers.last().map(|answer| answer.at), Some(step.after.at));
         }
@@ -337,10 +337,10 @@ after_every_move! {
         if let Move::Session(_) = step.moved {
             let journal = &step.world.bench.journal;
             let (start, ..) = journal[0];
-            let mut again = console(Policy::default(), step.world.role, vec![], Bench::revocations(), start);
+            let mut retraced = console(Policy::default(), step.world.role, vec![], Bench::revocations(), start);
             for (now, input, expected) in journal {
-                again.handle(*now, input);
-                let outputs: Vec<Output> = std::iter::from_fn(|| again.output()).collect();
+                retraced.handle(*now, input);
+                let outputs: Vec<Output> = std::iter::from_fn(|| retraced.output()).collect();
                 prop_assert_eq!(&outputs, expected);
             }
         }
@@ -350,22 +350,22 @@ after_every_move! {
         if let Move::Session(_) = step.moved {
             let journal = &step.world.bench.journal;
             let (start, ..) = journal[0];
-            let mut again = retracing(step.world.role, start);
+            let mut retraced = retracing(step.world.role, start);
             for (now, input, said) in journal {
-                again.handle(*now, input);
-                let asks = std::iter::from_fn(|| again.output()).any(|output| matches!(output, Output::Bus { .. }));
+                retraced.handle(*now, input);
+                let asks = std::iter::from_fn(|| retraced.output()).any(|output| matches!(output, Output::Bus { .. }));
                 prop_assert!(!asks);
-                said.iter().for_each(|output| again.said(*now, output));
+                said.iter().for_each(|output| retraced.apply_output(*now, output));
             }
-            prop_assert_eq!(step.after, &again.shown(step.after.at));
+            prop_assert_eq!(step.after, &retraced.shown(step.after.at));
         }
     }
 }
 
 /// The unit as shown, and the report behind it.
-fn behind<'a>(step: &'a Step<'_>) -> Option<(&'a ShownUnit, &'a Told)> {
+fn unit_and_report<'a>(step: &'a Step<'_>) -> Option<(&'a ShownUnit, &'a Told)> {
     let unit = step.after.unit(UnitId::A)?;
-    let made = |told: &&Told| (told.report.boot, told.report.sequence) == (unit.report.boot, unit.report.sequence);
+    let made = |heard: &&Told| (heard.report.boot, heard.report.sequence) == (unit.report.boot, unit.report.sequence);
     Some((unit, step.world.told.iter().find(made).expect("what is shown was told")))
 }
 
@@ -392,10 +392,10 @@ fn tracks(shown: &Shown) -> Vec<(Boot, TrackId)> {
     shown.units.iter().flat_map(places).map(|(id, _)| id).collect()
 }
 
-fn released(asked: &[Asked]) -> Vec<IntentHash> {
-    let release = |asked: &Asked| match asked {
+fn released(requested: &[Asked]) -> Vec<IntentHash> {
+    let release = |requested: &Asked| match requested {
         Asked::Release(confirmation) => Some(confirmation.intent),
         _ => None,
     };
-    asked.iter().filter_map(release).collect()
+    requested.iter().filter_map(release).collect()
 }

@@ -39,7 +39,7 @@ fn recording_opens_at_the_first_mode_change() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::Idle, Span::s(2));
     let folder = recorded(&bench, "unchanged");
-    assert_eq!(Player::open(&folder).unwrap().0.at(), Span::ZERO);
+    assert_eq!(Player::open(&folder).unwrap().0.position(), Span::ZERO);
     let begun = bench.journal[0].0;
     let before = bench.now;
     bench.reports(Mode::Ready, Span::s(2));
@@ -47,7 +47,11 @@ fn recording_opens_at_the_first_mode_change() {
     let (mut player, _) = Player::open(&recorded(&bench, "changed")).unwrap();
     let mode = |player: &Player| player.shown().units[0].state.get().0.mode;
     assert_eq!(mode(&player), Mode::Ready);
-    assert!(player.at() >= before.since(begun) && player.at() < before.since(begun) + Span::s(1), "{}", player.at());
+    assert!(
+        player.position() >= before.since(begun) && player.position() < before.since(begun) + Span::s(1),
+        "{}",
+        player.position()
+    );
     player.step(-1);
     assert_eq!(mode(&player), Mode::Idle, "just before it");
 }

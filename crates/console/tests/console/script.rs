@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use console::ConsoleConfig;
 use console::life::Life;
-use console::operator::{Action, Step, TrackCondition, When};
+use console::operator::{Action, ScriptStep, TrackCondition, When};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 use wire::command::{Ack, CommandKind, TimeTag};
@@ -42,24 +42,24 @@ fn enabling_is_staged_released_and_acknowledged_once() {
     assert_eq!(bench.refusals(), [Reason::Signature, Reason::Confirmation]);
     bench.acknowledged(NodeId::UNIT_A, &ack);
     bench.acknowledged(NodeId::UNIT_A, &Ack { refused: Some(Reason::Duplicate), ..ack });
-    let told = bench.events.iter().filter(|(_, e)| matches!(e, Event::Acknowledged { .. })).count();
-    assert_eq!(told, 1);
+    let displayed = bench.events.iter().filter(|(_, e)| matches!(e, Event::Acknowledged { .. })).count();
+    assert_eq!(displayed, 1);
     assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::Executed);
-    let told = |bench: &Bench, by: &str, words: &str| {
+    let refused_by = |bench: &Bench, giver: &str, words: &str| {
         let picture = bench.pictures.last().expect("a picture");
         let command = picture["commands"].as_array().and_then(|all| all.last()).expect("a command");
-        assert_eq!(command["by"], by, "{command}");
+        assert_eq!(command["by"], giver, "{command}");
         let text = bench.texts.last().expect("a text");
         assert!(text.contains(words), "{text}");
     };
     bench.reports(Mode::Idle, Span::ms(100));
-    told(&bench, "script", "enable to unit-a by the script");
+    refused_by(&bench, "script", "enable to unit-a by the script");
     bench.act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold))).unwrap();
     bench.reports(Mode::Idle, Span::ms(100));
-    told(&bench, "person", "hold to unit-a by a person");
-    let asked = bench.asked.len();
+    refused_by(&bench, "person", "hold to unit-a by a person");
+    let requested = bench.asked.len();
     bench.reports(Mode::Idle, Span::s(5));
-    assert_eq!(bench.asked.len(), asked, "nothing is sent twice");
+    assert_eq!(bench.asked.len(), requested, "nothing is sent twice");
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn step_with_unmet_conditions_is_given_up() {
 
 #[test]
 fn a_hold_is_never_kept_back() {
-    let hold = Step { when: When::default(), ..step(1000, Action::Hold, Mode::Ready) };
+    let hold = ScriptStep { when: When::default(), ..step(1000, Action::Hold, Mode::Ready) };
     let mut bench = Bench::new(Policy::default(), vec![hold]);
     bench.pass(Span::ms(1001));
     let (intent, _) = bench.intents()[0].clone();
@@ -106,7 +106,7 @@ fn unanswered_command_is_retried_under_a_new_id() {
 #[test]
 fn step_without_time_follows_the_previous_one() {
     let enable = step(0, Action::Enable, Mode::Idle);
-    let hold = Step { at_ms: None, ..step(0, Action::Hold, Mode::Idle) };
+    let hold = ScriptStep { at_ms: None, ..step(0, Action::Hold, Mode::Idle) };
     let mut bench = Bench::new(Policy::default(), vec![enable, hold]);
     bench.reports(Mode::Idle, Span::ms(300));
     assert_eq!(bench.intents().len(), 1);
@@ -118,11 +118,11 @@ fn step_without_time_follows_the_previous_one() {
     assert_eq!(bench.intents()[1].0.kind, CommandKind::Hold);
 }
 
-/// It waits for hours without an alarm, and its execution is told once more.
+/// It waits for hours without an alarm, and its execution is reported once more.
 #[test]
 fn stored_command_shows_its_time_until_executed() {
     let tag = Some(TimeTag { after: Span::s(20), within: Span::s(1) });
-    let script = vec![Step { tag, ..step(500, Action::Hold, Mode::Ready) }];
+    let script = vec![ScriptStep { tag, ..step(500, Action::Hold, Mode::Ready) }];
     let mut bench = Bench::new(Policy::default(), script);
     bench.reports(Mode::Ready, Span::s(1));
     let (intent, bytes) = bench.intents()[0].clone();
@@ -144,7 +144,7 @@ fn stored_command_shows_its_time_until_executed() {
 #[test]
 fn stored_command_refused_later_is_not_repeated() {
     let tag = Some(TimeTag { after: Span::s(2), within: Span::s(1) });
-    let script = vec![Step { tag, ..step(500, Action::Hold, Mode::Ready) }];
+    let script = vec![ScriptStep { tag, ..step(500, Action::Hold, Mode::Ready) }];
     let mut bench = Bench::new(Policy::default(), script);
     bench.reports(Mode::Ready, Span::s(1));
     let (intent, bytes) = bench.intents()[0].clone();
@@ -229,7 +229,7 @@ fn gateway_cannot_hide_a_missing_acknowledgement() {
         vec![CommandStage::Staged, CommandStage::Sent, CommandStage::Staged],
         vec![CommandStage::Sent, CommandStage::Staged, CommandStage::Sent, CommandStage::Staged],
     ] {
-        let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
+        let hold = ScriptStep { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
         let mut bench = Bench::new(Policy::default(), vec![hold]);
         bench.pass(Span::ms(1));
         let (_, bytes) = bench.intents()[0].clone();
@@ -249,8 +249,8 @@ fn gateway_cannot_hide_a_missing_acknowledgement() {
 /// One counter for all units would let any of them end the operator's commands to the others.
 #[test]
 fn claimed_command_id_affects_that_unit_only() {
-    let hold = |at_ms| Step { when: When::default(), ..step(at_ms, Action::Hold, Mode::Ready) };
-    let script = vec![hold(500), Step { unit: UnitId::B, ..hold(600) }, hold(700)];
+    let hold = |at_ms| ScriptStep { when: When::default(), ..step(at_ms, Action::Hold, Mode::Ready) };
+    let script = vec![hold(500), ScriptStep { unit: UnitId::B, ..hold(600) }, hold(700)];
     let mut bench = Bench::new(Policy::default(), script);
     let claimed = CommandId { operator: NodeId::OPERATOR, boot: Boot(9), sequence: Sequence(u64::MAX - 1) };
     let report = Report { origin: NodeId::UNIT_B, last_command: Some((claimed, None)), ..bench.next(Mode::Ready) };
@@ -260,10 +260,10 @@ fn claimed_command_id_affects_that_unit_only() {
     assert_eq!(ids, [(UnitId::A, 1), (UnitId::B, u64::MAX), (UnitId::A, 2)]);
 }
 
-/// Of the same id.
+/// Another intent under the id of the command.
 #[test]
 fn message_about_another_intent_changes_no_command() {
-    let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
+    let hold = ScriptStep { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
     let mut bench = Bench::new(Policy::default(), vec![hold]);
     bench.pass(Span::ms(1));
     let (intent, _) = bench.intents()[0].clone();
@@ -277,7 +277,7 @@ fn message_about_another_intent_changes_no_command() {
 
 #[test]
 fn what_the_gateway_refused_says_why_in_words() {
-    let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
+    let hold = ScriptStep { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
     let mut bench = Bench::new(Policy::default(), vec![hold]);
     bench.pass(Span::ms(1));
     let (_, bytes) = bench.intents()[0].clone();
@@ -292,11 +292,11 @@ fn what_the_gateway_refused_says_why_in_words() {
 fn revocation_waits_and_is_requested_until_the_end() {
     let revoke = step(100, Action::Revoke(NodeId::OPERATOR_2), Mode::Ready);
     let mut bench = Bench::revoking(vec![revoke], vec![(NodeId::OPERATOR_2, b"signed".to_vec())]);
-    let asked = |bench: &Bench| bench.asked.iter().filter(|a| matches!(a, Asked::Revoke(_))).count();
+    let requested = |bench: &Bench| bench.asked.iter().filter(|a| matches!(a, Asked::Revoke(_))).count();
     bench.reports(Mode::Idle, Span::ms(500));
-    assert_eq!(asked(&bench), 0, "the mode is not the one");
+    assert_eq!(requested(&bench), 0, "the mode is not the one");
     bench.reports(Mode::Ready, Span::ms(100));
-    assert_eq!(asked(&bench), 1);
+    assert_eq!(requested(&bench), 1);
     bench.reports(Mode::Ready, Span::s(3));
-    assert_eq!(asked(&bench), 4, "again with each challenge: a gateway that starts anew knows of none");
+    assert_eq!(requested(&bench), 4, "again with each challenge: a gateway that starts anew knows of none");
 }

@@ -33,7 +33,7 @@ pub(crate) struct Says {
     heard: bool,
     /// The unit has started again.
     reboot: bool,
-    /// So old, ms, and its stamp off by so much, µs.
+    /// So old, ms, and its stamp off by this much, µs.
     age: u64,
     stamp: i64,
 }
@@ -43,7 +43,7 @@ pub(crate) struct Says {
 pub(crate) enum Does {
     Now(CommandKind),
     Prepare(CommandKind),
-    /// In one step the act that the shown mode allows.
+    /// One step to the act that the shown mode allows.
     NowFitting,
     /// The order that the shown mode allows.
     PrepareFitting,
@@ -134,12 +134,12 @@ const KINDS: [CommandKind; 6] = [
     CommandKind::Confirm(TrackId(1)),
 ];
 
-fn says() -> impl Strategy<Value = Says> {
+fn statements() -> impl Strategy<Value = Says> {
     let small = prop_oneof![4 => Just(0i64), 1 => -3_000_000i64..3_000_000];
     let rare = prop::bool::weighted(0.1);
     let flags = (prop::bool::weighted(0.2), any::<bool>(), prop::bool::weighted(0.15), any::<bool>(), rare);
-    let given = (0usize..5, 0u8..16, flags, prop_oneof![3 => 0u64..100, 1 => 0u64..2_500], small);
-    given.prop_map(|(mode, tracks, (failing, authority, others, heard, reboot), age, stamp)| Says {
+    let moves = (0usize..5, 0u8..16, flags, prop_oneof![3 => 0u64..100, 1 => 0u64..2_500], small);
+    moves.prop_map(|(mode, tracks, (failing, authority, others, heard, reboot), age, stamp)| Says {
         mode,
         tracks,
         failing,
@@ -174,15 +174,15 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     );
     let one = prop_oneof![
         4 => prop_oneof![6 => 0u64..200, 1 => 0u64..12_000].prop_map(Move::Gap),
-        8 => says().prop_map(Move::Report),
+        8 => statements().prop_map(Move::Report),
         1 => (0usize..6).prop_map(Move::Replay),
-        1 => says().prop_map(Move::Kept),
+        1 => statements().prop_map(Move::Kept),
         1 => Just(Move::Late),
-        1 => says().prop_map(Move::Forged),
+        1 => statements().prop_map(Move::Forged),
         1 => any::<bool>().prop_map(Move::Session),
         1 => any::<bool>().prop_map(Move::Refused),
         4 => (0usize..3, stage).prop_map(|(back, stage)| Move::Stage(back, stage)),
-        3 => (0usize..3, prop::bool::weighted(0.8), any::<bool>()).prop_map(|(b, own, no)| Move::Ack(b, own, no)),
+        3 => (0usize..3, prop::bool::weighted(0.8), any::<bool>()).prop_map(|(b, is_own, no)| Move::Ack(b, is_own, no)),
         9 => does().prop_map(Move::Person),
     ];
     let hold = || [Move::Person(Does::Now(CommandKind::Hold)), Move::Gap(1_100)];
@@ -194,7 +194,7 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
 /// An order away from safe on its whole way to the unit's answer, now and then withdrawn on it, repeated by a key that is
 /// held down, or given when the picture is old: by itself that much hardly ever comes together.
 fn order() -> impl Strategy<Value = Vec<Move>> {
-    let given = prop_oneof![
+    let union = prop_oneof![
         6 => Just(vec![Does::PrepareFitting, Does::Confirm(true)]),
         2 => Just(vec![Does::PrepareFitting, Does::Confirm(true), Does::Withdraw]),
         3 => Just(vec![Does::PrepareFitting, Does::Confirm(false)]),
@@ -207,25 +207,26 @@ fn order() -> impl Strategy<Value = Vec<Move>> {
         1 => any::<bool>().prop_map(|first| vec![Move::Ack(0, true, first), Move::Ack(0, true, !first)]),
     ];
     let gap = prop_oneof![6 => Just(0u64), 1 => 250u64..2_500];
-    (says(), gap, given, answered).prop_map(|(says, gap, given, answered)| {
-        let says = Says { tracks: 1, failing: false, others: false, reboot: false, age: 20, stamp: 0, ..says };
-        let given = given.into_iter().map(Move::Person);
-        let before = [Move::Report(says), Move::Gap(gap)];
-        before.into_iter().chain(given).chain([Move::Stage(0, CommandStage::Staged)]).chain(answered).collect()
+    (statements(), gap, union, answered).prop_map(|(statement, gap, moves, answered)| {
+        let statement =
+            Says { tracks: 1, failing: false, others: false, reboot: false, age: 20, stamp: 0, ..statement };
+        let moves = moves.into_iter().map(Move::Person);
+        let before = [Move::Report(statement), Move::Gap(gap)];
+        before.into_iter().chain(moves).chain([Move::Stage(0, CommandStage::Staged)]).chain(answered).collect()
     })
 }
 
 /// A report that is overtaken by a later one.
 fn overtaken() -> impl Strategy<Value = Vec<Move>> {
-    let young = |says: Says| Says { age: 20, stamp: 0, reboot: false, ..says };
-    (says(), says()).prop_map(move |(first, second)| {
+    let young = |statement: Says| Says { age: 20, stamp: 0, reboot: false, ..statement };
+    (statements(), statements()).prop_map(move |(first, second)| {
         vec![Move::Kept(young(first)), Move::Gap(1), Move::Report(young(second)), Move::Late]
     })
 }
 
 /// More tracks than are kept once they are lost.
 fn crowd() -> Vec<Move> {
-    let says = Says {
+    let statement = Says {
         mode: 1,
         tracks: 0,
         failing: false,
@@ -237,7 +238,7 @@ fn crowd() -> Vec<Move> {
         stamp: 0,
     };
     // Each is later than the one before, or it would not be newer.
-    let report = || [Move::Report(says.clone()), Move::Gap(1)];
+    let report = || [Move::Report(statement.clone()), Move::Gap(1)];
     std::iter::repeat_with(report).take(9).flatten().collect()
 }
 
@@ -250,14 +251,14 @@ pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
     let config = ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() };
     let roles = prop::sample::select(&[Role::Supervise, Role::Supervise, Role::Operate, Role::View][..]);
     let outcome = proptest::test_runner::TestRunner::new(config)
-        .run(&(roles, moves()), |(role, moves)| through(role, &moves, &holds));
-    if let Err(why) = outcome {
-        panic!("{why}");
+        .run(&(roles, moves()), |(role, moves)| check_sequence(role, &moves, &holds));
+    if let Err(error) = outcome {
+        panic!("{error}");
     }
 }
 
 /// Asks after each move of one sequence whether `holds`.
-pub(crate) fn through(
+pub(crate) fn check_sequence(
     role: Role,
     moves: &[Move],
     holds: &impl Fn(&Step<'_>) -> Result<(), TestCaseError>,
@@ -265,10 +266,10 @@ pub(crate) fn through(
     let mut world = World::new(role);
     for moved in moves {
         let before = world.bench.console.shown(world.bench.now);
-        let (asked, events) = (world.bench.asked.len(), world.bench.events.len());
+        let (requested, events) = (world.bench.asked.len(), world.bench.events.len());
         let act = world.happens(moved);
         let after = world.bench.console.shown(world.bench.now);
-        let (asked, events) = (&world.bench.asked[asked..], &world.bench.events[events..]);
+        let (asked, events) = (&world.bench.asked[requested..], &world.bench.events[events..]);
         let step = Step { world: &world, moved, before: &before, after: &after, act, asked, events };
         holds(&step)?;
     }
@@ -277,7 +278,7 @@ pub(crate) fn through(
 
 /// An order that the gateway refuses, of which note is taken, and that the unit refuses after that.
 pub(crate) fn refused_by_both() -> Vec<Move> {
-    let says = Says {
+    let statement = Says {
         mode: 4,
         tracks: 1,
         failing: false,
@@ -289,7 +290,7 @@ pub(crate) fn refused_by_both() -> Vec<Move> {
         stamp: 0,
     };
     vec![
-        Move::Report(says),
+        Move::Report(statement),
         Move::Person(Does::PrepareFitting),
         Move::Person(Does::Confirm(true)),
         Move::Stage(0, CommandStage::Staged),
@@ -328,38 +329,38 @@ impl World {
         }
     }
 
-    /// Lets it happen; gives the act, if a person did one that can be read.
+    /// Applies the move; returns the act, if a person did a readable one.
     fn happens(&mut self, moved: &Move) -> Option<Act> {
         match moved {
             Move::Gap(ms) => self.bench.pass(Span::ms(*ms)),
             Move::Report(says) => {
-                let told = self.made(says, NodeId::UNIT_A);
-                self.comes(told, Span::ms(says.age));
+                let heard = self.made(says, NodeId::UNIT_A);
+                self.deliver(heard, Span::ms(says.age));
             }
             Move::Forged(says) => {
-                let told = self.made(says, NodeId::UNIT_B);
-                self.comes(told, Span::ms(says.age));
+                let heard = self.made(says, NodeId::UNIT_B);
+                self.deliver(heard, Span::ms(says.age));
             }
             Move::Kept(says) => {
-                let told = self.made(says, NodeId::UNIT_A);
-                self.kept.push(told);
+                let heard = self.made(says, NodeId::UNIT_A);
+                self.kept.push(heard);
             }
             Move::Late => {
-                if let Some(told) = self.kept.pop() {
-                    let age = self.bench.now.since(told.made);
-                    self.comes(told, age);
+                if let Some(heard) = self.kept.pop() {
+                    let age = self.bench.now.since(heard.made);
+                    self.deliver(heard, age);
                 }
             }
             Move::Replay(back) => {
-                if let Some(told) = self.told.iter().rev().nth(*back) {
-                    let signed = told.signed.clone();
+                if let Some(heard) = self.told.iter().rev().nth(*back) {
+                    let signed = heard.signed.clone();
                     self.bench.heard_as(&signed, UnitId::A, Some(Span::ZERO), self.bench.now);
                     self.fed = Some(self.bench.now);
                 }
             }
             Move::Session(open) => self.feed(&Feed::Session(PeerId::UNIT_A, *open)),
             Move::Refused(known) => {
-                // As many again as before, and one: not all are told of.
+                // As many again as before, and one: not all are reported.
                 let counted = &mut self.counted[usize::from(*known)];
                 *counted = *counted * 2 + 1;
                 let counted = *counted;
@@ -378,42 +379,42 @@ impl World {
     }
 
     /// A report that says this, made now or as long ago as it says.
-    fn made(&mut self, says: &Says, by: NodeId) -> Told {
-        if says.reboot {
+    fn made(&mut self, statement: &Says, author: NodeId) -> Told {
+        if statement.reboot {
             (self.boot, self.sequence) = (self.boot + 1, 0);
         }
         self.sequence += 1;
         let now = self.bench.now;
-        let stamp = (now.0 as i64 + says.stamp).max(1) as u64;
-        let made = (now - Span::ms(says.age)).max(Instant(stamp));
-        let report = self.bench.told(self.reported(says, stamp));
-        Told { signed: sign(by, &report), report, made, forged: by != NodeId::UNIT_A }
+        let stamp = (now.0 as i64 + statement.stamp).max(1) as u64;
+        let made = (now - Span::ms(statement.age)).max(Instant(stamp));
+        let report = self.bench.with_challenge(self.reported(statement, stamp));
+        Told { signed: sign(author, &report), report, made, forged: author != NodeId::UNIT_A }
     }
 
     /// The gateway passes it on as so old.
-    fn comes(&mut self, told: Told, age: Span) {
-        self.bench.heard_as(&told.signed, UnitId::A, Some(age), self.bench.now);
+    fn deliver(&mut self, heard: Told, age: Span) {
+        self.bench.heard_as(&heard.signed, UnitId::A, Some(age), self.bench.now);
         self.fed = Some(self.bench.now);
-        self.told.push(told);
+        self.told.push(heard);
     }
 
-    fn reported(&self, says: &Says, stamp: u64) -> Report {
-        let bare = report(self.sequence, stamp, Mode::ALL[says.mode]);
+    fn reported(&self, statement: &Says, stamp: u64) -> Report {
+        let bare = report(self.sequence, stamp, Mode::ALL[statement.mode]);
         let track = bare.tracks.0[0];
-        // Each report has every track at a place of its own.
+        // Each report has every track at its own place.
         let place = |id: u32| ((self.told.len() + self.kept.len()) * 16) as i32 + id as i32;
         let track = |id: u32| ReportedTrack { id: TrackId(id), x_mm: place(id), ..track };
         let new = 100 + (self.told.len() + self.kept.len()) as u32 * 8;
-        let few = (1..5u32).filter(|id| says.tracks & 1 << (id - 1) != 0);
-        let ids: Vec<u32> = if says.others { (new..new + 8).collect() } else { few.collect() };
+        let few = (1..5u32).filter(|id| statement.tracks & 1 << (id - 1) != 0);
+        let ids: Vec<u32> = if statement.others { (new..new + 8).collect() } else { few.collect() };
         let last = self.bench.intents().last().map(|(intent, _)| (intent.id, None));
         Report {
             boot: Boot(self.boot),
             sequence: Sequence(self.sequence),
             stamp: PeerStamp(stamp),
-            failing: if says.failing { Guards(1) } else { Guards::default() },
-            authority: says.authority.then_some(ReportedAuthority { track: TrackId(1), left: Span::s(3) }),
-            last_command: last.filter(|_| says.heard),
+            failing: if statement.failing { Guards(1) } else { Guards::default() },
+            authority: statement.authority.then_some(ReportedAuthority { track: TrackId(1), left: Span::s(3) }),
+            last_command: last.filter(|_| statement.heard),
             tracks: ids.into_iter().map(track).collect::<List<_, 8>>(),
             ..bare
         }
@@ -428,16 +429,16 @@ impl World {
         self.bench.staged(&bytes, stage);
     }
 
-    fn acknowledge(&mut self, back: usize, own: bool, refused: bool) {
+    fn acknowledge(&mut self, back: usize, is_own: bool, refused: bool) {
         let Some((intent, bytes)) = self.bench.intents().into_iter().rev().nth(back) else { return };
         let hash: IntentHash = Sha256::digest(&bytes).into();
         let refused = refused.then_some(Reason::Interlock);
         let ack = Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle, due: None };
-        if own {
+        if is_own {
             self.answered.push((hash, refused.is_none()));
         }
         self.fed = Some(self.bench.now);
-        self.bench.acknowledged(if own { NodeId::UNIT_A } else { NodeId::UNIT_B }, &ack);
+        self.bench.acknowledged(if is_own { NodeId::UNIT_A } else { NodeId::UNIT_B }, &ack);
     }
 
     fn person(&mut self, does: &Does) -> Option<Act> {
@@ -474,8 +475,8 @@ impl World {
         self.bench.give(&Input::Act { bytes: codec::encode(&Numbered { serial: self.serial, act }) });
         let done = self.bench.console.shown(self.bench.now).answers.last().is_some_and(|answer| answer.outcome.is_ok());
         if done && matches!(act, Act::Withdraw | Act::Now(_)) {
-            let away = self.bench.intents().into_iter().filter(|(intent, _)| !intent.kind.towards_safe());
-            self.withdrawn.extend(away.map(|(_, bytes)| IntentHash::from(Sha256::digest(&bytes))));
+            let outgoing = self.bench.intents().into_iter().filter(|(intent, _)| !intent.kind.towards_safe());
+            self.withdrawn.extend(outgoing.map(|(_, bytes)| IntentHash::from(Sha256::digest(&bytes))));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Which conclusions hang on the models: the same scenarios where sensors, plant or link are taken to be better or worse.
 //!
-//! A conclusion flips where a trial leaves the classes that its scenario states. Whether it flips into harm is told apart from that.
+//! A conclusion flips where a trial leaves the classes that its scenario states. Whether it flips into harm is distinguished from that.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,8 +8,8 @@ use evidence::trial::Outcome;
 use results::report::CampaignRow;
 
 use super::put;
-use crate::reader::{Found, Results};
-use crate::tried::told;
+use crate::reader::{FoundResult, Results};
+use crate::tried::class_counts;
 
 /// The policy that needs no naming.
 const SHIPPED: &str = "default";
@@ -17,7 +17,7 @@ const SHIPPED: &str = "default";
 /// The section; empty without a campaign that set any value.
 pub(super) fn fidelity(results: &Results) -> String {
     let campaigns =
-        results.given().iter().filter_map(|g| if let Found::Campaign(c) = &g.found { Some(c) } else { None });
+        results.files().iter().filter_map(|g| if let FoundResult::Campaign(c) = &g.found { Some(c) } else { None });
     let rows: Vec<&CampaignRow> =
         campaigns.filter(|c| c.complete).flat_map(|c| &c.rows).filter(|r| is_of_a_model(r)).collect();
     if rows.is_empty() {
@@ -43,8 +43,8 @@ fn table(text: &mut String, rows: &[&CampaignRow]) {
     let (settings, scenarios) = (distinct(rows, setting), distinct(rows, scenario));
     put(text, format_args!("| model | {} |\n|---|{}\n", scenarios.join(" | "), "---|".repeat(scenarios.len())));
     for set in &settings {
-        let of = |name: &String| rows.iter().find(|r| setting(r) == *set && scenario(r) == *name).map(|r| cell(r));
-        let cells: Vec<String> = scenarios.iter().map(|name| of(name).unwrap_or_default()).collect();
+        let row_of = |name: &String| rows.iter().find(|r| setting(r) == *set && scenario(r) == *name).map(|r| cell(r));
+        let cells: Vec<String> = scenarios.iter().map(|name| row_of(name).unwrap_or_default()).collect();
         put(text, format_args!("| {set} | {} |\n", cells.join(" | ")));
     }
 }
@@ -82,9 +82,9 @@ fn is_of_a_model(row: &CampaignRow) -> bool {
         && row.watermark.is_none()
 }
 
-fn distinct(rows: &[&CampaignRow], of: impl Fn(&CampaignRow) -> String) -> Vec<String> {
+fn distinct(rows: &[&CampaignRow], value: impl Fn(&CampaignRow) -> String) -> Vec<String> {
     let mut seen = BTreeSet::new();
-    rows.iter().map(|row| of(row)).filter(|name| seen.insert(name.clone())).collect()
+    rows.iter().map(|row| value(row)).filter(|name| seen.insert(name.clone())).collect()
 }
 
 fn scenario(row: &CampaignRow) -> String {
@@ -101,8 +101,8 @@ fn setting(row: &CampaignRow) -> String {
 fn cell(row: &CampaignRow) -> String {
     match (row.unexpected, harms(row)) {
         (0, _) => "holds".to_owned(),
-        (_, false) => told(&row.outcomes),
-        (_, true) => format!("**{}**", told(&row.outcomes)),
+        (_, false) => class_counts(&row.outcomes),
+        (_, true) => format!("**{}**", class_counts(&row.outcomes)),
     }
 }
 
@@ -129,7 +129,7 @@ mod tests {
         row
     }
 
-    fn said(rows: Vec<Value>) -> String {
+    fn render_rows(rows: Vec<Value>) -> String {
         let mut campaign = golden("campaign");
         campaign["rows"] = rows.into();
         let mut results = Results::default();
@@ -139,7 +139,8 @@ mod tests {
 
     #[test]
     fn variation_outside_its_classes_flips_a_conclusion() {
-        let text = said(vec![row(1, json!({"REJECTED": 9}), 0), row(2, json!({"REJECTED": 7, "FALSE_TRIP": 2}), 2)]);
+        let text =
+            render_rows(vec![row(1, json!({"REJECTED": 9}), 0), row(2, json!({"REJECTED": 7, "FALSE_TRIP": 2}), 2)]);
         assert!(text.contains("| `models.noise` 1 | holds |"), "{text}");
         assert!(text.contains("- `replay` flips at `models.noise` 2 (2 of 9)"), "{text}");
         assert!(text.contains("Of 2 variations 1 hold.") && text.contains("None flips into harm"), "{text}");
@@ -150,12 +151,12 @@ mod tests {
     fn non_model_settings_are_no_fidelity_question() {
         let mut row = row(2, json!({"REJECTED": 9}), 0);
         row["set"] = json!({"delay.0.by_ms": 2});
-        assert_eq!(said(vec![row]), "");
+        assert_eq!(render_rows(vec![row]), "");
     }
 
     #[test]
     fn harm_is_told_from_what_only_costs() {
-        let text = said(vec![row(2, json!({"REJECTED": 8, "UNSAFE": 1}), 1)]);
+        let text = render_rows(vec![row(2, json!({"REJECTED": 8, "UNSAFE": 1}), 1)]);
         assert!(text.contains("**Flips into harm**: `replay` at `models.noise` 2.") && text.contains("| **"), "{text}");
     }
 }

@@ -4,14 +4,15 @@ use results::report::{CurveObject, CurvePoint};
 use stats::Share;
 
 use super::{Answer, Status, missing};
-use crate::reader::{Found, Results};
+use crate::reader::{FoundResult, Results};
 
 /// The scenario in which paint and warmth deceive together, in steps of strength.
 const THERMOVISUAL: &str = "decoy_printed_heated";
 
 /// Statement of the two curves: fewer decoys acted on at some strength, and more at none.
 pub(super) fn retrained(results: &Results) -> Answer {
-    let curves = results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
+    let curves =
+        results.files().iter().filter_map(|g| if let FoundResult::Curve(c) = &g.found { Some(c) } else { None });
     let curves: Vec<&CurveObject> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
     let shipped = curves.iter().find(|c| c.detector.is_none());
     let same = |c: &&&CurveObject| shipped.is_some_and(|s| c.detector.is_some() && c.seed == s.seed);
@@ -40,8 +41,8 @@ fn points(curve: &CurveObject) -> impl Iterator<Item = &CurvePoint> {
 }
 
 fn line(unit: &str, shipped: &CurvePoint, other: &CurvePoint) -> String {
-    let told = |Share { hits, n, .. }: Share| format!("{hits} of {n}");
-    let (value, shipped, other) = (shipped.value, told(shipped.harmed), told(other.harmed));
+    let fraction = |Share { hits, n, .. }: Share| format!("{hits} of {n}");
+    let (value, shipped, other) = (shipped.value, fraction(shipped.harmed), fraction(other.harmed));
     format!(
         "`{THERMOVISUAL}` at {value} {unit}: the decoy is acted on in {shipped} with the detector that ships, {other} with the retrained one"
     )
@@ -64,7 +65,7 @@ mod tests {
         curve.to_string()
     }
 
-    fn said(shipped: (u64, f64, f64), other: (u64, f64, f64)) -> Status {
+    fn compare_status(shipped: (u64, f64, f64), other: (u64, f64, f64)) -> Status {
         let mut results = Results::default();
         let shipped = curve(None, shipped.0, shipped.1, shipped.2);
         let other = curve(Some("ab"), other.0, other.1, other.2);
@@ -76,8 +77,8 @@ mod tests {
 
     #[test]
     fn retraining_helps_only_with_disjoint_intervals() {
-        assert_eq!(said((20, 0.83, 1.0), (0, 0.0, 0.17)), Status::Reproduced);
-        assert_eq!(said((12, 0.36, 0.81), (9, 0.23, 0.68)), Status::NotReproduced);
-        assert_eq!(said((0, 0.0, 0.17), (20, 0.83, 1.0)), Status::NotReproduced);
+        assert_eq!(compare_status((20, 0.83, 1.0), (0, 0.0, 0.17)), Status::Reproduced);
+        assert_eq!(compare_status((12, 0.36, 0.81), (9, 0.23, 0.68)), Status::NotReproduced);
+        assert_eq!(compare_status((0, 0.0, 0.17), (20, 0.83, 1.0)), Status::NotReproduced);
     }
 }

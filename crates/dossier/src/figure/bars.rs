@@ -10,7 +10,7 @@ const WIDE: f64 = 420.0;
 const SAID: f64 = 270.0;
 const HIGH: f64 = 14.0;
 const STEP: f64 = 22.0;
-/// The longest name or saying that is drawn whole, letters.
+/// Longest name or label that is drawn whole, letters.
 const LETTERS: usize = 34;
 
 /// A part of a bar.
@@ -55,9 +55,9 @@ pub fn bars(all: &[Bar], most: Option<f64>) -> Drawing {
     drawing
 }
 
-/// The same as a table.
-pub(crate) fn table(all: &[Bar], named: &str, said: &str) -> Table {
-    let mut table = Table::new(&[named, "parts", said]);
+/// The table of the figure.
+pub(crate) fn table(all: &[Bar], named: &str, text: &str) -> Table {
+    let mut table = Table::new(&[named, "parts", text]);
     for bar in all {
         let parts: Vec<String> = bar.parts.iter().map(|p| format!("{} {}", p.name, round(p.amount))).collect();
         table.rows.push(vec![bar.name.clone(), parts.join(", "), bar.said.clone()]);

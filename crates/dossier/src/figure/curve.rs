@@ -7,14 +7,14 @@ const WIDE: f64 = 900.0;
 const HIGH: f64 = 280.0;
 /// Space for labels: left, top, right, bottom.
 const MARGIN: (f64, f64, f64, f64) = (52.0, 16.0, 180.0, 40.0);
-/// A range that goes over so many times its smallest step is drawn with its points at equal distances.
+/// A range that extends over this many times its smallest step is drawn with its points at equal distances.
 const RANGE: f64 = 40.0;
 /// Labels along the value.
 const LABELS: usize = 8;
 
 /// A share at a value.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct SharePoint {
     /// The value.
     pub value: f64,
     /// The observed share; `None` without trials.
@@ -29,17 +29,17 @@ pub struct Series {
     /// Name of the share.
     pub name: String,
     /// Its points, in order of their values; the same values in every line.
-    pub points: Vec<Point>,
+    pub points: Vec<SharePoint>,
 }
 
 /// The drawing; none without a point.
 pub fn series(lines: &[Series], unit: &str) -> Option<Drawing> {
     let values: Vec<f64> = lines.first()?.points.iter().map(|p| p.value).collect();
-    let at = along(&values);
+    let positions = scale_unit(&values);
     let mut drawing = Drawing::new(WIDE, HIGH);
     let (left, top, right, bottom) = MARGIN;
     let (wide, high) = (WIDE - left - right, HIGH - top - bottom);
-    let x = |i: usize| left + at.get(i).copied().unwrap_or_default() * wide;
+    let x = |i: usize| left + positions.get(i).copied().unwrap_or_default() * wide;
     let y = |share: f64| top + (1.0 - share) * high;
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         drawing.line("grid", (left, y(share)), (left + wide, y(share)));
@@ -64,25 +64,25 @@ pub fn series(lines: &[Series], unit: &str) -> Option<Drawing> {
     (!values.is_empty()).then_some(drawing)
 }
 
-/// The same as a table: a row a value, a column a line.
+/// The curves as a table: a row a value, a column a line.
 pub(crate) fn table(lines: &[Series], unit: &str) -> Table {
     let names: Vec<&str> = std::iter::once(unit).chain(lines.iter().map(|l| l.name.as_str())).collect();
     let mut table = Table::new(&names);
     let Some(first) = lines.first() else { return table };
     for (i, at) in first.points.iter().enumerate() {
-        let shares = lines.iter().map(|line| line.points.get(i).map_or_else(|| "-".to_owned(), told));
+        let shares = lines.iter().map(|line| line.points.get(i).map_or_else(|| "-".to_owned(), point_title));
         table.rows.push(std::iter::once(at.value.to_string()).chain(shares).collect());
     }
     table
 }
 
-fn told(point: &Point) -> String {
+fn point_title(point: &SharePoint) -> String {
     let (low, high) = point.interval;
     point.share.map_or_else(|| "-".to_owned(), |share| format!("{share:.3} ({low:.3} to {high:.3})"))
 }
 
 /// Position of rising values between the first and the last, 0 to 1.
-fn along(values: &[f64]) -> Vec<f64> {
+fn scale_unit(values: &[f64]) -> Vec<f64> {
     let (Some(first), Some(last)) = (values.first(), values.last()) else { return Vec::new() };
     let step = values.windows(2).filter_map(|pair| Some(pair.get(1)? - pair.first()?)).fold(f64::INFINITY, f64::min);
     let whole = last - first;
@@ -103,9 +103,9 @@ mod tests {
 
     #[test]
     fn wide_range_has_equal_steps() {
-        assert_eq!(along(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
-        assert_eq!(along(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
-        assert_eq!((along(&[3.0]), along(&[])), (vec![0.0], vec![]));
+        assert_eq!(scale_unit(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
+        assert_eq!(scale_unit(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
+        assert_eq!((scale_unit(&[3.0]), scale_unit(&[])), (vec![0.0], vec![]));
     }
 
     #[test]
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn what_was_not_tried_is_no_point() {
-        let none = Point { value: 1.0, share: None, interval: (0.0, 1.0) };
+        let none = SharePoint { value: 1.0, share: None, interval: (0.0, 1.0) };
         let line = Series { name: "detected".to_owned(), points: vec![none] };
         let text = series(std::slice::from_ref(&line), "s").expect("a drawing").inline("x");
         assert!(text.contains("<polyline class=\"line-0\" points=\"\"/>"), "{text}");

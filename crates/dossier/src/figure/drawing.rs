@@ -96,8 +96,8 @@ impl Drawing {
         )
     }
 
-    fn put(&mut self, what: Arguments<'_>) {
-        self.body.write_fmt(what).expect("invariant: writing to a String cannot fail");
+    fn put(&mut self, name: Arguments<'_>) {
+        self.body.write_fmt(name).expect("invariant: writing to a String cannot fail");
     }
 }
 
@@ -115,7 +115,7 @@ fn places(points: &[At]) -> String {
     points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Words as they may stand in XML, in an attribute too. Characters that XML 1.0 does not allow are left out.
+/// Words as they may be in XML, in an attribute too. Characters that XML 1.0 does not allow are left out.
 fn text(words: &str) -> String {
     let mut out = String::with_capacity(words.len());
     for c in words.chars() {

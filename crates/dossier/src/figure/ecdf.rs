@@ -85,11 +85,18 @@ pub(crate) fn table(samples: &[Steps], marks: &[Mark]) -> Table {
     for sample in samples {
         let mut sorted = sample.values.clone();
         sorted.sort_by(f64::total_cmp);
-        let at = |share: f64| {
+        let quantile = |share: f64| {
             let rank = (share * sorted.len() as f64).ceil().max(1.0) as usize;
             sorted.get(rank - 1).map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"))
         };
-        let cells = [sample.name.clone(), sorted.len().to_string(), at(0.0), at(0.5), at(0.95), at(1.0)];
+        let cells = [
+            sample.name.clone(),
+            sorted.len().to_string(),
+            quantile(0.0),
+            quantile(0.5),
+            quantile(0.95),
+            quantile(1.0),
+        ];
         table.rows.push(cells.to_vec());
     }
     for mark in marks {

@@ -60,11 +60,11 @@ pub(crate) fn sheet() -> (String, String, String) {
 fn rules(colour: impl Fn(&(&str, Paint, &str, &str)) -> String) -> String {
     let mut all = String::new();
     for row in &COLOURS {
-        let (class, of) = (row.0, colour(row));
+        let (class, name) = (row.0, colour(row));
         let rule = match row.1 {
-            Paint::Fill => format!("fill:{of}"),
-            Paint::Veil => format!("fill:{of};fill-opacity:.15"),
-            Paint::Stroke(width) => format!("fill:none;stroke:{of};stroke-width:{width}"),
+            Paint::Fill => format!("fill:{name}"),
+            Paint::Veil => format!("fill:{name};fill-opacity:.15"),
+            Paint::Stroke(width) => format!("fill:none;stroke:{name};stroke-width:{width}"),
         };
         write!(all, ".{class}{{{rule}}}").expect("invariant: writing to a String cannot fail");
     }

@@ -20,7 +20,7 @@ pub struct Span {
     pub name: String,
     /// Its class in the style sheet.
     pub class: &'static str,
-    /// From, seconds.
+    /// Lower end, seconds.
     pub from: f64,
     /// To, seconds.
     pub to: f64,
@@ -37,7 +37,7 @@ pub struct Lane {
     pub named: bool,
 }
 
-/// The drawing of a run of so many seconds.
+/// The drawing of a run of a given number of seconds.
 pub fn lanes(all: &[Lane], seconds: f64) -> Drawing {
     let high = |lane: &Lane| if lane.named { STEP + 14.0 } else { STEP };
     let height: f64 = all.iter().map(high).sum();
@@ -45,9 +45,9 @@ pub fn lanes(all: &[Lane], seconds: f64) -> Drawing {
     let x = |s: f64| NAMES + (s / seconds.max(1e-9)).clamp(0.0, 1.0) * WIDE;
     let step = round_step((seconds / 10.0).max(1e-3));
     for i in 0..=(seconds / step + 1e-9) as u32 {
-        let at = f64::from(i) * step;
-        drawing.line("grid", (x(at), 0.0), (x(at), height));
-        drawing.words("faint", Anchor::Middle, (x(at), height + 16.0), &format!("{at} s"));
+        let tick = f64::from(i) * step;
+        drawing.line("grid", (x(tick), 0.0), (x(tick), height));
+        drawing.words("faint", Anchor::Middle, (x(tick), height + 16.0), &format!("{tick} s"));
     }
     let mut top = 0.0;
     for lane in all {

@@ -6,12 +6,15 @@ use results::report::{Ablation, CheckRow, Worth};
 use super::table;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::reader::Found;
-use crate::tried::told;
+use crate::reader::FoundResult;
+use crate::tried::class_counts;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
-    let all =
-        dossier.results.given().iter().filter_map(|g| if let Found::Ablation(a) = &g.found { Some(a) } else { None });
+    let all = dossier
+        .results
+        .files()
+        .iter()
+        .filter_map(|g| if let FoundResult::Ablation(a) = &g.found { Some(a) } else { None });
     html! { @for ablation in all {
         p class="watermark" { (ablation.watermark) }
         p { (ablation.defects.found) " of " (ablation.defects.n) " checks are missed when each is waived alone, over " (ablation.attacks)
@@ -50,7 +53,7 @@ fn worth(check: &CheckRow) -> String {
 fn attacks(check: &CheckRow) -> String {
     let one = |a: &results::report::AttackRow| {
         let name = a.cell.as_ref().map_or_else(|| a.scenario.clone(), |cell| format!("{} ({cell})", a.scenario));
-        format!("{name}: {} → {}", told(&a.with), told(&a.without))
+        format!("{name}: {} → {}", class_counts(&a.with), class_counts(&a.without))
     };
     check.attacks.iter().map(one).collect::<Vec<_>>().join("; ")
 }

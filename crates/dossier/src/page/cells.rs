@@ -7,11 +7,11 @@ use results::report::{CellSummary, RunObject};
 use super::verdict::percent;
 use crate::Dossier;
 use crate::figure::class_of_outcome;
-use crate::reader::Found;
+use crate::reader::FoundResult;
 use crate::tried::either;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
-    html! { @for given in dossier.results.given() { @if let Found::Runs(runs) = &given.found {
+    html! { @for file in dossier.results.files() { @if let FoundResult::Runs(runs) = &file.found {
         @for run in runs.iter().filter(|run| !run.cells.is_empty()) { (table(dossier, run)) }
     } } }
 }
@@ -46,14 +46,14 @@ fn row(dossier: &Dossier, run: &RunObject, cell: &CellSummary, late: bool) -> Ma
         td { @if off > 0 { strong class="bad-word" { (off) } } @else { "0" } }
         @if late { td { (mean) } }
         td { (percent(cell.summary.unsafe_upper_95)) }
-        td { @if let Some((story, seed)) = trials.into_iter().find_map(|trial| told(dossier, trial)) {
+        td { @if let Some((story, seed)) = trials.into_iter().find_map(|trial| run_and_seed(dossier, trial)) {
             a href={ "#run-" (super::slug(story)) } { "seed " (seed) }
         } }
     } }
 }
 
-/// The run of a trial, where it is told, and its seed.
-fn told<'a>(dossier: &'a Dossier, trial: &Trial) -> Option<(&'a str, u64)> {
+/// The run of a trial, where it is reported, and its seed.
+fn run_and_seed<'a>(dossier: &'a Dossier, trial: &Trial) -> Option<(&'a str, u64)> {
     Some((dossier.kept.get(trial.held.as_ref()?)?.as_str(), trial.seed))
 }
 

@@ -1,7 +1,7 @@
 //! Claims with their evidence: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
 
 use maud::{Markup, html};
-use results::campaign::claim::Judged;
+use results::campaign::claim::JudgedClaim;
 use results::report::{CampaignObject, ClaimRow, Matrix, RateBounds};
 
 use super::matrix::unmarked;
@@ -9,8 +9,8 @@ use super::table;
 use super::verdict::percent;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::reader::Found;
-use crate::tried::told;
+use crate::reader::FoundResult;
+use crate::tried::class_counts;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let mut rows = Table::new(&[
@@ -23,17 +23,17 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
         "together with all others",
         "from",
     ]);
-    for given in dossier.results.given() {
+    for given in dossier.results.files() {
         match &given.found {
-            Found::Matrix(matrix) => of_matrix(&mut rows, matrix, &given.file),
-            Found::Campaign(campaign) => of_campaign(&mut rows, campaign, &given.file),
-            Found::Runs(_)
-            | Found::Reference(_)
-            | Found::Search(_)
-            | Found::BenchLive(_)
-            | Found::Curve(_)
-            | Found::Ablation(_)
-            | Found::TwinCost(_) => {}
+            FoundResult::Matrix(matrix) => of_matrix(&mut rows, matrix, &given.file),
+            FoundResult::Campaign(campaign) => of_campaign(&mut rows, campaign, &given.file),
+            FoundResult::Runs(_)
+            | FoundResult::Reference(_)
+            | FoundResult::Search(_)
+            | FoundResult::BenchLive(_)
+            | FoundResult::Curve(_)
+            | FoundResult::Ablation(_)
+            | FoundResult::TwinCost(_) => {}
         }
     }
     html! { @if !rows.rows.is_empty() {
@@ -50,7 +50,7 @@ fn of_matrix(rows: &mut Table, matrix: &Matrix, file: &str) {
                 format!("{}: {}", row.id, unmarked(&row.containment)),
                 kind.evidence.name().to_owned(),
                 kind.n.to_string(),
-                told(&kind.outcomes),
+                class_counts(&kind.outcomes),
                 kind.unexpected.to_string(),
                 percent(kind.unsafe_upper_95),
                 percent(kind.unsafe_upper_95_simultaneous),
@@ -68,16 +68,17 @@ fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
         let ends = format!("{name}{set} under policy {} ends in {}", row.policy, classes.join(" or "));
         let tested = campaign.terms.claim.as_ref().zip(row.claim.as_ref());
         let tested = tested.map(|(claim, judged)| format!("; {claim}: {}", judged.alone.verdict.name()));
-        let bound = |of: fn(&RateBounds) -> f64, judged: fn(&ClaimRow) -> Judged| match (&row.bounds, &row.claim) {
-            (Some(bounds), _) => percent(of(bounds)),
-            (None, Some(claim)) => looked(campaign, claim, judged(claim), row.n),
-            (None, None) => format!("none yet: {} of {} trials", row.n, row.planned),
-        };
+        let bound =
+            |bound_of: fn(&RateBounds) -> f64, judged: fn(&ClaimRow) -> JudgedClaim| match (&row.bounds, &row.claim) {
+                (Some(bounds), _) => percent(bound_of(bounds)),
+                (None, Some(claim)) => looked(campaign, claim, judged(claim), row.n),
+                (None, None) => format!("none yet: {} of {} trials", row.n, row.planned),
+            };
         rows.rows.push(vec![
             ends + &tested.unwrap_or_default(),
             row.evidence.name().to_owned(),
             row.n.to_string(),
-            told(&row.outcomes),
+            class_counts(&row.outcomes),
             row.unexpected.to_string(),
             bound(|b| b.unsafe_upper_95, |claim| claim.alone),
             bound(|b| b.unsafe_upper_95_simultaneous, |claim| claim.together),
@@ -87,11 +88,11 @@ fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
 }
 
 /// The claim of a sequential campaign, with the upper bound that holds at every look.
-fn looked(campaign: &CampaignObject, claim: &ClaimRow, judged: Judged, n: u64) -> String {
+fn looked(campaign: &CampaignObject, claim: &ClaimRow, judged: JudgedClaim, n: u64) -> String {
     let claimed = campaign.terms.claim.as_ref().map(ToString::to_string).unwrap_or_default();
-    let at = claim.looked_at.unwrap_or(n);
+    let look = claim.looked_at.unwrap_or(n);
     format!(
-        "looked at often; {claimed}: {} at {at} trials, its rate at most {}",
+        "looked at often; {claimed}: {} at {look} trials, its rate at most {}",
         judged.verdict.name(),
         percent(judged.upper)
     )

@@ -6,15 +6,15 @@ use results::report::TwinCost;
 use super::figure;
 use crate::Dossier;
 use crate::figure::{Bar, Figure, Segment, bar_table, bars};
-use crate::reader::Found;
+use crate::reader::FoundResult;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     html! { @for f in figures(dossier) { (figure(&f)) } }
 }
 
 pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
-    let given = dossier.results.given().iter();
-    given.filter_map(|g| if let Found::TwinCost(cost) = &g.found { Some(drawn(cost)) } else { None }).collect()
+    let iter = dossier.results.files().iter();
+    iter.filter_map(|g| if let FoundResult::TwinCost(cost) = &g.found { Some(drawn(cost)) } else { None }).collect()
 }
 
 fn drawn(cost: &TwinCost) -> Figure {
@@ -25,10 +25,10 @@ fn drawn(cost: &TwinCost) -> Figure {
         said: format!("{:.1} µs, {:.1} %", s.us, s.share * 100.0),
     };
     let all: Vec<Bar> = cost.stages.iter().map(bar).collect();
-    let how = if cost.rendered { "rendered" } else { "unrendered" };
+    let manner = if cost.rendered { "rendered" } else { "unrendered" };
     Figure {
-        name: format!("cost-{}-{how}", super::slug(&cost.scenario)),
-        title: format!("CPU of a simulated second of {}, {how}, by stage", cost.scenario),
+        name: format!("cost-{}-{manner}", super::slug(&cost.scenario)),
+        title: format!("CPU of a simulated second of {}, {manner}, by stage", cost.scenario),
         caption: format!(
             "Median of {} rounds of {} trials, first seed {}. Simulated seconds a CPU second: {:.0} (least {:.0}, most {:.0}). CPU over that of bare \
              rapier on the same course: {:.2} ({:.2} to {:.2}).",

@@ -6,24 +6,27 @@ use stats::Share;
 
 use super::figure;
 use crate::Dossier;
-use crate::figure::{Figure, Point, Series, series, series_table};
-use crate::reader::Found;
+use crate::figure::{Figure, Series, SharePoint, series, series_table};
+use crate::reader::FoundResult;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     html! { @for f in figures(dossier) { (figure(&f)) } }
 }
 
 pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
-    let curves =
-        dossier.results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
+    let curves = dossier
+        .results
+        .files()
+        .iter()
+        .filter_map(|g| if let FoundResult::Curve(c) = &g.found { Some(c) } else { None });
     curves.flat_map(|c| c.lines.iter().filter_map(move |line| drawn(c, line))).collect()
 }
 
 fn drawn(curve: &CurveObject, line: &CurveLine) -> Option<Figure> {
-    let point = |of: fn(&CurvePoint) -> &Share| {
+    let point = |share_of: fn(&CurvePoint) -> &Share| {
         let one = move |p: &CurvePoint| {
-            let share = of(p);
-            Point { value: p.value, share: share.share, interval: (share.lower_95, share.upper_95) }
+            let share = share_of(p);
+            SharePoint { value: p.value, share: share.share, interval: (share.lower_95, share.upper_95) }
         };
         line.points.iter().map(one).collect()
     };

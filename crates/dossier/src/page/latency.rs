@@ -7,7 +7,7 @@ use stats::Sample;
 use super::{figure, table};
 use crate::Dossier;
 use crate::figure::{Figure, Mark, Steps, Table, ecdf, ecdf_table};
-use crate::reader::Found;
+use crate::reader::FoundResult;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let rows = rows(dossier);
@@ -21,8 +21,8 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
 }
 
 pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
-    let given = dossier.results.given().iter();
-    given.filter_map(|g| if let Found::BenchLive(bench) = &g.found { drawn(bench) } else { None }).collect()
+    let iter = dossier.results.files().iter();
+    iter.filter_map(|g| if let FoundResult::BenchLive(bench) = &g.found { drawn(bench) } else { None }).collect()
 }
 
 fn drawn(bench: &BenchLive) -> Option<Figure> {
@@ -58,11 +58,11 @@ fn rows(dossier: &Dossier) -> Table {
             rows.rows.push(cells.to_vec());
         }
     };
-    for given in dossier.results.given() {
+    for given in dossier.results.files() {
         let runs = match &given.found {
-            Found::Runs(runs) => runs.as_slice(),
-            Found::BenchLive(bench) => bench.losses.as_slice(),
-            Found::Reference(reference) => {
+            FoundResult::Runs(runs) => runs.as_slice(),
+            FoundResult::BenchLive(bench) => bench.losses.as_slice(),
+            FoundResult::Reference(reference) => {
                 for row in &reference.rows {
                     let (cell, place, l) = (row.cell.as_deref(), row.evidence.name(), &row.summary.latency_ms);
                     put(&row.scenario, cell, place, "DEGRADED", &l.to_degraded);
@@ -70,12 +70,12 @@ fn rows(dossier: &Dossier) -> Table {
                 }
                 continue;
             }
-            Found::Matrix(_)
-            | Found::Campaign(_)
-            | Found::Search(_)
-            | Found::Curve(_)
-            | Found::Ablation(_)
-            | Found::TwinCost(_) => continue,
+            FoundResult::Matrix(_)
+            | FoundResult::Campaign(_)
+            | FoundResult::Search(_)
+            | FoundResult::Curve(_)
+            | FoundResult::Ablation(_)
+            | FoundResult::TwinCost(_) => continue,
         };
         for run in runs {
             let (place, l) = (run.mode.evidence().name(), &run.summary.latency_ms);

@@ -8,8 +8,8 @@ use super::verdict::percent;
 use super::{figure, table};
 use crate::Dossier;
 use crate::figure::{Bar, Figure, Segment, Table, bar_table, bars, class_of_outcome};
-use crate::reader::Found;
-use crate::tried::told;
+use crate::reader::FoundResult;
+use crate::tried::class_counts;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     html! { @for (i, matrix) in matrices(dossier).enumerate() {
@@ -25,7 +25,7 @@ pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
 }
 
 fn matrices(dossier: &Dossier) -> impl Iterator<Item = &Matrix> {
-    dossier.results.given().iter().filter_map(|g| if let Found::Matrix(m) = &g.found { Some(m) } else { None })
+    dossier.results.files().iter().filter_map(|g| if let FoundResult::Matrix(m) = &g.found { Some(m) } else { None })
 }
 
 /// One figure for the rows under a full policy, one for those with a check waived.
@@ -87,11 +87,11 @@ fn rows(matrix: &Matrix) -> Table {
         "open",
     ]);
     for row in &matrix.rows {
-        let of = |k: &Kind| {
+        let line = |k: &Kind| {
             let ablation = if k.ablation { " ABLATION" } else { "" };
-            format!("{}{ablation}: {}, {}", k.evidence.name(), k.n, told(&k.outcomes))
+            format!("{}{ablation}: {}, {}", k.evidence.name(), k.n, class_counts(&k.outcomes))
         };
-        let kinds: Vec<String> = row.kinds.iter().map(of).collect();
+        let kinds: Vec<String> = row.kinds.iter().map(line).collect();
         rows.rows.push(vec![
             row.id.clone(),
             unmarked(&row.threat),

@@ -6,7 +6,7 @@ use results::report::RunObject;
 use super::table;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::reader::Found;
+use crate::reader::FoundResult;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let rows = rows(dossier);
@@ -37,8 +37,8 @@ fn rows(dossier: &Dossier) -> Table {
         "stuck (s)",
         "never carried out",
     ]);
-    for given in dossier.results.given() {
-        let runs = if let Found::Runs(runs) = &given.found { runs.as_slice() } else { &[] };
+    for given in dossier.results.files() {
+        let runs = if let FoundResult::Runs(runs) = &given.found { runs.as_slice() } else { &[] };
         rows.rows.extend(runs.iter().filter_map(row));
     }
     rows
@@ -46,7 +46,7 @@ fn rows(dossier: &Dossier) -> Table {
 
 fn row(run: &RunObject) -> Option<Vec<String>> {
     let mission = Some(&run.mission).filter(|mission| mission.n > 0)?;
-    let never: Vec<String> = mission.never.iter().map(|(step, n)| format!("{step} ({n})")).collect();
+    let texts: Vec<String> = mission.never.iter().map(|(step, n)| format!("{step} ({n})")).collect();
     let counts = [mission.n, mission.armed, mission.acted, mission.missing].map(|n| n.to_string());
     let mut row = vec![run.scenario.clone(), run.mode.evidence().name().to_owned()];
     row.extend(counts);
@@ -59,7 +59,7 @@ fn row(run: &RunObject) -> Option<Vec<String>> {
         ],
         None => ["-", "-", "-"].map(str::to_owned),
     });
-    row.push(never.join("; "));
+    row.push(texts.join("; "));
     Some(row)
 }
 
@@ -77,8 +77,11 @@ mod tests {
             section(&Dossier { results, ..Dossier::default() }).into_string()
         };
         let mut run = golden("run");
-        let with = page(&run);
-        assert!(with.contains("<td>4.2</td>") && with.contains("arm: never, no vehicle shown (1)"), "{with}");
+        let guarded_page = page(&run);
+        assert!(
+            guarded_page.contains("<td>4.2</td>") && guarded_page.contains("arm: never, no vehicle shown (1)"),
+            "{guarded_page}"
+        );
         run.as_object_mut().and_then(|run| run.remove("mission")).expect("a mission");
         assert_eq!(page(&run), "");
     }

@@ -6,15 +6,15 @@ use results::report::SearchObject;
 use super::table;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::reader::Found;
+use crate::reader::FoundResult;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let mut rows = Table::new(&["file", "kind", "SHA-256"]);
-    for given in dossier.results.given() {
+    for given in dossier.results.files() {
         rows.rows.push(vec![given.file.clone(), given.found.kind().to_owned(), given.sha256.clone()]);
     }
     html! {
-        @for given in dossier.results.given() { @if let Found::Search(search) = &given.found { (searched(search)) } }
+        @for file in dossier.results.files() { @if let FoundResult::Search(search) = &file.found { (searched(search)) } }
         @if !rows.rows.is_empty() { (table(&rows, "Files")) }
         @if !dossier.recordings.is_empty() { (folded(dossier)) }
         p { "The page holds nothing that is not in these files and, for runs over time, in the recordings above. A recording's digest is over its files "
@@ -24,7 +24,7 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
 
 /// The recordings, in one line while all of them verify.
 fn folded(dossier: &Dossier) -> Markup {
-    let (n, sound) = (dossier.recordings.len(), dossier.recordings.iter().all(|of| of.invalid.is_none()));
+    let (n, sound) = (dossier.recordings.len(), dossier.recordings.iter().all(|recording| recording.invalid.is_none()));
     html! { details open[!sound] {
         summary { (n) " recordings" @if sound { ", all verify" } @else { ", not all of which verify" } }
         (table(&recordings(dossier), "Recordings"))
@@ -36,8 +36,8 @@ fn recordings(dossier: &Dossier) -> Table {
     for of in &dossier.recordings {
         let custody = if of.holds { "holds" } else { "does not hold" };
         let class = of.outcome.clone().unwrap_or_else(|| "not told".to_owned());
-        let why = of.invalid.clone().unwrap_or_default();
-        rows.rows.push(vec![of.name.clone(), of.sha256.clone(), custody.to_owned(), class, why]);
+        let reason = of.invalid.clone().unwrap_or_default();
+        rows.rows.push(vec![of.name.clone(), of.sha256.clone(), custody.to_owned(), class, reason]);
     }
     rows
 }

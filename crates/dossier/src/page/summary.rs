@@ -17,15 +17,16 @@ pub(super) fn section(story: &RunSummary) -> Markup {
             p { strong class="bad-word" { "INVALID" } ": " (flaw) ". What is told of this run is no better than that." }
         }
         (figure(&drawn(story)))
-        @for why in &story.why { (told(why)) }
+        @for why in &story.why { (reason_markup(why)) }
     }
 }
 
-fn told(why: &Why) -> Markup {
+fn reason_markup(reason: &Why) -> Markup {
     let mut chain = Table::new(&["stage", "at (s)", "log of", "what"]);
-    let row = |l: &results::summary::Link| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
-    chain.rows = why.chain.iter().map(row).collect();
-    let title = format!("Why {} at {:.3} s ({})", why.change, why.at, why.cause);
+    let row =
+        |l: &results::summary::ChainLink| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
+    chain.rows = reason.chain.iter().map(row).collect();
+    let title = format!("Why {} at {:.3} s ({})", reason.change, reason.at, reason.cause);
     html! {
         details {
             summary { (title) }
@@ -54,14 +55,14 @@ pub(crate) fn drawn(story: &RunSummary) -> Figure {
     let more = story.refused.len().saturating_sub(LANES);
     let more =
         if more > 0 { format!(" {more} more kinds of refusals stand in the table alone.") } else { String::new() };
-    let (mark, why) = story.flaw.as_ref().map_or_else(Default::default, |flaw| {
+    let (mark, reason) = story.flaw.as_ref().map_or_else(Default::default, |flaw| {
         (" (INVALID)".to_owned(), format!("INVALID, evidence of nothing: {flaw}. "))
     });
     Figure {
         name: format!("run-{}", super::slug(&story.name)),
         title: format!("Run {}{mark}", story.name),
         caption: format!(
-            "{why}What was done to the run (ground truth, which no service knew), the mode and the authority of the unit under test, and \
+            "{reason}What was done to the run (ground truth, which no service knew), the mode and the authority of the unit under test, and \
              what boundaries refused, by who refused it. n = 1 run of {:.1} s.{more}",
             story.seconds
         ),
@@ -72,15 +73,15 @@ pub(crate) fn drawn(story: &RunSummary) -> Figure {
 
 fn rows(story: &RunSummary) -> Table {
     let mut table = Table::new(&["kind", "what", "from (s)", "to (s)"]);
-    let mut put = |kind: &str, what: &str, l: &Lasted| {
-        table.rows.push(vec![kind.to_owned(), what.to_owned(), format!("{:.3}", l.from), format!("{:.3}", l.to)]);
+    let mut put = |kind: &str, name: &str, l: &Lasted| {
+        table.rows.push(vec![kind.to_owned(), name.to_owned(), format!("{:.3}", l.from), format!("{:.3}", l.to)]);
     };
     story.done.iter().for_each(|l| put("done to it", &l.what, l));
     story.modes.iter().for_each(|l| put("mode", &l.what, l));
     story.authority.iter().for_each(|l| put("authority", &l.what, l));
     for refused in &story.refused {
-        let what = format!("{} (n {})", refused.reason, refused.n);
-        refused.at.iter().for_each(|l| put(&refused.by, &what, l));
+        let name = format!("{} (n {})", refused.reason, refused.n);
+        refused.at.iter().for_each(|l| put(&refused.by, &name, l));
     }
     table
 }

@@ -9,8 +9,8 @@ use scenario::Evidence;
 use super::{key, table};
 use crate::Dossier;
 use crate::figure::{Table, class_of_outcome};
-use crate::reader::{Found, Given};
-use crate::tried::{told, tried};
+use crate::reader::{FoundResult, Given};
+use crate::tried::{class_counts, tried};
 
 /// Trials of one place of evidence under a full policy, in one result.
 #[derive(Clone, Debug, Default)]
@@ -44,13 +44,13 @@ const UNSUPPORTED: &str = "That is what the results say; no INVALID recording su
 /// The verdict.
 pub(super) fn verdict(dossier: &Dossier) -> Markup {
     let all: Vec<(&str, ByPlace)> =
-        dossier.results.given().iter().map(|g| (g.file.as_str(), counted(g))).filter(|(_, c)| !c.is_empty()).collect();
-    let each = || all.iter().flat_map(|(_, by)| by.iter().map(|((place, waived), c)| (*place, *waived, c)));
+        dossier.results.files().iter().map(|g| (g.file.as_str(), counted(g))).filter(|(_, c)| !c.is_empty()).collect();
+    let each = || all.iter().flat_map(|(_, map)| map.iter().map(|((place, waived), c)| (*place, *waived, c)));
     let stated = |ablation: bool| each().filter(move |(_, waived, c)| *waived == ablation && c.unexpected.is_some());
-    let told = |ablation: bool| sentence(ablation, stated(ablation).map(|(place, _, c)| (place, c)));
-    let (full, ablated) = (told(false), told(true));
+    let sentence_for = |ablation: bool| sentence(ablation, stated(ablation).map(|(place, _, c)| (place, c)));
+    let (full, ablated) = (sentence_for(false), sentence_for(true));
     let off: u64 = each().filter_map(|(_, _, c)| c.unexpected).sum();
-    let findings: usize = dossier.results.given().iter().map(|g| found(&g.found)).sum();
+    let findings: usize = dossier.results.files().iter().map(|g| found(&g.found)).sum();
     let waived = each().any(|(_, waived, _)| waived);
     let invalid: Vec<(&str, &str)> = invalid(dossier).collect();
     html! {
@@ -59,9 +59,9 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
             @if full.is_some() || ablated.is_none() {
                 p { strong { (full.as_deref().unwrap_or(NONE_STATED)) } @if !invalid.is_empty() { " " (UNSUPPORTED) } }
             }
-            @if let Some(told) = &ablated { p { strong { (told) } } }
-            @if let Some(told) = unnoticed(dossier) { p { (told) } }
-            @for told in incomplete(dossier) { p { (told) } }
+            @if let Some(text) = &ablated { p { strong { (text) } } }
+            @if let Some(text) = unnoticed(dossier) { p { (text) } }
+            @for text in incomplete(dossier) { p { (text) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
                 p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
@@ -77,29 +77,29 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
 
 /// The campaigns that lack trials.
 fn incomplete(dossier: &Dossier) -> impl Iterator<Item = String> {
-    dossier.results.given().iter().filter_map(|given| {
-        let Found::Campaign(campaign) = &given.found else { return None };
+    dossier.results.files().iter().filter_map(|file| {
+        let FoundResult::Campaign(campaign) = &file.found else { return None };
         let (n, planned) = (campaign.trials, campaign.planned);
-        let of = if campaign.terms.sequential { "trials up to the next look" } else { "trials" };
-        (!campaign.complete).then(|| format!("{} is incomplete: {n} of {planned} {of}.", given.file))
+        let name = if campaign.terms.sequential { "trials up to the next look" } else { "trials" };
+        (!campaign.complete).then(|| format!("{} is incomplete: {n} of {planned} {name}.", file.file))
     })
 }
 
 /// The recordings that are INVALID, and why.
 fn invalid(dossier: &Dossier) -> impl Iterator<Item = (&str, &str)> {
-    dossier.recordings.iter().filter_map(|of| Some((of.name.as_str(), of.invalid.as_deref()?)))
+    dossier.recordings.iter().filter_map(|recording| Some((recording.name.as_str(), recording.invalid.as_deref()?)))
 }
 
 /// Number and names of INVALID recordings among `n`.
 fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
-    let of = invalid.len();
+    let count = invalid.len();
     html! {
-        @if of > 0 {
-            p { strong class="bad-word" { (of) " of " (n) " recordings " (if of == 1 { "is" } else { "are" }) " INVALID" }
+        @if count > 0 {
+            p { strong class="bad-word" { (count) " of " (n) " recordings " (if count == 1 { "is" } else { "are" }) " INVALID" }
                 " and evidence of nothing:" }
             ul {
                 @for (name, why) in invalid.iter().take(NAMED) { li { code { (name) } ": " (why) } }
-                @if of > NAMED { li { (of - NAMED) " more, listed under “Where it comes from”" } }
+                @if count > NAMED { li { (count - NAMED) " more, listed under “Where it comes from”" } }
             }
         } @else if n > 0 {
             p { "All of the " (n) " recordings verify." }
@@ -140,7 +140,7 @@ fn named(all: &[String]) -> String {
 
 /// Attacks on runs that nothing answered, as a reader of the stated classes alone would not see.
 fn unnoticed(dossier: &Dossier) -> Option<String> {
-    let runs = dossier.results.given().iter().filter(|given| matches!(given.found, Found::Runs(_)));
+    let runs = dossier.results.files().iter().filter(|file| matches!(file.found, FoundResult::Runs(_)));
     let each = runs.flat_map(tried).filter_map(|one| {
         let n = one.outcomes.get(&Outcome::Undetected)?;
         Some(format!("{} ({n} of {})", one.name(), one.n))
@@ -160,7 +160,7 @@ fn whereabouts(place: Evidence) -> &'static str {
 /// Harm that was stated beforehand is harm: which threats of a matrix the platform does not hold against.
 fn stated_harm(dossier: &Dossier) -> Option<String> {
     let mut harm: BTreeMap<(Outcome, Evidence), (u64, BTreeSet<&str>)> = BTreeMap::new();
-    for given in dossier.results.given() {
+    for given in dossier.results.files() {
         let mut seen = BTreeSet::new();
         for one in tried(given).iter().filter(|one| one.watermark.is_none()) {
             let (Some(row), first) = (one.row, seen.insert(one.name())) else { continue };
@@ -188,19 +188,19 @@ fn outcomes(all: &[(&str, ByPlace)]) -> Markup {
             let place = if *waived { format!("{}, ABLATION", place.name()) } else { place.name().to_owned() };
             let off = c.unexpected.map_or_else(|| "not stated".to_owned(), |n| n.to_string());
             let upper = c.unsafe_upper.map_or_else(|| "-".to_owned(), percent);
-            rows.rows.push(vec![(*file).to_owned(), place, c.n.to_string(), told(&c.outcomes), off, upper]);
+            rows.rows.push(vec![(*file).to_owned(), place, c.n.to_string(), class_counts(&c.outcomes), off, upper]);
         }
     }
     let mut seen: Vec<Outcome> =
-        all.iter().flat_map(|(_, by)| by.values().flat_map(|c| c.outcomes.keys().copied())).collect();
+        all.iter().flat_map(|(_, map)| map.values().flat_map(|c| c.outcomes.keys().copied())).collect();
     seen.sort_unstable();
     seen.dedup();
     let keys: Vec<(&str, &str)> = seen.iter().map(|o| (class_of_outcome(o.name()), o.name())).collect();
     html! { (table(&rows, "Outcomes by result and place of evidence")) (key(&keys)) }
 }
 
-fn found(found: &Found) -> usize {
-    if let Found::Search(search) = found
+fn found(found: &FoundResult) -> usize {
+    if let FoundResult::Search(search) = found
         && search.watermark.is_none()
     {
         search.findings.len()
@@ -209,15 +209,15 @@ fn found(found: &Found) -> usize {
     }
 }
 
-fn counted(given: &Given) -> ByPlace {
+fn counted(file: &Given) -> ByPlace {
     let (mut all, mut seen) = (ByPlace::new(), BTreeSet::new());
-    for one in tried(given) {
-        // A variation may stand in several rows of a matrix, with the same trials. With a guest, bare or guarded, it has others.
+    for one in tried(file) {
+        // A variation may be in several rows of a matrix, with the same trials. With a guest, bare or guarded, it has others.
         if !seen.insert((one.name(), one.watermark)) {
             continue;
         }
         let to = all.entry((one.evidence, one.watermark.is_some())).or_default();
-        // Of a soak no class was stated.
+        // No class was stated of a soak.
         let stated = (!one.expected.is_empty()).then(|| one.unexpected().map(|(_, n)| n).sum::<u64>());
         to.unexpected = if to.n == 0 { stated } else { to.unexpected.zip(stated).map(|(before, more)| before + more) };
         to.off.extend(stated.filter(|off| *off > 0).map(|_| {
@@ -256,14 +256,14 @@ mod tests {
             off: off.iter().map(|&cell| cell.to_owned()).collect(),
             ..Counted::default()
         };
-        let told = |of: &Counted| sentence(false, [(Evidence::Live, of), (Evidence::Model, of)].into_iter());
+        let sentence_for = |of: &Counted| sentence(false, [(Evidence::Live, of), (Evidence::Model, of)].into_iter());
         assert_eq!(sentence(false, std::iter::empty()), None);
-        let fine = told(&counted(&[])).expect("trials");
+        let fine = sentence_for(&counted(&[])).expect("trials");
         assert_eq!(
             fine,
             "3 cells, 9 trials in the twin: all in their stated class; 3 cells, 9 trials live: all in their stated class."
         );
-        let off = told(&counted(&["a (LATE 1 of 3)"])).expect("trials");
+        let off = sentence_for(&counted(&["a (LATE 1 of 3)"])).expect("trials");
         assert!(off.ends_with("9 trials live: 1 outside their stated class, in a (LATE 1 of 3)."), "{off}");
     }
 
@@ -284,14 +284,14 @@ mod tests {
             let mut results = crate::reader::Results::default();
             results.read("m.json", text.as_bytes()).expect("a matrix");
             let all: Vec<(u64, u64)> =
-                counted(&results.given()[0]).values().map(|c| (c.n, c.outcomes.values().sum())).collect();
+                counted(&results.files()[0]).values().map(|c| (c.n, c.outcomes.values().sum())).collect();
             all
         };
-        let mut twice: serde_json::Value = serde_json::from_str(text).expect("JSON");
-        let rows = twice["rows"].as_array_mut().expect("rows");
-        let again = rows.clone();
-        rows.extend(again);
+        let mut doubled: serde_json::Value = serde_json::from_str(text).expect("JSON");
+        let rows = doubled["rows"].as_array_mut().expect("rows");
+        let repeated = rows.clone();
+        rows.extend(repeated);
         assert!(!read(text).is_empty());
-        assert_eq!(read(text), read(&twice.to_string()));
+        assert_eq!(read(text), read(&doubled.to_string()));
     }
 }

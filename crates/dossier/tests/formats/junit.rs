@@ -7,7 +7,7 @@ use dossier::junit;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use super::{everything, given, hostile, read};
+use super::{everything, hostile, read, read_results};
 
 /// Content that the XSD allows in an element.
 #[derive(Debug, Default)]
@@ -28,13 +28,13 @@ struct Element {
 
 fn attributes(start: &BytesStart) -> BTreeMap<String, String> {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
-    let of = |a: quick_xml::events::attributes::Attribute| {
+    let attribute = |a: quick_xml::events::attributes::Attribute| {
         (
             text(a.key.as_ref()),
             a.normalized_value(quick_xml::XmlVersion::Implicit1_0).expect("well-formed").into_owned(),
         )
     };
-    start.attributes().map(|a| of(a.expect("well-formed"))).collect()
+    start.attributes().map(|a| attribute(a.expect("well-formed"))).collect()
 }
 
 /// Every element, in order; panics where the text is not well-formed.
@@ -84,13 +84,13 @@ fn schema() -> BTreeMap<String, Allowed> {
             }
             "xs:complexType" if element.parent.as_deref() == Some("xs:schema") => current.clear(),
             "xs:element" => {
-                let Some(of) = allowed.get_mut(&current) else { continue };
-                of.children.extend(named("ref"));
+                let Some(allowance) = allowed.get_mut(&current) else { continue };
+                allowance.children.extend(named("ref"));
             }
             "xs:attribute" => {
-                let Some(of) = allowed.get_mut(&current) else { continue };
-                of.attributes.extend(named("name"));
-                of.required.extend(named("name").filter(|_| named("use").as_deref() == Some("required")));
+                let Some(allowance) = allowed.get_mut(&current) else { continue };
+                allowance.attributes.extend(named("name"));
+                allowance.required.extend(named("name").filter(|_| named("use").as_deref() == Some("required")));
             }
             _ => {}
         }
@@ -107,9 +107,9 @@ fn against_schema(text: &str) -> Vec<String> {
             wrong.push(format!("no element {}", element.name));
             continue;
         };
-        let has: BTreeSet<String> = element.attributes.keys().cloned().collect();
-        wrong.extend(has.difference(&allowed.attributes).map(|a| format!("{} has no {a}", element.name)));
-        wrong.extend(allowed.required.difference(&has).map(|a| format!("{} lacks {a}", element.name)));
+        let texts: BTreeSet<String> = element.attributes.keys().cloned().collect();
+        wrong.extend(texts.difference(&allowed.attributes).map(|a| format!("{} has no {a}", element.name)));
+        wrong.extend(allowed.required.difference(&texts).map(|a| format!("{} lacks {a}", element.name)));
         if let Some(parent) = &element.parent
             && !schema.get(parent).is_some_and(|p| p.children.contains(&element.name))
         {
@@ -119,7 +119,7 @@ fn against_schema(text: &str) -> Vec<String> {
     wrong
 }
 
-fn kept(name: &str, text: String) -> String {
+fn write_report(name: &str, text: String) -> String {
     std::fs::write(std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name), &text).expect("a file below target/");
     text
 }
@@ -127,7 +127,7 @@ fn kept(name: &str, text: String) -> String {
 /// A wrong file is noticed.
 #[test]
 fn junit_file_satisfies_the_xsd() {
-    let text = kept("holdsafe.junit.xml", junit(&everything()));
+    let text = write_report("holdsafe.junit.xml", junit(&everything()));
     assert_eq!(against_schema(&text), Vec::<String>::new());
     let wrong = text.replacen("testcase name", "testcase title", 1).replacen("system-out", "skipped-out", 2);
     assert_eq!(against_schema(&wrong).len(), 3, "{:?}", against_schema(&wrong));
@@ -135,10 +135,11 @@ fn junit_file_satisfies_the_xsd() {
 
 #[test]
 fn suite_counts_failures_and_errors() {
-    let all = elements(&kept("matrix.junit.xml", junit(&given(&["matrix.json"]))));
+    let all = elements(&write_report("matrix.junit.xml", junit(&read_results(&["matrix.json"]))));
     let suite =
         |id: &str| all.iter().find(|e| e.name == "testsuite" && e.attributes["name"].starts_with(id)).expect("a suite");
-    let counts = |of: &Element| ["tests", "failures", "errors"].map(|key| of.attributes[key].clone()).join(" ");
+    let counts =
+        |element: &Element| ["tests", "failures", "errors"].map(|key| element.attributes[key].clone()).join(" ");
     assert_eq!(counts(suite("A01")), "4 0 0");
     assert_eq!(counts(suite("A04")), "9 1 0");
     assert_eq!(counts(suite("A40")), "1 0 1");
@@ -149,7 +150,7 @@ fn suite_counts_failures_and_errors() {
 
 #[test]
 fn failure_names_expectation_and_reproduction_line() {
-    let all = elements(&kept("runs.junit.xml", junit(&given(&["runs.json"]))));
+    let all = elements(&write_report("runs.junit.xml", junit(&read_results(&["runs.json"]))));
     let failure = all.iter().find(|e| e.name == "failure").expect("a failure");
     assert_eq!(failure.attributes["message"], "2 of 2 trials not as expected (HOLD_SAFE 2); expected DEGRADED");
     assert_eq!(failure.text, "holdsafe run loss --trials 1 --seed 1");
@@ -161,7 +162,7 @@ fn failure_names_expectation_and_reproduction_line() {
 
 #[test]
 fn result_text_cannot_break_the_xml() {
-    let text = kept("hostile.junit.xml", junit(&hostile("\"></testcase>&amp;]]>\u{0}\u{1b}\u{ffff}\r é")));
+    let text = write_report("hostile.junit.xml", junit(&hostile("\"></testcase>&amp;]]>\u{0}\u{1b}\u{ffff}\r é")));
     assert_eq!(against_schema(&text), Vec::<String>::new());
     assert!(!text.contains(['\u{0}', '\u{1b}', '\u{ffff}']));
 }

@@ -13,15 +13,15 @@ use std::path::{Path, PathBuf};
 use dossier::reader::Results;
 use serde_json::Value;
 
-fn here() -> PathBuf {
+fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")
 }
 
 fn read(file: &str) -> String {
-    fs::read_to_string(here().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+    fs::read_to_string(folder().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
 }
 
-fn given(files: &[&str]) -> Results {
+fn read_results(files: &[&str]) -> Results {
     let mut results = Results::default();
     for file in files {
         results.read(file, read(&format!("results/{file}")).as_bytes()).expect("a result");
@@ -30,7 +30,7 @@ fn given(files: &[&str]) -> Results {
 }
 
 fn everything() -> Results {
-    given(&["matrix.json", "runs.json", "reference.json", "campaign.json", "search.json"])
+    read_results(&["matrix.json", "runs.json", "reference.json", "campaign.json", "search.json"])
 }
 
 /// Results of an unfriendly hand: every text is `text`.
@@ -71,18 +71,18 @@ fn spoil(value: &mut Value, text: &str) {
 }
 
 /// Leaves a file where other validators find it, and gives it back as JSON.
-fn kept(name: &str, text: &str) -> Value {
+fn write_json(name: &str, text: &str) -> Value {
     fs::write(Path::new(env!("CARGO_TARGET_TMPDIR")).join(name), text).expect("a file below target/");
     serde_json::from_str(text).expect("JSON")
 }
 
 /// Violations of a schema by a file.
-fn against(schema: &str, file: &Value) -> Vec<String> {
+fn violations(schema: &str, file: &Value) -> Vec<String> {
     let json = |name: &str| serde_json::from_str::<Value>(&read(&format!("schemas/{name}"))).expect("JSON");
-    let at = "http://cyclonedx.org/schema/";
+    let namespace = "http://cyclonedx.org/schema/";
     let registry = jsonschema::Registry::new()
-        .add(format!("{at}spdx.schema.json"), json("spdx.schema.json"))
-        .and_then(|r| r.add(format!("{at}jsf-0.82.schema.json"), json("jsf-0.82.schema.json")))
+        .add(format!("{namespace}spdx.schema.json"), json("spdx.schema.json"))
+        .and_then(|r| r.add(format!("{namespace}jsf-0.82.schema.json"), json("jsf-0.82.schema.json")))
         .and_then(|r| r.prepare())
         .expect("the schemas that others refer to");
     let options = jsonschema::options().with_registry(&registry).should_validate_formats(true);

@@ -3,14 +3,14 @@
 use dossier::layers;
 use serde_json::Value;
 
-use super::{against, everything, given, hostile, kept};
+use super::{everything, hostile, read_results, violations, write_json};
 
 const SCHEMA: &str = "layer-4.5.schema.json";
 
 fn layer(results: &dossier::reader::Results, name: &str) -> Value {
     let layers = layers(results);
     let (_, text) = layers.iter().find(|(file, _)| *file == name).expect("a layer");
-    kept(name, text)
+    write_json(name, text)
 }
 
 fn technique<'a>(layer: &'a Value, id: &str) -> &'a Value {
@@ -24,10 +24,10 @@ fn each_layer_satisfies_its_schema() {
     let results = everything();
     assert_eq!(layers(&results).len(), 3);
     for (name, text) in layers(&results) {
-        let mut layer = kept(name, &text);
-        assert_eq!(against(SCHEMA, &layer), Vec::<String>::new(), "{name}");
+        let mut layer = write_json(name, &text);
+        assert_eq!(violations(SCHEMA, &layer), Vec::<String>::new(), "{name}");
         layer["techniques"][0]["techniqueID"] = "replay".into();
-        assert_eq!(against(SCHEMA, &layer).len(), 1, "{name}");
+        assert_eq!(violations(SCHEMA, &layer).len(), 1, "{name}");
     }
 }
 
@@ -100,13 +100,13 @@ fn waived_or_unreal_runs_and_controls_score_nothing() {
 
 #[test]
 fn without_a_matrix_there_are_no_layers() {
-    assert!(layers(&given(&["runs.json", "campaign.json", "search.json"])).is_empty());
+    assert!(layers(&read_results(&["runs.json", "campaign.json", "search.json"])).is_empty());
 }
 
 #[test]
 fn result_text_cannot_break_a_layer() {
     for (name, text) in layers(&hostile("\"></x> \u{0}\u{1b}\u{ffff} é")) {
         let layer: Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(against(SCHEMA, &layer), Vec::<String>::new(), "{name}");
+        assert_eq!(violations(SCHEMA, &layer), Vec::<String>::new(), "{name}");
     }
 }

@@ -3,7 +3,7 @@
 use dossier::sarif;
 use serde_json::Value;
 
-use super::{against, everything, given, hostile, kept};
+use super::{everything, hostile, read_results, violations, write_json};
 
 const SCHEMA: &str = "sarif-schema-2.1.0.json";
 
@@ -14,22 +14,22 @@ fn results_of(run: &Value) -> &Vec<Value> {
 /// The schema notices an invalid one.
 #[test]
 fn sarif_file_satisfies_its_schema() {
-    let mut file = kept("holdsafe.sarif", &sarif(&everything()));
-    assert_eq!(against(SCHEMA, &file), Vec::<String>::new());
+    let mut file = write_json("holdsafe.sarif", &sarif(&everything()));
+    assert_eq!(violations(SCHEMA, &file), Vec::<String>::new());
     file["runs"][0]["results"][0]["level"] = "grave".into();
     file["runs"][0]["results"][0]["message"] = Value::Null;
-    assert_eq!(against(SCHEMA, &file).len(), 2);
+    assert_eq!(violations(SCHEMA, &file).len(), 2);
 }
 
 /// Each names its threat.
 #[test]
 fn only_unexpected_classes_are_results() {
-    let file = kept("matrix.sarif", &sarif(&given(&["matrix.json"])));
+    let file = write_json("matrix.sarif", &sarif(&read_results(&["matrix.json"])));
     let run = &file["runs"][0];
-    let told = |r: &Value| {
+    let message = |r: &Value| {
         format!("{} {} {}", r["ruleId"].as_str().unwrap(), r["level"].as_str().unwrap(), r["properties"]["n"])
     };
-    assert_eq!(results_of(run).iter().map(told).collect::<Vec<_>>(), ["A04 warning 2", "A40 warning 2"]);
+    assert_eq!(results_of(run).iter().map(message).collect::<Vec<_>>(), ["A04 warning 2", "A40 warning 2"]);
     let loss = &results_of(run)[0];
     let text = loss["message"]["text"].as_str().unwrap();
     assert!(text.contains("HOLD_SAFE in 2 of 2 trials") && text.contains("expected DEGRADED"), "{text}");
@@ -42,14 +42,14 @@ fn only_unexpected_classes_are_results() {
 
 #[test]
 fn trial_result_names_the_broken_property() {
-    let file = kept("runs.sarif", &sarif(&given(&["runs.json"])));
+    let file = write_json("runs.sarif", &sarif(&read_results(&["runs.json"])));
     let rules: Vec<&str> = results_of(&file["runs"][0]).iter().map(|r| r["ruleId"].as_str().unwrap()).collect();
     assert_eq!(rules, ["HOLD_SAFE", "P10"]);
 }
 
 #[test]
 fn finding_under_a_waived_check_is_a_note() {
-    let file = kept("search.sarif", &sarif(&given(&["search.json"])));
+    let file = write_json("search.sarif", &sarif(&read_results(&["search.json"])));
     let [finding] = results_of(&file["runs"][0]).as_slice() else { panic!("one finding") };
     assert_eq!((&finding["ruleId"], &finding["level"]), (&"P3".into(), &"note".into()));
     assert_eq!(finding["properties"]["stopped_by"][0], "guards.lease");
@@ -65,7 +65,7 @@ fn fingerprint_is_stable_across_seed_and_count() {
         let file: Value = serde_json::from_str(&text).unwrap();
         results_of(&file["runs"][0]).iter().map(|r| r["partialFingerprints"].to_string()).collect::<Vec<_>>()
     };
-    let (one, two) = (prints(sarif(&given(&["matrix.json"]))), prints(sarif(&results)));
+    let (one, two) = (prints(sarif(&read_results(&["matrix.json"]))), prints(sarif(&results)));
     assert_eq!(one, two);
     // Another scenario of a name as long is another result.
     let renamed = super::read("results/matrix.json").replace("\"loss\"", "\"lost\"");
@@ -76,8 +76,8 @@ fn fingerprint_is_stable_across_seed_and_count() {
 
 #[test]
 fn no_text_of_a_result_makes_it_invalid() {
-    let file = kept("hostile.sarif", &sarif(&hostile("\"></x> ../%zz \u{0}\u{1b}\u{ffff} \u{202e} é")));
-    assert_eq!(against(SCHEMA, &file), Vec::<String>::new());
+    let file = write_json("hostile.sarif", &sarif(&hostile("\"></x> ../%zz \u{0}\u{1b}\u{ffff} \u{202e} é")));
+    assert_eq!(violations(SCHEMA, &file), Vec::<String>::new());
     // The schema does not say of a URI what may be in it.
     let uri = results_of(&file["runs"][0])[0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"].clone();
     let plain = |c: char| c.is_ascii_alphanumeric() || "-._~%/".contains(c);

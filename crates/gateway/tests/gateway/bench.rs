@@ -1,4 +1,4 @@
-//! A gateway on a bench: units with clocks and keys of their own, a console, and everything it put out.
+//! A gateway on a bench: units with their own clocks and keys, a console, and everything it put out.
 
 use std::collections::BTreeMap;
 
@@ -60,12 +60,12 @@ pub(crate) fn setup(policy: Policy) -> Setup {
     }
 }
 
-/// Three units, of which two are told of the others.
+/// Three units, of which two are informed of the others.
 pub(crate) fn config() -> GatewayConfig {
     let units = vec![UnitId::A, UnitId::B, UnitId::C];
-    let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
+    let rest = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
     GatewayConfig {
-        interests: [UnitId::A, UnitId::B].map(|unit| Interest { unit, hears: others(unit) }).to_vec(),
+        interests: [UnitId::A, UnitId::B].map(|unit| Interest { unit, hears: rest(unit) }).to_vec(),
         units,
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
@@ -80,9 +80,9 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<Event>,
     pub(crate) published: Vec<(Subject, Vec<u8>)>,
     pub(crate) feeds: usize,
-    /// Progress of commands as told to the display, with the reason of a refusal.
+    /// Progress of commands as reported to the display, with the reason of a refusal.
     pub(crate) progress: Vec<(CommandStage, Option<Reason>)>,
-    /// Losses as told to the display.
+    /// Losses as reported to the display.
     pub(crate) losses: Vec<u32>,
     /// Crops as passed on to it.
     pub(crate) crops: Vec<(UnitId, Vec<u8>)>,
@@ -95,10 +95,10 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(policy: Policy) -> Self {
-        Self::of(setup(policy), config())
+        Self::from_setup(setup(policy), config())
     }
 
-    pub(crate) fn of(setup: Setup, config: GatewayConfig) -> Self {
+    pub(crate) fn from_setup(setup: Setup, config: GatewayConfig) -> Self {
         let now = Instant(1_000_000);
         let mut bench = Self {
             gateway: Gateway::new(setup, config, now).unwrap(),
@@ -165,10 +165,10 @@ impl Bench {
         }
     }
 
-    /// Lets `span` go by, with every deadline in it.
+    /// Lets `span` pass, with every deadline in it.
     pub(crate) fn pass(&mut self, span: Span) {
         let until = self.now + span;
-        while let Some(deadline) = self.gateway.deadline().filter(|at| *at <= until) {
+        while let Some(deadline) = self.gateway.deadline().filter(|time| *time <= until) {
             self.now = self.now.max(deadline);
             self.give(&Input::Timeout);
         }
@@ -233,15 +233,15 @@ impl Bench {
     }
 
     pub(crate) fn count(&self, account: Account) -> u64 {
-        self.gateway.accounts().of(account)
+        self.gateway.accounts().total(account)
     }
 
     /// Delivered = accepted + Σ refused, by the gateway's own account and by ours.
     pub(crate) fn assert_conserved(&self) {
-        let at = Interface::Uplink;
-        let refused: u64 = Reason::ALL.iter().map(|reason| self.count(Account::Refused(at, *reason))).sum();
-        assert_eq!(self.count(Account::Received(at)), self.delivered);
-        assert_eq!(self.count(Account::Accepted(at)) + refused, self.delivered);
+        let interface = Interface::Uplink;
+        let refused: u64 = Reason::ALL.iter().map(|reason| self.count(Account::Refused(interface, *reason))).sum();
+        assert_eq!(self.count(Account::Received(interface)), self.delivered);
+        assert_eq!(self.count(Account::Accepted(interface)) + refused, self.delivered);
     }
 }
 
@@ -260,7 +260,7 @@ pub(crate) struct Unit {
     /// Count of its own session records and its own reports.
     pub(crate) sequence: u64,
     pub(crate) reports: u64,
-    /// Its session nonce, the gateway's, and the echo it owes.
+    /// Its session nonce, the gateway's, and the echo due to it.
     pub(crate) nonce: Nonce,
     pub(crate) theirs: Nonce,
     pub(crate) echo: Option<Echo>,
@@ -372,8 +372,8 @@ impl Unit {
     }
 }
 
-pub(crate) fn sign(by: NodeId, report: &Report) -> Vec<u8> {
-    key_of(by).sign(Purpose::Report, &codec::encode(report))
+pub(crate) fn sign(author: NodeId, report: &Report) -> Vec<u8> {
+    key_of(author).sign(Purpose::Report, &codec::encode(report))
 }
 
 pub(crate) fn command(sequence: u64) -> CommandId {

@@ -101,9 +101,9 @@ fn report_repeated_in_new_session_is_replay() {
     let report = bench.units.get_mut(&a).unwrap().signed(now);
     assert_eq!(bench.carry(a, &report), None);
     assert_eq!(bench.carry(a, &report), Some(Reason::Replayed));
-    let again = bench.open(2, NodeId::UNIT_A);
-    assert_eq!(bench.hello(again), None);
-    assert_eq!(bench.carry(again, &report), Some(Reason::Replayed));
+    let repeated = bench.open(2, NodeId::UNIT_A);
+    assert_eq!(bench.hello(repeated), None);
+    assert_eq!(bench.carry(repeated, &report), Some(Reason::Replayed));
 }
 
 #[test]
@@ -132,25 +132,25 @@ enum Form {
     Resigned,
 }
 
-fn forward(bench: &mut Bench, by: SessionId, form: Form) -> Option<Reason> {
+fn forward(bench: &mut Bench, session: SessionId, form: Form) -> Option<Reason> {
     let now = bench.now;
     let c = bench.units.values_mut().find(|unit| unit.node == NodeId::UNIT_C).unwrap();
     let told = c.next_report(now);
     let signed_by_c = sign(NodeId::UNIT_C, &told);
-    let b = bench.units.get_mut(&by).unwrap();
+    let b = bench.units.get_mut(&session).unwrap();
     let claimed = wire::report::Report { pose: told.pose, ..b.next_report(now) };
     let report = match form {
         Form::Verbatim => signed_by_c,
         Form::Relabelled => {
             let signature = &signed_by_c[signed_by_c.len() - 64..];
             let mut relabelled = sign(NodeId::UNIT_B, &claimed);
-            let at = relabelled.len() - 64;
-            relabelled[at..].copy_from_slice(signature);
+            let index = relabelled.len() - 64;
+            relabelled[index..].copy_from_slice(signature);
             relabelled
         }
         Form::Resigned => sign(NodeId::UNIT_B, &claimed),
     };
-    bench.carry(by, &report)
+    bench.carry(session, &report)
 }
 
 #[test]
@@ -300,11 +300,12 @@ fn refusal_flood_is_bounded_with_exact_count() {
         }
     }
     bench.pass(Span::s(2));
-    let of = |reason| bench.refusals.iter().filter(move |told| told.0 == reason).map(|told| told.2).max();
-    assert_eq!(of(Reason::Schema), Some(flood));
-    assert_eq!(of(Reason::Confirmation), Some(1), "not crowded out: {:?}", bench.refusals);
+    let refusals =
+        |reason| bench.refusals.iter().filter(move |refusal| refusal.0 == reason).map(|refusal| refusal.2).max();
+    assert_eq!(refusals(Reason::Schema), Some(flood));
+    assert_eq!(refusals(Reason::Confirmation), Some(1), "not crowded out: {:?}", bench.refusals);
     assert!(bench.refusals.len() <= 5 * 20, "{} told", bench.refusals.len());
-    assert_eq!(bench.gateway.deadline().filter(|at| *at <= bench.now), None, "nothing is left to tell");
+    assert_eq!(bench.gateway.deadline().filter(|time| *time <= bench.now), None, "nothing is left to tell");
 }
 
 /// The gateway does not look into it any further: the unit's report says which are its own.

@@ -76,7 +76,7 @@ fn a_staged_intent_expires_without_its_confirmation() {
     assert!(bench.published.is_empty());
 }
 
-/// The display is told again and again.
+/// The display is informed again and again.
 #[test]
 fn session_loss_voids_staged_intents_display_is_told() {
     let mut bench = Bench::new(Policy::default());
@@ -146,9 +146,9 @@ fn foreign_or_stale_request_is_refused_on_bus() {
     let late = bench.console.seal(bench.now, &body);
     bench.pass(Span::s(1));
     bench.give(&Input::Bus { topic: Topic::Intents, bytes: late });
-    let at = Interface::Bus(Topic::Intents);
-    assert_eq!(bench.count(Account::Refused(at, Reason::Tag)), 1);
-    assert_eq!(bench.count(Account::Refused(at, Reason::Stale)), 1);
+    let interface = Interface::Bus(Topic::Intents);
+    assert_eq!(bench.count(Account::Refused(interface, Reason::Tag)), 1);
+    assert_eq!(bench.count(Account::Refused(interface, Reason::Stale)), 1);
     assert!(bench.published.is_empty());
 }
 
@@ -208,8 +208,8 @@ fn revocation_voids_refuses_and_reaches_every_unit() {
     assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);
     let id = CommandId { operator: NodeId::OPERATOR_2, ..command(1) };
     assert_eq!(stages(&bench, id), [CommandStage::Staged, CommandStage::Refused]);
-    let told = [(CommandStage::Staged, None), (CommandStage::Refused, Some(Reason::Revoked))];
-    assert_eq!(bench.progress, told, "and why");
+    let expected = [(CommandStage::Staged, None), (CommandStage::Refused, Some(Reason::Revoked))];
+    assert_eq!(bench.progress, expected, "and why");
     let hold = of_second(2, CommandKind::Hold);
     assert_eq!(bench.second(&mut second, &Request::Stage(hold.as_slice().into())), Some(Reason::Revoked));
     bench.pass(Span::ms(2500));

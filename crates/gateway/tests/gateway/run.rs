@@ -28,10 +28,12 @@ fn stranger() -> UnitId {
     decoded
 }
 
-/// Reason and particulars of the newest refusal at `at`.
-fn refused(bench: &Bench, at: Interface) -> Option<(Reason, String)> {
+/// Reason and particulars of the newest refusal at `interface`.
+fn refused(bench: &Bench, interface: Interface) -> Option<(Reason, String)> {
     bench.events.iter().rev().find_map(|event| match event {
-        Event::Refused { at: place, reason, detail, .. } if *place == at => Some((*reason, detail.as_str().to_owned())),
+        Event::Refused { at: place, reason, detail, .. } if *place == interface => {
+            Some((*reason, detail.as_str().to_owned()))
+        }
         _ => None,
     })
 }
@@ -48,8 +50,8 @@ fn stranger_session_and_report_are_refused_by_name() {
     let mut report = bench.units.get_mut(&b).unwrap().next_report(now);
     report.origin = stranger().node();
     assert_eq!(bench.carry(b, &sign(stranger().node(), &report)), Some(Reason::Signer));
-    let said = refused(&bench, Interface::Uplink).unwrap().1;
-    assert_eq!(said, "signer: a known signer expected, got unit-64");
+    let text = refused(&bench, Interface::Uplink).unwrap().1;
+    assert_eq!(text, "signer: a known signer expected, got unit-64");
     bench.assert_conserved();
 }
 
@@ -60,16 +62,16 @@ fn stranger_in_a_command_is_refused_by_name() {
     let mut addressed = intent(1, CommandKind::Hold, "");
     addressed.unit = stranger();
     assert_eq!(bench.stage(&signed_intent(&addressed)), Some(Reason::Unit));
-    let mut given = intent(2, CommandKind::Hold, "");
-    given.id.operator = stranger().node();
-    let signed = key_of(stranger().node()).sign(Purpose::Intent, &codec::encode(&given));
+    let mut order = intent(2, CommandKind::Hold, "");
+    order.id.operator = stranger().node();
+    let signed = key_of(stranger().node()).sign(Purpose::Intent, &codec::encode(&order));
     assert_eq!(bench.stage(&signed), Some(Reason::Role));
     assert!(refused(&bench, Interface::Requests).unwrap().1.contains("unit-64"));
-    let ack = Ack { id: given.id, intent: [0; 32], refused: None, mode: Mode::HoldSafe, due: None };
+    let ack = Ack { id: order.id, intent: [0; 32], refused: None, mode: Mode::HoldSafe, due: None };
     let bytes = key_of(stranger().node()).sign(Purpose::Ack, &codec::encode(&ack));
     bench.give(&Input::Published { subject: Subject::Ack(stranger()), bytes });
-    let (reason, said) = refused(&bench, Interface::Acks).unwrap();
-    assert_eq!((reason, said.as_str()), (Reason::Unit, "unit: one of this gateway's expected, got unit-64"));
+    let (reason, text) = refused(&bench, Interface::Acks).unwrap();
+    assert_eq!((reason, text.as_str()), (Reason::Unit, "unit: one of this gateway's expected, got unit-64"));
 }
 
 #[test]
@@ -110,7 +112,7 @@ fn each_unit_hears_its_interest_set_alone() {
     setup.public_keys.retain(|(node, _)| node.unit().is_none());
     setup.public_keys.extend(all.iter().map(|unit| (unit.node(), key_of(unit.node()).public())));
     config.units.clone_from(&all);
-    let mut bench = Bench::of(setup, config);
+    let mut bench = Bench::from_setup(setup, config);
     let sessions: Vec<_> = (1..).zip(&all).map(|(id, unit)| bench.open(id, unit.node())).collect();
     sessions.iter().for_each(|session| assert_eq!(bench.hello(*session), None));
     bench.pass(Span::ms(100));

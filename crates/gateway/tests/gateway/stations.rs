@@ -57,14 +57,14 @@ fn refused_request_says_nothing_about_claimed_command() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
-    let told = bench.feeds;
+    let feeds = bench.feeds;
     let garbage = signed_confirmation(command(1), Sha256::digest(&hold).into());
-    let asked = [Request::Release(garbage.as_slice().into()), Request::Stage(hold.as_slice().into())];
+    let requested = [Request::Release(garbage.as_slice().into()), Request::Stage(hold.as_slice().into())];
     assert_eq!(
-        asked.map(|request| bench.second(&mut second, &request)),
+        requested.map(|request| bench.second(&mut second, &request)),
         [Some(Reason::Confirmation), Some(Reason::Duplicate)]
     );
-    assert_eq!(bench.feeds - told, 2, "that two requests were refused, and nothing else");
+    assert_eq!(bench.feeds - feeds, 2, "that two requests were refused, and nothing else");
 }
 
 #[test]
@@ -72,11 +72,11 @@ fn repeated_acknowledgement_is_not_verified_or_passed() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
-    let told = bench.feeds;
+    let feeds = bench.feeds;
     for _ in 0..50 {
         bench.acknowledge(NodeId::UNIT_A, &executed(&hold));
     }
-    assert_eq!(bench.feeds - told, 1);
+    assert_eq!(bench.feeds - feeds, 1);
     assert_eq!(bench.count(Account::Accepted(Interface::Acks)), 50);
 }
 
@@ -86,12 +86,12 @@ fn forged_acknowledgements_are_counted_and_told_boundedly() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
-    let told = bench.feeds;
+    let feeds = bench.feeds;
     for _ in 0..200 {
         bench.acknowledge(NodeId::UNIT_B, &executed(&hold));
     }
     assert_eq!(bench.count(Account::Refused(Interface::Acks, Reason::Confirmation)), 200);
-    assert!(bench.feeds - told <= 8, "{} told", bench.feeds - told);
+    assert!(bench.feeds - feeds <= 8, "{} told", bench.feeds - feeds);
     let garbage = signed_intent(&intent(2, CommandKind::Enable, ""));
     assert_eq!(bench.stage(&garbage), Some(Reason::NoReason), "the display's own is told all the same");
 }

@@ -11,9 +11,9 @@ use wire::time::Span;
 
 use crate::bench::{Bench, command, intent, signed_intent};
 
-fn grants(bench: &mut Bench, session: SessionId, over: Span) -> usize {
+fn grants(bench: &mut Bench, session: SessionId, duration: Span) -> usize {
     let before = bench.units[&session].grants;
-    bench.pass(over);
+    bench.pass(duration);
     bench.units[&session].grants - before
 }
 
@@ -115,8 +115,8 @@ fn report_goes_verbatim_to_listening_teammates_only() {
     let report = bench.units.get_mut(&a).unwrap().signed(now);
     bench.pass(Span::ms(40));
     assert_eq!(bench.carry(a, &report), None);
-    let (via, age, bytes) = bench.units[&b].teammates.last().unwrap();
-    assert_eq!((*via, bytes), (PeerId::UNIT_A, &report));
+    let (peer, age, bytes) = bench.units[&b].teammates.last().unwrap();
+    assert_eq!((*peer, bytes), (PeerId::UNIT_A, &report));
     assert!(*age >= Span::ms(40) && *age < Span::ms(45), "{age}");
     assert_eq!(bench.units[&a].teammates.len(), 1, "A has C's, not its own");
     assert!(bench.units[&c].teammates.is_empty(), "C is not in the fan-out");

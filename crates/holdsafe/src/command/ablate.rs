@@ -151,8 +151,8 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
     // The stacks in memory have no platform and no policy.
     for scenario in scenarios.iter().filter(|scenario| !scenario.is_of_stacks()) {
         for base in plan::of_scenario(context, scenario, &Wanted { rendered: args.rendered, ..Wanted::default() })? {
-            let stands = |switch: &&Switch| !switch.is_waived(&base.setup.policy);
-            attacks.push(Attack { switches: switches.iter().filter(stands).copied().collect(), base });
+            let is_required = |switch: &&Switch| !switch.is_waived(&base.setup.policy);
+            attacks.push(Attack { switches: switches.iter().filter(is_required).copied().collect(), base });
         }
     }
     // The trials of an attack depend on each other, so a partition runs all of some attacks.
@@ -163,12 +163,12 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
 impl Attack {
     /// With everything, then without each of `switches`.
     fn planned(&self, switches: &[Switch]) -> Vec<Planned> {
-        let without = switches.iter().map(|switch| self.without(&[*switch]));
-        [self.base.clone()].into_iter().chain(without).collect()
+        let ablated_planneds = switches.iter().map(|switch| self.waive(&[*switch]));
+        [self.base.clone()].into_iter().chain(ablated_planneds).collect()
     }
 
-    fn without(&self, switches: &[Switch]) -> Planned {
-        without(&self.base, switches)
+    fn waive(&self, switches: &[Switch]) -> Planned {
+        waive(&self.base, switches)
     }
 
     fn expected(&self) -> &[Outcome] {
@@ -180,8 +180,8 @@ impl Attack {
     }
 }
 
-/// The same with `switches` waived, under a name that says so wherever it is shown.
-fn without(base: &Planned, switches: &[Switch]) -> Planned {
+/// The scenario with `switches` waived, under a name that says so wherever it is shown.
+fn waive(base: &Planned, switches: &[Switch]) -> Planned {
     let mut planned = base.clone();
     switches.iter().for_each(|switch| switch.waive(&mut planned.setup.policy));
     let names: Vec<String> = switches.iter().map(|switch| switch.name()).collect();
@@ -197,7 +197,7 @@ fn without(base: &Planned, switches: &[Switch]) -> Planned {
 
 impl Tried {
     /// The trials of an attack with everything, then without each of `switches`.
-    fn of(switches: &[Switch], trials: Vec<Vec<Trial>>) -> Tried {
+    fn new(switches: &[Switch], trials: Vec<Vec<Trial>>) -> Tried {
         let mut trials = trials.into_iter();
         let base = trials.next().unwrap_or_default();
         Tried { base, without: switches.iter().copied().zip(trials).collect() }
@@ -205,8 +205,8 @@ impl Tried {
 
     /// Gain of the attack without `switch`.
     fn gain(&self, switch: Switch, expected: &[Outcome]) -> Option<Gain> {
-        let without: Vec<&Trial> = self.without.get(&switch)?.iter().collect();
-        Some(Gain::of(&self.base.iter().collect::<Vec<_>>(), &without, expected))
+        let ablated_trials: Vec<&Trial> = self.without.get(&switch)?.iter().collect();
+        Some(Gain::of(&self.base.iter().collect::<Vec<_>>(), &ablated_trials, expected))
     }
 }
 
@@ -215,7 +215,7 @@ impl Bench<'_> {
     fn each(&self, args: &Args, attacks: &[Attack]) -> Result<Vec<Tried>, Failure> {
         let plan = |attack: &Attack| (attack.planned(&attack.switches), args.screen.min(args.trials));
         let screened = self.run("screening", attacks.iter().map(plan).collect())?;
-        let of = |(attack, trials): (&Attack, _)| Tried::of(&attack.switches, trials);
+        let of = |(attack, trials): (&Attack, _)| Tried::new(&attack.switches, trials);
         let screened: Vec<Tried> = attacks.iter().zip(screened).map(of).collect();
         let differing = |(attack, tried): (&Attack, &Tried)| {
             let differs = |s: &&Switch| tried.gain(**s, attack.expected()).is_some_and(|gain| gain.changed > 0);
@@ -225,7 +225,7 @@ impl Bench<'_> {
         let plan = |(attack, switches): (&Attack, &Vec<Switch>)| (attack.planned(switches), args.trials);
         let full = self.run("ablation", attacks.iter().zip(&differing).map(plan).collect())?;
         let merge = |((switches, trials), screened): ((&Vec<Switch>, _), Tried)| {
-            let mut tried = Tried::of(switches, trials);
+            let mut tried = Tried::new(switches, trials);
             for (switch, trials) in screened.without {
                 tried.without.entry(switch).or_insert(trials);
             }
@@ -238,7 +238,7 @@ impl Bench<'_> {
     fn overlaps(&self, args: &Args, attacks: &[Attack], tried: &[Tried]) -> Result<Vec<Overlap>, Failure> {
         let pairs: Vec<Vec<[Switch; 2]>> = attacks.iter().zip(tried).map(|(a, t)| candidates(a, t)).collect();
         let plan = |(attack, pairs): (&Attack, &Vec<[Switch; 2]>)| {
-            let both = pairs.iter().map(|pair| attack.without(pair));
+            let both = pairs.iter().map(|pair| attack.waive(pair));
             (both.collect::<Vec<_>>(), args.pairs)
         };
         let ran = self.run("pairs", attacks.iter().zip(&pairs).map(plan).collect())?;
@@ -265,13 +265,17 @@ impl Bench<'_> {
         let Some(base) = planned.into_iter().next() else {
             return Err(Failure::internal("`nominal` has no variation"));
         };
-        let all = [base.clone()].into_iter().chain(switches.iter().map(|switch| without(&base, &[*switch])));
+        let all = [base.clone()].into_iter().chain(switches.iter().map(|switch| waive(&base, &[*switch])));
         let held = all.zip(0..).filter(|(_, number)| args.parts.holds(*number)).map(|(planned, _)| planned).collect();
         let ran = self.run("quiet hours", vec![(held, args.hours * QUIET_TRIALS)])?;
         let summaries: Vec<Summary> =
-            ran.iter().flatten().map(|trials| Summary::of(&trials.iter().collect::<Vec<_>>())).collect();
-        let Some((with, without)) = summaries.split_first() else { return Ok(BTreeMap::new()) };
-        Ok(switches.iter().zip(without).map(|(switch, without)| (*switch, Quiet::of(with, without))).collect())
+            ran.iter().flatten().map(|trials| Summary::from_trials(&trials.iter().collect::<Vec<_>>())).collect();
+        let Some((summary, ablated_summaries)) = summaries.split_first() else { return Ok(BTreeMap::new()) };
+        Ok(switches
+            .iter()
+            .zip(ablated_summaries)
+            .map(|(switch, ablated_summary)| (*switch, Quiet::from_summaries(summary, ablated_summary)))
+            .collect())
     }
 
     /// Runs `n` trials of each variation; for each list of them, for each variation, its trials.
@@ -309,8 +313,8 @@ fn candidates(attack: &Attack, tried: &Tried) -> Vec<[Switch; 2]> {
         .collect();
     let mut pairs = Vec::new();
     for (i, (a, changed_a)) in quiet.iter().enumerate() {
-        let with = quiet[i + 1..].iter().filter(|(_, changed_b)| *changed_a || *changed_b);
-        pairs.extend(with.map(|(b, _)| [*a, *b]));
+        let changed = quiet[i + 1..].iter().filter(|(_, changed_b)| *changed_a || *changed_b);
+        pairs.extend(changed.map(|(b, _)| [*a, *b]));
     }
     pairs
 }
@@ -318,15 +322,15 @@ fn candidates(attack: &Attack, tried: &Tried) -> Vec<[Switch; 2]> {
 fn check_row(switch: Switch, attacks: &[Attack], tried: &[Tried], quiet: Option<Quiet>) -> CheckRow {
     let row = |(attack, tried): (&Attack, &Tried)| {
         let gain = tried.gain(switch, attack.expected())?;
-        let without = tried.without.get(&switch)?;
+        let ablated_trials = tried.without.get(&switch)?;
         let (scenario, cell) = attack.name();
         Some(AttackRow {
             scenario,
             cell,
             expected: attack.expected().to_vec(),
-            with: tally(&tried.base[..without.len().min(tried.base.len())]),
-            without: tally(without),
-            paired: Paired::of(gain.n, gain.through, gain.back),
+            with: tally(&tried.base[..ablated_trials.len().min(tried.base.len())]),
+            without: tally(ablated_trials),
+            paired: Paired::from_counts(gain.n, gain.through, gain.back),
             gain,
         })
     };

@@ -70,7 +70,7 @@ fn confine(context: &Context, request: &Request, recording: &[files::Named]) -> 
             pipe.write_all(&line).and_then(|()| recording.iter().try_for_each(|(_, bytes)| pipe.write_all(bytes)));
     }
     let status = child.wait().map_err(Failure::internal)?;
-    if context.stop.asked() {
+    if context.stop.is_requested() {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
     status.code().and_then(|code| Exit::of(u8::try_from(code).ok()?)).ok_or_else(|| {
@@ -80,12 +80,12 @@ fn confine(context: &Context, request: &Request, recording: &[files::Named]) -> 
 }
 
 fn read_text(file: &Path) -> Result<String, Failure> {
-    String::from_utf8(read(file, MAX_MAP)?).map_err(|why| {
-        let valid = why.utf8_error().valid_up_to();
+    String::from_utf8(read(file, MAX_MAP)?).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
         Failure::new(Exit::Usage, format!("{}: no text from byte {valid} on", file.display()))
     })
 }
 
 fn read(file: &Path, most: u64) -> Result<Vec<u8>, Failure> {
-    link::files::read(file, most).map_err(|why| Failure::new(Exit::Usage, format!("{}: {why}", file.display())))
+    link::files::read(file, most).map_err(|error| Failure::new(Exit::Usage, format!("{}: {error}", file.display())))
 }

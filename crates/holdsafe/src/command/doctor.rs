@@ -12,7 +12,7 @@ use live::leftovers::Leftovers;
 use live::{hosts, leftovers};
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::process::MOST_CPU_US;
 use perception::stages::Stages;
 use runner::failure::{Exit, Failure};
@@ -95,8 +95,8 @@ pub(super) fn lacking_for_live() -> Vec<String> {
     let needs = [shared_memory(), loopback(), open_files(), scratch(), services()];
     needs
         .iter()
-        .filter(|of| of.met == Some(false))
-        .map(|of| format!("{}: {}; {}", of.need, of.found, of.remedy))
+        .filter(|need| need.met == Some(false))
+        .map(|need| format!("{}: {}; {}", need.need, need.found, need.remedy))
         .collect()
 }
 
@@ -127,8 +127,8 @@ fn shared_memory() -> Need {
         Ok(stat) => {
             let free = stat.blocks_available().saturating_mul(stat.fragment_size());
             let writable = writable(Path::new("/dev/shm"));
-            let how = if writable { "writable" } else { "not writable" };
-            (writable && free >= SHARED_MEMORY, format!("{} MiB free, {how}", free >> 20))
+            let manner = if writable { "writable" } else { "not writable" };
+            (writable && free >= SHARED_MEMORY, format!("{} MiB free, {manner}", free >> 20))
         }
         Err(error) => (false, error.to_string()),
     };
@@ -147,15 +147,15 @@ fn leftovers() -> Need {
 
 /// Only `run --live --console` needs one, so its absence is reported and is no fault.
 fn window() -> Need {
-    let found = console::process::open::probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
+    let found = console::process::open::probe().map_or_else(|error| error.to_string(), |()| "can be opened".into());
     Need { need: "window (run --console)", met: Some(true), found, remedy: "" }
 }
 
 /// Live runs are possible on any machine, and on some less confined: the level is reported and is no fault.
 fn services() -> Need {
-    let level = std::env::current_exe().map_err(|why| why.to_string());
+    let level = std::env::current_exe().map_err(|error| error.to_string());
     let level = level.and_then(|program| hosts::level(&Services::Own(program)));
-    let (met, found) = level.map_or_else(|why| (false, why), |level| (true, level.to_string()));
+    let (met, found) = level.map_or_else(|reason| (false, reason), |level| (true, level.to_string()));
     Need {
         need: "confinement of services",
         met: Some(met),
@@ -167,9 +167,9 @@ fn services() -> Need {
 /// Guests run on any machine, and on some less confined: the level is reported and is no fault.
 fn guests() -> Need {
     let level = std::env::current_exe()
-        .map_err(|why| why.to_string())
-        .and_then(|program| confine::best(&program, &confine::as_service()).map_err(|why| why.to_string()));
-    let (met, found) = level.map_or_else(|why| (false, why), |(_, level)| (true, level.to_string()));
+        .map_err(|error| error.to_string())
+        .and_then(|program| confine::best(&program, &confine::as_service()).map_err(|failure| failure.to_string()));
+    let (met, found) = level.map_or_else(|reason| (false, reason), |(_, level)| (true, level.to_string()));
     Need {
         need: "confinement of guests",
         met: Some(met),
@@ -179,9 +179,9 @@ fn guests() -> Need {
 }
 
 fn loopback() -> Need {
-    // Each live run has an address of its own in 127.0.0.0/8.
+    // Each live run has its own address in 127.0.0.0/8.
     let probed = link::loopback::probe(LoopbackAddr::of_run(std::process::id()));
-    let (met, found) = probed.map_or_else(|why| (false, why), |()| (true, "up".to_owned()));
+    let (met, found) = probed.map_or_else(|reason| (false, reason), |()| (true, "up".to_owned()));
     Need {
         need: "loopback interface",
         met: Some(met),
@@ -238,7 +238,7 @@ fn perception() -> Need {
 /// CPU time of the shipped stages for a frame, microseconds: the least of three.
 fn timed() -> Result<u64, String> {
     let sensors = Sensors::GROUND;
-    let stages = Stages::shipped(&sensors).map_err(|why| why.to_string())?;
+    let stages = Stages::shipped(&sensors).map_err(|error| error.to_string())?;
     let Camera { width, height, .. } = sensors.camera;
     let pixels = usize::from(width) * usize::from(height);
     let ranges = usize::from(sensors.lidar.rings) * usize::from(sensors.lidar.azimuths);
@@ -256,7 +256,7 @@ fn timed() -> Result<u64, String> {
     let mut least = u64::MAX;
     for _ in 0..3 {
         let from = link::clock::thread_cpu_us();
-        let found = stages.candidates(&frames, Limits::default().score).candidates;
+        let found = stages.candidates(&frames, CorroborationLimits::default().score).candidates;
         least = least.min(link::clock::thread_cpu_us().saturating_sub(from));
         if found.rgb.is_none() || found.depth.is_none() || found.thermal.is_none() || found.lidar.is_none() {
             return Err("a stage failed on a black frame".to_owned());

@@ -106,8 +106,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     let shares = work.shares(context)?;
     if shares.set {
-        let why = "--partition, --after, --from and --out are set for each job";
-        return Err(Failure::new(Exit::Usage, format!("behind `--`: {why}")));
+        let reason = "--partition, --after, --from and --out are set for each job";
+        return Err(Failure::new(Exit::Usage, format!("behind `--`: {reason}")));
     }
     if args.partitions > shares.pieces {
         let message =
@@ -188,10 +188,10 @@ impl Work {
         }
     }
 
-    /// Ends with the command's own code; after a round that left the claim open it starts the next, by the command `again`.
-    fn merge_script(&self, jobs: &Jobs, command: &str, again: Option<&String>) -> Result<String, Failure> {
+    /// Ends with the command's own code; after a round that left the claim open it starts the next, by the command `repeated`.
+    fn merge_script(&self, jobs: &Jobs, command: &str, repeated: Option<&String>) -> Result<String, Failure> {
         let dir = quoted(&jobs.dir);
-        let merge = match (self, again) {
+        let merge = match (self, repeated) {
             (Work::Campaign(_), Some(again)) => format!(
                 "{} campaign merge {dir}/parts/* --out {dir}/result\ncode=$?\n\
                  grep -q '\"complete\": *false' {dir}/result/campaign.json || exit $code\n\
@@ -205,7 +205,10 @@ impl Work {
                 "set --\nfor part in {dir}/parts/*; do\n    set -- \"$@\" --from \"$part\"\ndone\nexec {command} \"$@\" --out {dir}/result\n"
             ),
         };
-        Ok(format!("#!/bin/sh\n# Puts the partitions that are there together.\ncd {} || exit 5\n{merge}", here()?))
+        Ok(format!(
+            "#!/bin/sh\n# Puts the partitions that are there together.\ncd {} || exit 5\n{merge}",
+            working_directory()?
+        ))
     }
 }
 
@@ -223,17 +226,17 @@ fn part_script(jobs: &Jobs, command: &str, options: &str) -> Result<String, Fail
          cd {here} || exit 5\n\
          exec {command}{options} --partition \"$1/{n}\" --out {dir}/parts/partition=\"$1\"\n",
         n = jobs.partitions,
-        here = here()?,
+        here = working_directory()?,
         dir = quoted(&jobs.dir),
     ))
 }
 
 /// The trials that are there now, merged apart from the result, and the page of them. It may run at any time.
 fn look_script(context: &Context, jobs: &Jobs) -> Result<String, Failure> {
-    let (dir, program, here) = (quoted(&jobs.dir), program()?, here()?);
+    let (dir, program, folder) = (quoted(&jobs.dir), program()?, working_directory()?);
     let root = root_option(context)?;
     Ok(format!(
-        "#!/bin/sh\n# The campaign so far: result and page in so-far/.\ncd {here} || exit 5\nset --\n\
+        "#!/bin/sh\n# The campaign so far: result and page in so-far/.\ncd {folder} || exit 5\nset --\n\
          for part in {dir}/parts/*; do\n    test ! -f \"$part/plan.json\" || set -- \"$@\" \"$part\"\ndone\n\
          test $# -gt 0 || {{ echo 'no partition has begun'; exit 0; }}\n\
          {program} --quiet campaign merge \"$@\" --out {dir}/so-far\ncode=$?\n\
@@ -250,14 +253,14 @@ fn root_option(context: &Context) -> Result<String, Failure> {
     }
 }
 
-fn here() -> Result<String, Failure> {
+fn working_directory() -> Result<String, Failure> {
     Ok(quoted(utf8(&env::current_dir()?)?))
 }
 
 /// This program, or another that the environment names.
 fn program() -> Result<String, Failure> {
-    let own = env::current_exe()?;
-    Ok(format!("\"${{HOLDSAFE:-{}}}\"", in_default(utf8(&own)?)))
+    let own_path = env::current_exe()?;
+    Ok(format!("\"${{HOLDSAFE:-{}}}\"", in_default(utf8(&own_path)?)))
 }
 
 fn script(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
@@ -266,8 +269,8 @@ fn script(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
 }
 
 fn utf8(path: &Path) -> Result<&str, Failure> {
-    let told = || format!("{}: a path in UTF-8 expected", path.display());
-    OsStr::to_str(path.as_os_str()).ok_or_else(|| Failure::new(Exit::Usage, told()))
+    let error_text = || format!("{}: a path in UTF-8 expected", path.display());
+    OsStr::to_str(path.as_os_str()).ok_or_else(|| Failure::new(Exit::Usage, error_text()))
 }
 
 /// Within double quotes, as the value of a variable that is not set.

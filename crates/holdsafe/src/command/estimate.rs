@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use parallel::progress::Progress;
-use results::campaign::Content;
+use results::campaign::InputDigest;
 use results::campaign::draw;
 use results::campaign::partition::Partition;
-use results::report::{Asked, RareObject, rare_table};
+use results::report::{RareObject, RareQuestion, rare_table};
 use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
 use runner::numbered::Numbered;
@@ -83,14 +83,15 @@ impl Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (plan, (question, planned)) = (plan(context, args)?, question(context, args)?);
-    let kept = args.out.as_deref().map(|directory| kept(context, args, &planned, directory)).transpose()?;
-    let repetitions = all(context, args, &plan, &question, kept)?;
+    let numbered =
+        args.out.as_deref().map(|directory| load_repetitions(context, args, &planned, directory)).transpose()?;
+    let repetitions = all(context, args, &plan, &question, numbered)?;
     if let (Some(_), Some(directory)) = (args.partition, &args.out) {
         tell_kept(context, directory)?;
         return Ok(Exit::Fine);
     }
-    let asked = Asked { question: &question, set: args.set.iter().cloned().collect(), levels: &args.levels };
-    let object = RareObject::new(asked, &plan, &repetitions);
+    let requested = RareQuestion { question: &question, set: args.set.iter().cloned().collect(), levels: &args.levels };
+    let object = RareObject::new(requested, &plan, &repetitions);
     if let Some(directory) = &args.out {
         out::write_result(directory, "estimate.json", "rare", &object)?;
     }
@@ -103,7 +104,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 fn plan(context: &Context, args: &Args) -> Result<Plan, Failure> {
-    let usage = |why: String| Failure::new(Exit::Usage, why);
+    let usage = |reason: String| Failure::new(Exit::Usage, reason);
     let levels = args.event.ladder(&args.levels).map_err(usage)?;
     if levels.len() > MAX_LEVELS {
         return Err(usage(format!("{} stages, at most {MAX_LEVELS} are taken; leave levels out", levels.len())));
@@ -116,7 +117,7 @@ fn plan(context: &Context, args: &Args) -> Result<Plan, Failure> {
 struct Terms<'a> {
     /// SHA-256 over the sources of the program.
     program: &'a str,
-    content: Content,
+    content: InputDigest,
     event: Event,
     levels: &'a [f64],
     trials: u64,
@@ -125,7 +126,12 @@ struct Terms<'a> {
 }
 
 /// The finished repetitions in `directory`, with those of `--from`.
-fn kept(context: &Context, args: &Args, planned: &Planned, directory: &Path) -> Result<Numbered<Repetition>, Failure> {
+fn load_repetitions(
+    context: &Context,
+    args: &Args,
+    planned: &Planned,
+    directory: &Path,
+) -> Result<Numbered<Repetition>, Failure> {
     let Args { event, levels, trials, repetitions, .. } = args;
     let (program, content, seed) = (context.program, planned.content()?, context.seed);
     let terms = Terms { program, content, event: *event, levels, trials: *trials, repetitions: *repetitions, seed };
@@ -133,9 +139,9 @@ fn kept(context: &Context, args: &Args, planned: &Planned, directory: &Path) -> 
     let check = move |one: &Repetition| {
         if one.is_of(stages, trials) { Ok(()) } else { Err("no repetition of this estimate".to_owned()) }
     };
-    let mut kept = Numbered::open(directory, &terms, *repetitions, Rc::new(check), &context.stop)?;
-    args.from.iter().try_for_each(|from| kept.add(from))?;
-    Ok(kept)
+    let mut numbered = Numbered::open(directory, &terms, *repetitions, Rc::new(check), &context.stop)?;
+    args.from.iter().try_for_each(|from| numbered.add(from))?;
+    Ok(numbered)
 }
 
 /// The repetitions of this command, in order; those that are not kept run.
@@ -144,29 +150,30 @@ fn all(
     args: &Args,
     plan: &Plan,
     question: &Question,
-    mut kept: Option<Numbered<Repetition>>,
+    mut numbered: Option<Numbered<Repetition>>,
 ) -> Result<Vec<Repetition>, Failure> {
     let wanted = (0..plan.repetitions).filter(|number| args.partition.is_none_or(|part| part.holds(*number)));
     let wanted: Vec<u64> = wanted.collect();
-    let missing = wanted.iter().filter(|number| kept.as_ref().is_none_or(|kept| !kept.has(**number))).count();
+    let missing =
+        wanted.iter().filter(|number| numbered.as_ref().is_none_or(|numbered| !numbered.has(**number))).count();
     let total = plan.levels.len() as u64 * plan.trials * missing as u64;
     let progress = Progress::new("trials", total as usize, context.talk);
     let threads = args.jobs.unwrap_or_else(parallel::cores);
     let mut all = Vec::new();
     for number in wanted {
-        if let Some(known) = kept.as_ref().map(|kept| kept.get(number)).transpose()?.flatten() {
+        if let Some(known) = numbered.as_ref().map(|numbered| numbered.get(number)).transpose()?.flatten() {
             all.push(known);
             continue;
         }
         let one = question.repeat(plan, number, threads, &progress, &context.stop);
-        let one = one.map_err(|why| match (context.stop.asked(), &kept) {
+        let one = one.map_err(|reason| match (context.stop.is_requested(), &numbered) {
             (true, None) => Failure::new(Exit::Interrupted, "stopped; nothing was kept"),
             (true, Some(_)) => {
                 Failure::new(Exit::Interrupted, "stopped; the same command runs the repetitions that are left")
             }
-            (false, _) => Failure::new(Exit::Internal, why),
+            (false, _) => Failure::new(Exit::Internal, reason),
         })?;
-        kept.as_mut().map(|kept| kept.put(number, one.clone())).transpose()?;
+        numbered.as_mut().map(|numbered| numbered.put(number, one.clone())).transpose()?;
         all.push(one);
     }
     progress.finish();
@@ -188,7 +195,7 @@ fn question(context: &Context, args: &Args) -> Result<(Question, Planned), Failu
     })?;
     let variation = planned.variation;
     let set: Settings = args.set.iter().cloned().collect();
-    let scenario = variation.with(&set).map_err(|why| plan::unfit(&variation, why))?;
+    let scenario = variation.with_settings(&set).map_err(|reason| plan::unfit(&variation, reason))?;
     let planned = plan::prepare(context, Variation { scenario, ..variation }, &wanted)?;
     let (scenario, setup) = (planned.variation.scenario.clone(), planned.setup.clone());
     Ok((Question { scenario, setup, event: args.event }, planned))

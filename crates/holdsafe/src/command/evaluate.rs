@@ -52,8 +52,8 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(worlds) = args.worlds {
         let (platform, twins, names) = (args.domain.as_deref(), args.twins, &args.of.scenarios[..]);
-        let asked = worlds::Asked { worlds, platform, twins, names };
-        return worlds::run(context, &asked, args.out.as_deref());
+        let requested = worlds::Asked { worlds, platform, twins, names };
+        return worlds::run(context, &requested, args.out.as_deref());
     }
     if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args) }
 }

@@ -22,8 +22,10 @@ pub(super) fn grouped(command: Command) -> Command {
 }
 
 fn group(command: &Command, title: &str, verbs: &[&str]) -> String {
-    let about = |verb: &str| command.find_subcommand(verb).and_then(|of| of.get_about()).map(ToString::to_string);
-    let line = |verb: &&str| format!("  {verb:NAME$}{}\n", about(verb).unwrap_or_default());
+    let description = |verb: &str| {
+        command.find_subcommand(verb).and_then(|subcommand| subcommand.get_about()).map(ToString::to_string)
+    };
+    let line = |verb: &&str| format!("  {verb:NAME$}{}\n", description(verb).unwrap_or_default());
     format!("\n{title}:\n{}", verbs.iter().map(line).collect::<String>())
 }
 
@@ -45,7 +47,7 @@ mod tests {
         let grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, verbs)| verbs.iter().copied()).collect();
         let command = Cli::command();
         let verbs: BTreeSet<&str> =
-            command.get_subcommands().filter(|of| !of.is_hide_set()).map(Command::get_name).collect();
+            command.get_subcommands().filter(|subcommand| !subcommand.is_hide_set()).map(Command::get_name).collect();
         assert_eq!(grouped.len(), verbs.len());
         assert_eq!(grouped.into_iter().collect::<BTreeSet<_>>(), verbs);
     }

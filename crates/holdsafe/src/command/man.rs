@@ -15,21 +15,21 @@ pub(super) struct Args {
 pub(super) fn run(mut command: Command, args: &Args) -> Result<Exit, Failure> {
     // Gives each verb its full name and the options of every command.
     command.build();
-    let mut of = &command;
+    let mut current = &command;
     for word in &args.verb {
-        of = of.find_subcommand(word).ok_or_else(|| {
-            let shown = of.get_subcommands().filter(|part| !part.is_hide_set() && part.get_name() != "help");
+        current = current.find_subcommand(word).ok_or_else(|| {
+            let shown = current.get_subcommands().filter(|part| !part.is_hide_set() && part.get_name() != "help");
             let known: Vec<&str> = shown.map(Command::get_name).collect();
-            let there = if known.is_empty() {
+            let known_names = if known.is_empty() {
                 "it has no parts".to_owned()
             } else {
                 format!("there are: {}", known.join(", "))
             };
-            Failure::new(Exit::Usage, format!("no page for `{word}` of `{}`; {there}", of.get_name()))
+            Failure::new(Exit::Usage, format!("no page for `{word}` of `{}`; {known_names}", current.get_name()))
         })?;
     }
     let mut page = Vec::new();
-    Man::new(of.clone()).render(&mut page)?;
+    Man::new(current.clone()).render(&mut page)?;
     let page = String::from_utf8(page).map_err(Failure::internal)?;
     out::say(format_args!("{}", page.trim_end()));
     Ok(Exit::Fine)

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::trial::Trial;
 use parallel::progress::Progress;
-use results::catalogue::{Catalogue, Row};
+use results::catalogue::{Catalogue, ThreatRow};
 use results::mode::Mode;
 use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
 use runner::batch::Batch;
@@ -92,10 +92,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (rows, parts) = planned(context, args)?;
     let default = context.runs_folder()?.join("matrix");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "matrix")?;
-    let kept = Kept::below(&dir)?.with(&args.parts.from)?;
+    let shelf = Kept::below(&dir)?.with(&args.parts.from)?;
     manifest(context, &dir, &parts)?;
 
-    let shelves = |part: &Part| part.planned.iter().map(|p| kept.shelf(part.mode, p)).collect::<Result<Vec<_>, _>>();
+    let shelves = |part: &Part| part.planned.iter().map(|p| shelf.shelf(part.mode, p)).collect::<Result<Vec<_>, _>>();
     let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
     if args.parts.partition.is_some() {
         keep(context, args, &parts, &shelves)?;
@@ -103,8 +103,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::Fine);
     }
     let (mut exit, runs) = all(context, args, &parts, &shelves)?;
-    let rows = rows.iter().map(|row| MatrixRow::new(row, of(row, &parts, &runs))).collect();
-    let matrix = Matrix::new(context.seed, kept.build(), rows);
+    let rows = rows.iter().map(|row| MatrixRow::new(row, row_runs(row, &parts, &runs))).collect();
+    let matrix = Matrix::new(context.seed, shelf.build(), rows);
     out::write_result(&dir, "matrix.json", "matrix", &matrix)?;
     if context.json {
         out::print_json("matrix", &matrix)?;
@@ -118,9 +118,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// The rows, and their scenarios, ready to run.
-fn planned(context: &Context, args: &Args) -> Result<(Vec<Row>, Vec<Part>), Failure> {
+fn planned(context: &Context, args: &Args) -> Result<(Vec<ThreatRow>, Vec<Part>), Failure> {
     let (catalogue, scenarios) = context.catalogue()?;
-    let rows: Vec<Row> = wanted(&catalogue, args)?.into_iter().cloned().collect();
+    let rows: Vec<ThreatRow> = wanted(&catalogue, args)?.into_iter().cloned().collect();
     let named = |s: &Scenario| rows.iter().any(|row| s.threats.iter().any(|id| id.as_str() == row.id.as_str()));
     let mut parts = parts(context, args, scenarios.into_iter().filter(named).collect())?;
     probe::probe(parts.iter_mut().flat_map(|part| &mut part.planned), context.seed)?;
@@ -130,7 +130,7 @@ fn planned(context: &Context, args: &Args) -> Result<(Vec<Row>, Vec<Part>), Fail
     Ok((rows, parts))
 }
 
-fn wanted<'a>(catalogue: &'a Catalogue, args: &Args) -> Result<Vec<&'a Row>, Failure> {
+fn wanted<'a>(catalogue: &'a Catalogue, args: &Args) -> Result<Vec<&'a ThreatRow>, Failure> {
     if args.rows.is_empty() {
         return Ok(catalogue.row.iter().collect());
     }
@@ -155,7 +155,7 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
         if args.live > 0 && mode == Mode::Twin {
             let rendered = Wanted { rendered: true, guest: guest.clone(), ..Wanted::default() };
             let mut planned = plan::of_scenario(context, &scenario, &rendered)?;
-            planned.iter_mut().for_each(|of| of.setup.retries = args.retries.retries);
+            planned.iter_mut().for_each(|one| one.setup.retries = args.retries.retries);
             parts.push(Part { scenario, mode: Mode::Live, n: args.live, planned });
         }
     }
@@ -199,9 +199,9 @@ fn all(
         let trials = part.batch(context.seed).run_kept(shelves, part.threads(args), &progress, &context.stop)?;
         exit = batch::graver(exit, batch::judge(part.mode, &part.planned, &trials));
         for (v, planned) in part.planned.iter().enumerate() {
-            let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
+            let own_trials: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
             let (variation, setup) = (&planned.variation, &planned.setup);
-            runs.insert((p, v), MatrixRun::new(variation, setup.watermark(), part.mode, &own));
+            runs.insert((p, v), MatrixRun::new(variation, setup.watermark(), part.mode, &own_trials));
         }
     }
     progress.finish();
@@ -209,7 +209,7 @@ fn all(
 }
 
 /// The runs of a row.
-fn of(row: &Row, parts: &[Part], runs: &BTreeMap<Place, MatrixRun>) -> Vec<MatrixRun> {
+fn row_runs(row: &ThreatRow, parts: &[Part], runs: &BTreeMap<Place, MatrixRun>) -> Vec<MatrixRun> {
     let names = |part: &Part| part.scenario.threats.iter().any(|id| id.as_str() == row.id.as_str());
     runs.iter().filter(|((p, _), _)| names(&parts[*p])).map(|(_, run)| run.clone()).collect()
 }

@@ -12,7 +12,7 @@ use clap::Command;
 use runner::failure::{Exit, Failure};
 use runner::start::asks_for_json;
 
-/// A former verb, and the words that stand for it now.
+/// A former verb, and the words that replace it now.
 const RENAMED: [(&str, &[&str]); 13] = [
     ("live", &["run", "--live", "--watch"]),
     ("merge", &["campaign", "merge"]),
@@ -29,7 +29,7 @@ const RENAMED: [(&str, &[&str]); 13] = [
     ("reproduce", &["evaluate", "--reproduce"]),
 ];
 
-/// Former verbs that the authors' program `lab` has now, and the words that stand for them there.
+/// Former verbs that the authors' program `lab` has now, and the words that replace them there.
 const OF_LAB: [(&str, &[&str]); 3] = [("bench", &[]), ("dataset", &["dataset"]), ("catalogue", &["catalogue"])];
 
 /// The command line with a former verb replaced by its new spelling.
@@ -37,28 +37,28 @@ const OF_LAB: [(&str, &[&str]); 3] = [("bench", &[]), ("dataset", &["dataset"]),
 /// # Errors
 /// The exit code, for a verb of `lab` where that program is not there, and for a misspelt verb.
 pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result<Vec<OsString>, Exit> {
-    let Some(at) = verb_at(command, &arguments, 1) else { return Ok(arguments) };
-    let is = |verb: &str| arguments[at] == *verb;
+    let Some(index) = verb_at(command, &arguments, 1) else { return Ok(arguments) };
+    let is = |verb: &str| arguments[index] == *verb;
     if let Some((old, new)) = OF_LAB.iter().find(|(old, _)| is(old)) {
-        return Err(lab(old, new, arguments, at));
+        return Err(lab(old, new, arguments, index));
     }
     let (from, new) = match RENAMED.iter().find(|(old, _)| is(old)) {
         Some((old, new)) => (*old, new.to_vec()),
-        None if is("campaign") && names_no_part(command, &arguments, at) => ("campaign", vec!["campaign", "run"]),
+        None if is("campaign") && names_no_part(command, &arguments, index) => ("campaign", vec!["campaign", "run"]),
         None => {
-            return match meant(command, &arguments[at].to_string_lossy()) {
+            return match suggestion(command, &arguments[index].to_string_lossy()) {
                 Some(message) => Err(Failure::new(Exit::Usage, message).tell(asks_for_json(&arguments))),
                 None => Ok(arguments),
             };
         }
     };
     hint(&arguments, from, &format!("holdsafe {}", new.join(" ")));
-    arguments.splice(at..=at, new.into_iter().map(OsString::from));
+    arguments.splice(index..=index, new.into_iter().map(OsString::from));
     Ok(arguments)
 }
 
 /// The answer to a word that is no verb, where one is near; a former verb is answered with its present name.
-fn meant(command: &Command, word: &str) -> Option<String> {
+fn suggestion(command: &Command, word: &str) -> Option<String> {
     let today = || command.get_subcommands().map(Command::get_name).chain(["help"]);
     // `--version`, which the parser adds by itself, is near to `verify`.
     if word.starts_with('-') || word.chars().count() < 2 || today().any(|verb| verb == word) {
@@ -72,19 +72,19 @@ fn meant(command: &Command, word: &str) -> Option<String> {
 
 /// Place of the first word from `from` on that is neither an option of every command nor the value of one.
 fn verb_at(command: &Command, arguments: &[OsString], from: usize) -> Option<usize> {
-    let is_flag = |c: char| command.get_arguments().any(|of| of.get_short() == Some(c));
-    let mut at = from;
-    while let Some(word) = arguments.get(at) {
+    let is_flag = |c: char| command.get_arguments().any(|arg| arg.get_short() == Some(c));
+    let mut index = from;
+    while let Some(word) = arguments.get(index) {
         let word = word.to_string_lossy();
         let (name, value) = word.split_once('=').map_or((&*word, None), |(name, value)| (name, Some(value)));
-        let mut options = command.get_arguments().filter(|of| of.get_long().is_some());
-        let option = options.find(|of| name.strip_prefix("--") == of.get_long());
+        let mut options = command.get_arguments().filter(|arg| arg.get_long().is_some());
+        let option = options.find(|arg| name.strip_prefix("--") == arg.get_long());
         let flags = word.strip_prefix('-').is_some_and(|flags| !flags.is_empty() && flags.chars().all(is_flag));
-        at += match option {
+        index += match option {
             Some(option) if value.is_none() && option.get_action().takes_values() => 2,
             Some(_) => 1,
             None if flags => 1,
-            None => return Some(at),
+            None => return Some(index),
         };
     }
     None
@@ -114,11 +114,11 @@ fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
     let json = asks_for_json(&arguments);
     let mut words = arguments;
     words.splice(at..=at, new.iter().map(OsString::from));
-    let program = std::env::current_exe().map(|own| own.with_file_name("lab"));
+    let program = std::env::current_exe().map(|own_path| own_path.with_file_name("lab"));
     // `exec` returns only on failure.
-    let why = program.map_or_else(|why| why, |lab| process::Command::new(lab).args(&words[1..]).exec());
+    let error = program.map_or_else(|error| error, |lab| process::Command::new(lab).args(&words[1..]).exec());
     let message = format!(
-        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); in a clone, \
+        "`{old}` is `{spelt}` now, and that program is not beside this one ({error}); in a clone, \
          `cargo build --release --manifest-path measurements/Cargo.toml --target-dir target` builds it beside target/release/holdsafe"
     );
     Failure::new(Exit::Usage, message).tell(json)
@@ -169,13 +169,13 @@ mod tests {
     #[test]
     fn misspelt_former_verb_is_answered_with_the_current() {
         let command = Cli::command();
-        let answer = meant(&command, "explan").unwrap();
+        let answer = suggestion(&command, "explan").unwrap();
         assert!(answer.ends_with("did you mean `inspect explain`?"), "{answer}");
         for (word, verb) in [("rnu", "run"), ("urn", "run"), ("matirx", "matrix")] {
-            assert_eq!(meant(&command, word), Some(format!("no verb `{word}`; did you mean `{verb}`?")));
+            assert_eq!(suggestion(&command, word), Some(format!("no verb `{word}`; did you mean `{verb}`?")));
         }
         for word in ["run", "help", "xqz", "u", "--version"] {
-            assert_eq!(meant(&command, word), None);
+            assert_eq!(suggestion(&command, word), None);
         }
     }
 

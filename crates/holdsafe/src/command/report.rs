@@ -66,8 +66,8 @@ impl Args {
 
 /// Refuses options of another format.
 fn fits(args: &Args) -> Result<(), Failure> {
-    let of = |format: Format, given: bool| (given && args.format != format).then_some(format);
-    let foreign = of(Format::Html, args.page.given()).or(of(Format::Mcap, args.mcap.given()));
+    let misplaced = |format: Format, is_given: bool| (is_given && args.format != format).then_some(format);
+    let foreign = misplaced(Format::Html, args.page.any_given()).or(misplaced(Format::Mcap, args.mcap.any_given()));
     let foreign = foreign.and_then(|format| format.to_possible_value());
     let to_no_file = args.out.is_some() && args.format == Format::Cite;
     match foreign {

@@ -195,16 +195,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// A window has one user for a whole trial, so one trial only is allowed.
 fn one_window(args: &Args, plans: &[(Scenario, Vec<Planned>)]) -> Result<(), Failure> {
-    let why = match plans {
+    let reason = match plans {
         [(scenario, planned)] if planned.len() > 1 => {
-            let cells: Vec<&str> = planned.iter().filter_map(|of| of.variation.cell.as_deref()).collect();
+            let cells: Vec<&str> = planned.iter().filter_map(|one| one.variation.cell.as_deref()).collect();
             format!("choose one cell of `{}` with --cell: {}", scenario.name.as_str(), cells.join(", "))
         }
         [(_, _)] if args.trials.is_none_or(|n| n == 1) => return live::display(),
         [(_, _)] => "leave --trials out".to_owned(),
         _ => "name one scenario".to_owned(),
     };
-    Err(Failure::new(Exit::Usage, format!("--console opens a window on one trial: {why}")))
+    Err(Failure::new(Exit::Usage, format!("--console opens a window on one trial: {reason}")))
 }
 
 /// Digest of a trial's recording, to be noted by the user.
@@ -226,7 +226,7 @@ fn finish(
             .flat_map(|run| &run.trials)
             .filter_map(told_of)
             .take(MAX_TOLD)
-            .for_each(|told| out::say(format_args!("{told}")));
+            .for_each(|text| out::say(format_args!("{text}")));
     }
     if runs.len() == 1
         && let Some(run) = runs.pop()

@@ -114,9 +114,9 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
             Ok(setup) => setup,
             Err(problems) => return Ok(Some(problems)),
         };
-        if let Err(why) = engine::can_start(&variation.scenario, &setup, context.seed) {
+        if let Err(error) = engine::can_start(&variation.scenario, &setup, context.seed) {
             let remedy = "correct the value; `holdsafe scenario schema` prints every key with its type and range";
-            return Ok(Some(Problem::with_file(&file.display().to_string(), why.to_string(), remedy).into()));
+            return Ok(Some(Problem::with_file(&file.display().to_string(), error.to_string(), remedy).into()));
         }
     }
     for under in &scenario.under {
@@ -129,7 +129,7 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
 }
 
 fn new(name: &str, platform: bool) -> Result<Exit, Failure> {
-    let name = Name::new(name).map_err(|why| Failure::new(Exit::Usage, format!("`{name}`: {why}")))?;
+    let name = Name::new(name).map_err(|reason| Failure::new(Exit::Usage, format!("`{name}`: {reason}")))?;
     let path = format!("{name}.toml");
     let created = std::fs::OpenOptions::new().write(true).create_new(true).open(&path);
     let mut file = created.map_err(|e| {

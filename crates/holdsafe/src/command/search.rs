@@ -1,5 +1,5 @@
 //! `holdsafe search SCENARIO`: attack sequences over an attack space, tried on a scenario in the twin until a safety
-//! property breaks; and of each cause the smallest, as a scenario of its own.
+//! property breaks; and of each cause the smallest, as its own scenario.
 //!
 //! With `--exhaust K` every sequence of up to K actions over a small part of the attack space, in place of a search.
 
@@ -21,8 +21,8 @@ use runner::search_config::{Asked, stopped_or_unfit, unfit};
 use runner::{Context, engine, out, plan};
 use scenario::{Name, Setup};
 use search::{
-    AttackSequence, Cause, Found, Moments, Proposer, RunConfig, RunResult, SearchConfig, Shrunk, Source, Strategy,
-    ends_in,
+    AttackSequence, Cause, FoundSequence, Moments, Proposer, RunConfig, RunResult, SearchConfig, Shrunk, Source,
+    Strategy, ends_in,
 };
 
 use self::listed::Listed;
@@ -101,7 +101,7 @@ impl Args {
         if self.optimizer.is_some() {
             return Err(listed::learns());
         }
-        let listed = Listed::of(self, &self.config(context)?)?.ok_or_else(listed::learns)?;
+        let listed = Listed::from_args(self, &self.config(context)?)?.ok_or_else(listed::learns)?;
         let set = self.partition.is_some() || !self.from.is_empty() || self.out.is_some();
         let (pieces, of, threads) = (listed.sequences.len() as u64, "sequences", self.jobs.map(|jobs| jobs as u16));
         Ok(Shares { pieces, of, threads, set, rounds: false })
@@ -111,8 +111,8 @@ impl Args {
         plan::file_of(context, &self.scenario)?;
         let (policy, cell, rendered) = (self.policy.clone(), self.cell.clone(), self.rendered);
         let wanted = Wanted { policy, cell, rendered, ..Wanted::default() };
-        let asked = Asked { scenario: &self.scenario, space: &self.space, wanted, waive: &self.waive, misset: &[] };
-        asked.config(context)
+        let requested = Asked { scenario: &self.scenario, space: &self.space, wanted, waive: &self.waive, misset: &[] };
+        requested.config(context)
     }
 
     fn source(&self) -> Source {
@@ -132,7 +132,7 @@ impl Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let config = args.config(context)?;
     let parted = args.partition.is_some() || !args.from.is_empty();
-    let listed = if parted || args.exhaust.is_some() { Listed::of(args, &config)? } else { None };
+    let listed = if parted || args.exhaust.is_some() { Listed::from_args(args, &config)? } else { None };
     if parted && listed.is_none() {
         return Err(listed::learns());
     }
@@ -140,12 +140,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (dir, result) = match listed {
         Some(listed) => {
             let dir = directory()?;
-            let kept = listed.try_missing(context, args, &config, &dir)?;
+            let numbered = listed.try_missing(context, args, &config, &dir)?;
             if args.partition.is_some() {
                 tell_kept(context, &dir)?;
                 return Ok(Exit::Fine);
             }
-            (dir, listed.result(&kept, args, &config)?)
+            (dir, listed.result(&numbered, args, &config)?)
         }
         None => {
             let result = draw_and_try(context, args, &config)?;
@@ -153,7 +153,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
     };
     let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
-    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
+    let moments = Moments::from_run(&nominal, &config.space, &config.setup.bounds);
     if !args.waive.is_empty() {
         out::write_text(&dir, POLICY_FILE, &policy_text(&config)?)?;
     }
@@ -190,12 +190,12 @@ fn class(text: &str) -> Result<Outcome, String> {
 
 fn draw_and_try(context: &Context, args: &Args, config: &SearchConfig) -> Result<RunResult, Failure> {
     let start = |program| Optimizer::start(program, config, args.run(), &context.stop);
-    let mut own = args.optimizer.as_deref().map(start).transpose().map_err(unfit)?;
-    let own = own.as_mut().map(|own| own as &mut dyn Proposer);
+    let mut own_optimizer = args.optimizer.as_deref().map(start).transpose().map_err(unfit)?;
+    let proposer = own_optimizer.as_mut().map(|own_optimizer| own_optimizer as &mut dyn Proposer);
     let progress = Progress::new("search", args.budget as usize, context.talk);
-    let result = config.search(args.run(), own, &ends_in(&args.find), args.threads(), &progress, &context.stop);
+    let result = config.search(args.run(), proposer, &ends_in(&args.find), args.threads(), &progress, &context.stop);
     progress.finish();
-    result.map_err(|why| stopped_or_unfit(context, why))
+    result.map_err(|reason| stopped_or_unfit(context, reason))
 }
 
 /// A finding: its file, and the checks that would have stopped it.
@@ -203,13 +203,13 @@ fn finding(
     args: &Args,
     config: &SearchConfig,
     name: &str,
-    (cause, found, shrunk): (&Cause, &Found, &Shrunk),
+    (cause, found, shrunk): (&Cause, &FoundSequence, &Shrunk),
     dir: &Path,
 ) -> Result<FindingRow, Failure> {
     let tried = config.try_sequence(&shrunk.sequence).map_err(unfit)?;
-    let why = said(&tried.trial.findings, &cause.broken);
-    let told = why.as_deref().unwrap_or("It ends in a class that was looked for.");
-    let scenario = config.as_regression(&shrunk.sequence, &args.find, told).map_err(unfit)?;
+    let reason = first_finding(&tried.trial.findings, &cause.broken);
+    let line = reason.as_deref().unwrap_or("It ends in a class that was looked for.");
+    let scenario = config.as_regression(&shrunk.sequence, &args.find, line).map_err(unfit)?;
     let file = dir.join(format!("{name}.toml"));
     let parsed = Name::new(name).map_err(Failure::internal)?;
     let text = scenario.to_file(&parsed).map_err(Failure::internal)?;
@@ -224,9 +224,9 @@ fn finding(
         name: name.to_owned(),
         outcome: cause.outcome,
         broken: cause.broken.clone(),
-        finding: why,
-        word: shrunk.sequence.told(&config.space),
-        found_as: found.sequence.told(&config.space),
+        finding: reason,
+        word: shrunk.sequence.describe(&config.space),
+        found_as: found.sequence.describe(&config.space),
         trial: found.trial,
         cpu_seconds: found.cpu_seconds,
         executions: shrunk.executions,
@@ -251,7 +251,7 @@ fn confirm(
     let scenario = inside.in_scenario(&config.space, &config.scenario).map_err(unfit)?;
     // A live run always has frames.
     let setup = Setup { rendered: true, ..config.setup.clone() };
-    let mut confirmed = Confirmed { word: Some(inside.told(&config.space)), ..Confirmed::default() };
+    let mut confirmed = Confirmed { word: Some(inside.describe(&config.space)), ..Confirmed::default() };
     let progress = Progress::new("live", args.confirm as usize, context.talk);
     for _ in 0..args.confirm {
         let trial = engine::trial(Mode::Live, &scenario, &setup, config.seed, &context.stop)?;
@@ -263,7 +263,7 @@ fn confirm(
 }
 
 /// The first of the oracle's findings about the broken property.
-fn said(findings: &[String], broken: &str) -> Option<String> {
+fn first_finding(findings: &[String], broken: &str) -> Option<String> {
     findings.iter().find(|finding| finding.starts_with(broken)).cloned()
 }
 
@@ -271,9 +271,9 @@ fn said(findings: &[String], broken: &str) -> Option<String> {
 fn stopped_by(args: &Args, config: &SearchConfig, sequence: &AttackSequence) -> Result<Vec<String>, Failure> {
     let mut stopped_by = Vec::new();
     for switch in Switch::all().into_iter().filter(|switch| switch.is_waived(&config.setup.policy)) {
-        let mut with = config.clone();
-        switch.require(&mut with.setup.policy);
-        if !args.find.contains(&with.try_sequence(sequence).map_err(unfit)?.trial.outcome) {
+        let mut varied = config.clone();
+        switch.require(&mut varied.setup.policy);
+        if !args.find.contains(&varied.try_sequence(sequence).map_err(unfit)?.trial.outcome) {
             stopped_by.push(switch.name());
         }
     }

@@ -149,14 +149,14 @@ impl Tour<'_> {
         let not_judged = || bare.then(|| BARE.to_owned());
         // Trials come by variation and then by seed.
         for (one, own) in planned.iter().zip(trials.chunks(TRIALS as usize)) {
-            let own: Vec<&Trial> = own.iter().collect();
+            let own_trials: Vec<&Trial> = own.iter().collect();
             // The matrix gives causes by policy, not by cell.
-            let explained = if planned.len() == 1 { last_loss(one, &own, seed)? } else { None };
+            let explained = if planned.len() == 1 { last_loss(one, &own_trials, seed)? } else { None };
             self.add_row(Row::new(
                 (one, Mode::Twin, seed),
-                &own,
+                &own_trials,
                 not_judged(),
-                words::response(&own, explained.as_ref()),
+                words::response(&own_trials, explained.as_ref()),
             ));
         }
         if planned.len() > 1 {
@@ -191,9 +191,9 @@ impl Tour<'_> {
             }
             Err(failure) => return Err(failure),
         };
-        let own: Vec<&Trial> = trial.iter().collect();
+        let own_trials: Vec<&Trial> = trial.iter().collect();
         let judged = not_judged.is_none();
-        self.add_row(Row::new((one, Mode::Live, seed), &own, not_judged, words::response(&own, None)));
+        self.add_row(Row::new((one, Mode::Live, seed), &own_trials, not_judged, words::response(&own_trials, None)));
         if let Some(row) = self.rows.last() {
             self.print_row(row);
         }
@@ -211,7 +211,7 @@ impl Tour<'_> {
     fn add_row(&mut self, row: Row) {
         self.exit = batch::graver(self.exit, row.exit());
         if let Some(complaint) = row.complaint() {
-            self.progress.beside(|| link::note!("{complaint}"));
+            self.progress.hide_while(|| link::note!("{complaint}"));
         }
         self.rows.push(row);
     }
@@ -244,12 +244,13 @@ impl Tour<'_> {
                 policies.push(policy);
             }
         }
-        let under = |policy: &str| {
+        let under_policy = |policy: &str| {
             let each = stage.planned.iter().zip(trials.chunks(TRIALS as usize));
-            let own = each.filter(|(one, _)| one.setup.policy_name.as_str() == policy).flat_map(|(_, own)| own);
-            words::policy_sentence(policy, &own.collect::<Vec<_>>())
+            let own_trials =
+                each.filter(|(one, _)| one.setup.policy_name.as_str() == policy).flat_map(|(_, own_trials)| own_trials);
+            words::policy_sentence(policy, &own_trials.collect::<Vec<_>>())
         };
-        let sentences: Vec<String> = policies.into_iter().map(under).collect();
+        let sentences: Vec<String> = policies.into_iter().map(under_policy).collect();
         let text = format!("{}. {}.", stage.scenario.title.as_str(), sentences.join(". "));
         lines.extend(words::lines(&text, true, LINES + 1));
         self.print(&lines);
@@ -273,14 +274,14 @@ impl Tour<'_> {
 
     fn print(&self, lines: &[String]) {
         if !self.context.json {
-            self.progress.beside(|| lines.iter().for_each(|line| out::say(format_args!("{line}"))));
+            self.progress.hide_while(|| lines.iter().for_each(|line| out::say(format_args!("{line}"))));
         }
     }
 
     /// Writes results and report, and prints how it ended.
     fn finish(mut self, live: usize, interrupted: bool) -> Result<Exit, Failure> {
         let seed = self.context.seed;
-        // Each run has its own mode; the page never adds those of one to those of the other.
+        // Each run has its own mode; the page never adds runs of one to runs of the other.
         let runs =
             RunsObject { schema_version: SCHEMA_VERSION, mode: Mode::Twin, seed, runs: std::mem::take(&mut self.runs) };
         out::write_result(self.dir, "result.json", "runs", &runs)?;
@@ -311,6 +312,6 @@ fn last_loss(planned: &Planned, trials: &[&Trial], seed: u64) -> Result<Option<E
 
 /// A path from the working directory, where it lies below.
 fn shown_path(path: &Path) -> PathBuf {
-    let here = std::env::current_dir().ok();
-    here.and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path).to_owned()
+    let current = std::env::current_dir().ok();
+    current.and_then(|current| path.strip_prefix(current).ok()).unwrap_or(path).to_owned()
 }

@@ -153,26 +153,26 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
     if !run.join("mouth").is_dir() {
-        let says = format!(
+        let line = format!(
             "{}: a run in the twin, which no console has shown; `holdsafe report` and `inspect explain` read it",
             run.display()
         );
-        return Err(Failure::new(Exit::NoEvidence, says));
+        return Err(Failure::new(Exit::NoEvidence, line));
     }
     let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
-    let unread = |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
-    let unopened = |why: JournalError| {
-        let says = format!(
-            "{}: {why}; is this the folder that `run --live --out` was given, and has the run begun?",
+    let unread = |error: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {error}", path.display()));
+    let unopened = |error: JournalError| {
+        let line = format!(
+            "{}: {error}; is this the folder that `run --live --out` was given, and has the run begun?",
             path.display()
         );
-        Failure::new(Exit::NoEvidence, says)
+        Failure::new(Exit::NoEvidence, line)
     };
     let mut log = Follow::open(&path).map_err(unopened)?;
     let (_nobody, pause) = channel::<()>();
     let mut looked = None;
     let mut now = trace_us();
-    let mut news = News::of(&mut log).map_err(unread)?;
+    let mut news = News::read_log(&mut log).map_err(unread)?;
     if news.finished && args.web.or(args.foxglove).or(args.packets).is_some() {
         let run = run.display();
         return Err(Failure::new(
@@ -181,41 +181,41 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
         ));
     }
     if news.newest.is_none() && args.once {
-        let says = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
-        return Err(Failure::new(Exit::NoEvidence, says));
+        let line = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
+        return Err(Failure::new(Exit::NoEvidence, line));
     }
     // A run that goes on cannot be verified yet; one that is over is checked like any other recording.
-    let over = news.finished || run.join(store::HELD).exists();
-    let checked = over.then(|| checked::run(&run)).transpose()?;
+    let ended = news.finished || run.join(store::HELD).exists();
+    let checked = ended.then(|| checked::run(&run)).transpose()?;
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
-    if context.json && over {
+    if context.json && ended {
         checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &read)?;
     }
     let mut place = Place::open(context, args, &run)?;
-    let (mut heard, mut said) = (trace_us(), false);
+    let (mut heard, mut reported) = (trace_us(), false);
     loop {
         // A picture that was not there at the last look has come since.
         let since = looked.replace(now);
         if let Some((text, picture)) = news.newest {
-            (heard, said) = (trace_us(), false);
+            (heard, reported) = (trace_us(), false);
             place.show(&text, picture, since)?;
         }
-        if news.finished || over || args.once {
+        if news.finished || ended || args.once {
             return Ok(args.unverified.exit(&read, Exit::Fine));
         }
         let silent = trace_us().saturating_sub(heard);
-        if silent > CURRENT_US && !said {
-            said = true;
+        if silent > CURRENT_US && !reported {
+            reported = true;
             place.silent(silent / 1_000_000)?;
         }
         // The channel has no sender: this is a sleep.
         let _ = pause.recv_timeout(place.looks_every());
-        if context.stop.asked() {
+        if context.stop.is_requested() {
             break;
         }
         now = trace_us();
-        news = News::of(&mut log).map_err(unread)?;
+        news = News::read_log(&mut log).map_err(unread)?;
     }
     Ok(Exit::Interrupted)
 }
@@ -228,8 +228,8 @@ struct Over {
 
 /// The site that the run was planned on; an unreadable one leaves the drawing empty.
 fn site(run: &Path) -> Site {
-    store::read_site(run).unwrap_or_else(|why| {
-        link::note!("{}: the page shows no geofence and no route: {why}", run.display());
+    store::read_site(run).unwrap_or_else(|error| {
+        link::note!("{}: the page shows no geofence and no route: {error}", run.display());
         Site::default()
     })
 }
@@ -244,7 +244,7 @@ struct News {
 }
 
 impl News {
-    fn of(log: &mut Follow) -> Result<Self, JournalError> {
+    fn read_log(log: &mut Follow) -> Result<Self, JournalError> {
         let mut news = News::default();
         log.news(|entry| match entry {
             Entry::Output(Output::Text { text, picture }) => news.newest = Some((text, picture)),

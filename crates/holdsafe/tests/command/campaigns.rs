@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use super::{holdsafe, mistaken, root};
 
-/// Two variations, each trial with a moment of its own.
+/// Two variations, each trial with its own moment.
 const SMALL: [&str; 6] = ["campaign", "loss", "--grid", "loss.0.share=0.9,1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
 
 struct Place(tempfile::TempDir);
@@ -78,7 +78,7 @@ fn threads_and_parts_do_not_change_the_result() {
     fine(&place.campaign("threads", &["--trials", "4", "--jobs", "2"]));
     assert_eq!(place.result("threads"), place.result("whole"));
 
-    let parts = |of: u64| (1..=of).map(move |i| format!("{i}/{of}"));
+    let parts = |total: u64| (1..=total).map(move |i| format!("{i}/{total}"));
     for part in parts(2).chain(parts(7)) {
         let object = fine(&place.campaign(&part.replace('/', "of"), &["--trials", "4", "--partition", &part]));
         assert_eq!((&object["complete"], &object["rows"][0]["bounds"]), (&false.into(), &Value::Null));
@@ -92,8 +92,8 @@ fn threads_and_parts_do_not_change_the_result() {
     let some = object(&output);
     assert_eq!((output.status.code(), &some["complete"], &some["planned"]), (Some(4), &false.into(), &8.into()));
     assert_ne!(some["hash"], whole["hash"]);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains(&format!("{} of 8 trials are there", some["trials"])), "{told}");
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains(&format!("{} of 8 trials are there", some["trials"])), "{text}");
     // The rest, later, into the same folder.
     fine(&place.merge(&["2of2", "1of2"], "some"));
     assert_eq!(place.result("some"), place.result("whole"));
@@ -105,21 +105,21 @@ fn jobs_of_an_engine_equal_one_process() {
     let place = Place::new();
     let emit = |engine: &str, name: &str, text: &[&str]| {
         let dir = place.dir(name);
-        let own = ["emit", engine, "--partitions", "3", "--out", dir.to_str().unwrap(), "--json", "--"];
-        holdsafe(&[own.as_slice(), &["campaign", "run"], &SMALL[1..], &["--trials", "4"], text].concat())
+        let own_texts = ["emit", engine, "--partitions", "3", "--out", dir.to_str().unwrap(), "--json", "--"];
+        holdsafe(&[own_texts.as_slice(), &["campaign", "run"], &SMALL[1..], &["--trials", "4"], text].concat())
     };
-    let told = refused(&emit("make", "none", &["--partition", "1/2"]));
-    assert!(told.contains("behind `--`: --partition, --after, --from and --out are set for each job"), "{told}");
-    let told = refused(&emit("make", "none", &["--trails", "4"]));
-    assert!(told.contains("behind `--`: error: unexpected argument '--trails' found"), "{told}");
+    let words = refused(&emit("make", "none", &["--partition", "1/2"]));
+    assert!(words.contains("behind `--`: --partition, --after, --from and --out are set for each job"), "{words}");
+    let words = refused(&emit("make", "none", &["--trails", "4"]));
+    assert!(words.contains("behind `--`: error: unexpected argument '--trails' found"), "{words}");
     assert!(!place.dir("none").exists(), "nothing is written");
 
     for engine in ["make", "slurm", "hyperqueue"] {
-        let told = fine(&emit(engine, &format!("it's {engine}"), &[]));
-        assert_eq!((&told["jobs"], &told["most"], &told["of"]), (&3.into(), &3.into(), &"trials".into()));
+        let value = fine(&emit(engine, &format!("it's {engine}"), &[]));
+        assert_eq!((&value["jobs"], &value["most"], &value["of"]), (&3.into(), &3.into(), &"trials".into()));
     }
-    let told = refused(&emit("make", "it's make", &[]));
-    assert!(told.contains("it's make"), "a folder in use: {told}");
+    let words = refused(&emit("make", "it's make", &[]));
+    assert!(words.contains("it's make"), "a folder in use: {words}");
     let script = |name: &str, argument: &str| {
         let path = place.dir("it's make").join(name);
         let mut command = Command::new(path);
@@ -245,9 +245,9 @@ fn end_midway(mut child: Child, dir: &Path, signal: Signal) -> (Option<i32>, Str
         std::thread::yield_now();
     }
     kill(Pid::from_raw(child.id() as i32), signal).unwrap();
-    let mut told = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
-    (child.wait().unwrap().code(), told)
+    let mut line = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut line).unwrap();
+    (child.wait().unwrap().code(), line)
 }
 
 /// No trial is lost, and none is counted twice.
@@ -264,8 +264,8 @@ fn killed_campaign_resumes_without_loss_or_repetition() {
     fs::copy(place.dir("killed").join("plan.json"), place.dir("marked").join("plan.json")).unwrap();
     let marked = before.replacen("\"sim_us\":9000000", "\"sim_us\":9000001", 1);
     fs::write(place.dir("marked").join("trials.jsonl"), &marked).unwrap();
-    let told = refused(&place.campaign("marked", &["--trials", "12"]));
-    assert!(told.contains("trials.jsonl:1: changed by hand"), "{told}");
+    let text = refused(&place.campaign("marked", &["--trials", "12"]));
+    assert!(text.contains("trials.jsonl:1: changed by hand"), "{text}");
     fs::write(place.dir("marked").join("trials.jsonl"), reseal(marked.as_bytes())).unwrap();
     fine(&place.campaign("marked", &["--trials", "12"]));
     assert!(place.lines("marked")[0].contains("\"sim_us\":9000001"));
@@ -285,12 +285,12 @@ fn killed_campaign_resumes_without_loss_or_repetition() {
 #[test]
 fn ctrl_c_prints_the_line_that_resumes() {
     let place = Place::new();
-    let (code, told) = end_midway(start(&place, "stopped", "12"), &place.dir("stopped"), Signal::SIGINT);
-    assert_eq!(code, Some(130), "{told}");
-    let line = told.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
-    assert!(told.contains("of 24 trials are finished and kept"), "{told}");
-    let again = Command::new("sh").args(["-c", line]).output().unwrap();
-    assert_eq!(again.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&again.stderr));
+    let (code, text) = end_midway(start(&place, "stopped", "12"), &place.dir("stopped"), Signal::SIGINT);
+    assert_eq!(code, Some(130), "{text}");
+    let line = text.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
+    assert!(text.contains("of 24 trials are finished and kept"), "{text}");
+    let repeated = Command::new("sh").args(["-c", line]).output().unwrap();
+    assert_eq!(repeated.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&repeated.stderr));
     assert_eq!(place.lines("stopped").len(), 24);
 }
 
@@ -354,8 +354,11 @@ fn exit_code_gives_the_verdict_on_a_claim() {
     };
     let (code, shown) = claimed("unsafe<50%@95", &[]);
     assert_eq!((code, &shown["trials"]), (Some(0), &5.into()));
-    let alone = &shown["rows"][0]["claim"]["alone"];
-    assert_eq!((&alone["verdict"], alone["upper"].as_f64().map(|u| u < 0.5)), (&"shown".into(), Some(true)));
+    let single_value = &shown["rows"][0]["claim"]["alone"];
+    assert_eq!(
+        (&single_value["verdict"], single_value["upper"].as_f64().map(|u| u < 0.5)),
+        (&"shown".into(), Some(true))
+    );
     let (code, open) = claimed("unsafe<50%@95", &["--trials", "4"]);
     assert_eq!((code, &open["claim"]["open"]), (Some(4), &1.into()));
     let (code, refuted) = claimed("hold-safe<50%@95", &[]);
@@ -371,8 +374,8 @@ fn reproducing_line_sets_the_drawn_values() {
     let output = holdsafe(&[share.as_slice(), &draw, &["--out", out.to_str().unwrap()]].concat());
     assert_eq!(output.status.code(), Some(3), "so little loss is not noticed, and HOLD_SAFE was expected");
     let line = object(&output)["rows"][0]["reproduce"].as_str().unwrap().replacen("holdsafe", "\"$0\"", 1);
-    let (root, again) = (root(), place.dir("again"));
-    let line = format!("{line} --root '{}' --out '{}' --quiet", root.display(), again.display());
+    let (root, repeated) = (root(), place.dir("again"));
+    let line = format!("{line} --root '{}' --out '{}' --quiet", root.display(), repeated.display());
     let output = Command::new("sh").args(["-c", &line, env!("CARGO_BIN_EXE_holdsafe")]).output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(place.lines("again"), place.lines("drawn"), "the same trial to the bit");
@@ -405,9 +408,9 @@ fn values_that_do_not_fit_are_refused_first() {
         let line = [&["campaign", "loss", "--out", out.to_str().unwrap(), "--json"], more].concat();
         let output = holdsafe(&line);
         assert!(!Path::new(&out).exists(), "{more:?}");
-        let told = String::from_utf8(output.stderr.clone()).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        told
+        let text = String::from_utf8(output.stderr.clone()).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        text
     };
     for (more, told) in [
         (["--grid", "loss.1.share=1"].as_slice(), "in loss: `loss.1.share` leads nowhere"),

@@ -10,13 +10,13 @@ use nix::unistd::Pid;
 use serde_json::Value;
 
 use super::evidence::recorded;
-use super::verification::{bounded, said};
-use super::{alone, holdsafe, root};
+use super::verification::{bounded, output_text};
+use super::{holdsafe, lock_machine, root};
 
 /// The exit code and the words of a command.
-fn told(arguments: &[&str]) -> (Option<i32>, String) {
+fn run_command(arguments: &[&str]) -> (Option<i32>, String) {
     let output: Output = holdsafe(arguments);
-    (output.status.code(), said(&output))
+    (output.status.code(), output_text(&output))
 }
 
 /// Replaces text in a file, at least once.
@@ -37,9 +37,9 @@ fn all_refuse(dir: &Path, run: &Path, reason: &str) {
         &["inspect", "explain", run],
         &["inspect", "verify", run],
     ] {
-        let (code, said) = told(line);
-        assert_eq!(code, Some(4), "{line:?}: {said}");
-        assert!(said.contains(reason), "{line:?}: {said}");
+        let (code, text) = run_command(line);
+        assert_eq!(code, Some(4), "{line:?}: {text}");
+        assert!(text.contains(reason), "{line:?}: {text}");
     }
 }
 
@@ -49,19 +49,19 @@ fn changed_class_in_a_result_is_noticed() {
     let run = recorded(dir.path(), "thermal_loss");
     let (result, page) = (dir.path().join("thermal_loss/result.json"), dir.path().join("page.html"));
     let whole = fs::read_to_string(&result).unwrap();
-    // In its trial and its summary.
+    // A change in its trial and its summary.
     change(&result, "DEGRADED\": 1", "HOLD_SAFE\": 1");
     change(&result, "\"outcome\": \"DEGRADED\"", "\"outcome\": \"HOLD_SAFE\"");
     all_refuse(dir.path(), &run, "result.json says HOLD_SAFE, the recording DEGRADED");
-    // In its summary alone.
+    // A change in its summary alone.
     fs::write(&result, &whole).unwrap();
     change(&result, "DEGRADED\": 1", "HOLD_SAFE\": 1");
     for line in [
         &["report", result.to_str().unwrap(), "--out", page.to_str().unwrap()][..],
         &["report", "--format", "cite", run.to_str().unwrap()],
     ] {
-        let (code, said) = told(line);
-        assert!(code == Some(4) && said.contains("its trials are DEGRADED 1, its summary says HOLD_SAFE 1"), "{said}");
+        let (code, text) = run_command(line);
+        assert!(code == Some(4) && text.contains("its trials are DEGRADED 1, its summary says HOLD_SAFE 1"), "{text}");
     }
 }
 
@@ -79,7 +79,7 @@ fn whole_recording_of_another_run_is_noticed() {
         "--out",
         dir.path().join("fifth").to_str().unwrap(),
     ]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", output_text(&output));
     fs::remove_dir_all(&run).unwrap();
     fs::rename(dir.path().join("fifth/twin/thermal_loss/5"), &run).unwrap();
     all_refuse(dir.path(), &run, "result.json names another recording of this trial");
@@ -92,18 +92,18 @@ fn changed_campaign_is_noticed() {
     let page = dir.path().join("page.html");
     let [out_name, page] = [&out, &page].map(|path| path.to_str().unwrap());
     let campaign = ["campaign", "run", "loss", "--trials", "3", "--quiet", "--out", out_name];
-    assert_eq!(told(&campaign).0, Some(0));
-    assert_eq!(told(&["report", out_name, "--out", page]).0, Some(0));
+    assert_eq!(run_command(&campaign).0, Some(0));
+    assert_eq!(run_command(&["report", out_name, "--out", page]).0, Some(0));
     let result = out.join("campaign.json");
     let whole = fs::read_to_string(&result).unwrap();
     change(&result, "HOLD_SAFE", "REJECTED");
-    let (code, said) = told(&["report", out_name, "--out", page]);
-    assert!(code == Some(4) && said.contains("does not follow from the finished trials"), "{said}");
+    let (code, text) = run_command(&["report", out_name, "--out", page]);
+    assert!(code == Some(4) && text.contains("does not follow from the finished trials"), "{text}");
     fs::write(&result, whole).unwrap();
     change(&out.join("trials.jsonl"), "HOLD_SAFE", "REJECTED");
     for line in [&["report", out_name, "--out", page][..], &campaign] {
-        let (code, said) = told(line);
-        assert!(code == Some(2) && said.contains("trials.jsonl:1: changed by hand"), "{said}");
+        let (code, text) = run_command(line);
+        assert!(code == Some(2) && text.contains("trials.jsonl:1: changed by hand"), "{text}");
     }
 }
 
@@ -115,7 +115,7 @@ fn report_replaces_no_evidence() {
     let link = dir.path().join("link.html");
     symlink(folder.join("result.json"), &link).unwrap();
     let before = fs::read(folder.join("result.json")).unwrap();
-    let over: [PathBuf; 6] = [
+    let contradictions: [PathBuf; 6] = [
         run.join("recording/audit-0.mcap"),
         run.join("new.html"),
         folder.join("result.json"),
@@ -123,24 +123,28 @@ fn report_replaces_no_evidence() {
         folder.join("loss.jsonl"),
         link,
     ];
-    let given = folder.to_str().unwrap();
-    for over in &over {
-        let over = over.to_str().unwrap();
+    let text = folder.to_str().unwrap();
+    for over in &contradictions {
+        let contradiction = over.to_str().unwrap();
         let page = dir.path().join("page.html");
         for (line, option) in [
-            (&["report", given, "--out", over][..], "--out"),
-            (&["report", given, "--out", page.to_str().unwrap(), "--sarif", over], "--sarif"),
+            (&["report", text, "--out", contradiction][..], "--out"),
+            (&["report", text, "--out", page.to_str().unwrap(), "--sarif", contradiction], "--sarif"),
         ] {
-            let (code, said) = told(line);
-            assert!(code == Some(2) && said.contains("name another file"), "{line:?}: {said}");
-            assert!(said.contains(&format!("{option} {over}: ")), "{line:?}: {said}");
+            let (code, words) = run_command(line);
+            assert!(code == Some(2) && words.contains("name another file"), "{line:?}: {words}");
+            assert!(words.contains(&format!("{option} {contradiction}: ")), "{line:?}: {words}");
         }
     }
-    assert_eq!(told(&["inspect", "verify", run.to_str().unwrap()]).0, Some(0));
+    assert_eq!(run_command(&["inspect", "verify", run.to_str().unwrap()]).0, Some(0));
     assert_eq!(fs::read(folder.join("result.json")).unwrap(), before);
-    let beside = folder.join("report.html");
+    let path = folder.join("report.html");
     for _ in 0..2 {
-        assert_eq!(told(&["report", given, "--out", beside.to_str().unwrap()]).0, Some(0), "its own page is replaced");
+        assert_eq!(
+            run_command(&["report", text, "--out", path.to_str().unwrap()]).0,
+            Some(0),
+            "its own page is replaced"
+        );
     }
 }
 
@@ -149,12 +153,12 @@ fn twin_run_says_why_it_cannot_be_watched() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     for (verb, code, word) in [(&["watch"][..], 4, "no console"), (&["inspect", "replay"], 2, "no input journals")] {
-        let (got, said) = told(&[verb, &[run.to_str().unwrap()]].concat());
-        assert!(got == Some(code) && said.contains("a run in the twin") && said.contains(word), "{said}");
+        let (got, text) = run_command(&[verb, &[run.to_str().unwrap()]].concat());
+        assert!(got == Some(code) && text.contains("a run in the twin") && text.contains(word), "{text}");
     }
     fs::remove_file(run.join("held.json")).unwrap();
-    let (code, said) = told(&["inspect", "verify", run.to_str().unwrap()]);
-    assert!(code == Some(4) && said.contains("held.json") && said.contains("nothing is verified"), "{said}");
+    let (code, text) = run_command(&["inspect", "verify", run.to_str().unwrap()]);
+    assert!(code == Some(4) && text.contains("held.json") && text.contains("nothing is verified"), "{text}");
 }
 
 /// Its length is compared before a byte is read.
@@ -166,14 +170,14 @@ fn recording_that_grew_is_named_by_its_length() {
     file.set_len(1 << 40).unwrap();
     for verb in ["verify", "explain"] {
         let output = bounded(&["inspect", verb, run.to_str().unwrap()]);
-        let said = said(&output);
-        assert!(said.contains("recording/audit-0.mcap: 1099511627776 bytes, the run left "), "{verb}: {said}");
+        let text = output_text(&output);
+        assert!(text.contains("recording/audit-0.mcap: 1099511627776 bytes, the run left "), "{verb}: {text}");
     }
 }
 
 #[test]
 fn interrupted_live_run_is_sealed_so_far() {
-    let _alone = alone();
+    let _alone = lock_machine();
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("out");
     let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe"))

@@ -1,4 +1,4 @@
-//! `--detector FILE --labels FILE`: a custom detector is tried in a process of its own, and one that differs from its
+//! `--detector FILE --labels FILE`: a custom detector is tried in its own process, and one that differs from its
 //! pin starts no run.
 
 use std::fs;
@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::{Confinement, Hosts, Setup, parse_labels};
 
-use super::{alone, holdsafe, root, started};
+use super::{holdsafe, lock_machine, root, started};
 
 const GRID: &str = "head = \"grid\"\n";
 const COLOURS: &str = "head = \"yolo-v8\"\n[classes]\ncount = 3\nvehicle = [0]\nperson = [2]\n";
@@ -38,7 +38,7 @@ fn brought(file: &Path, labels: &str) -> Brought {
     Brought::new(pin(file).unwrap(), parse_labels("labels.toml", labels).unwrap().head)
 }
 
-/// Files of these texts in a folder of their own, with the yard beside them.
+/// Files of these texts in their own folder, with the yard beside them.
 fn folder(files: &[(&str, &str)]) -> (tempfile::TempDir, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     let paths = files.iter().map(|(name, text)| {
@@ -74,8 +74,8 @@ fn shipped_detector_from_file_gives_the_same_log() {
     let detector = shipped();
     let bring = ["--detector", detector.to_str().unwrap(), "--labels", &files[1], "--out", out.to_str().unwrap()];
     let policy = root().join("policies/fusion-waived.toml");
-    let alone = ["--policy", policy.to_str().unwrap()];
-    assert_eq!(run(&[&bring[..], &alone].concat()), run(&[&["--rendered"][..], &alone].concat()));
+    let single_texts = ["--policy", policy.to_str().unwrap()];
+    assert_eq!(run(&[&bring[..], &single_texts].concat()), run(&[&["--rendered"][..], &single_texts].concat()));
     let manifest: serde_json::Value = serde_json::from_slice(&fs::read(out.join("manifest.json")).unwrap()).unwrap();
     assert_eq!(manifest["detector"]["model"]["sha256"], pin(&detector).unwrap().sha256, "{manifest}");
     let seen = |labels: &str| run(&["--detector", seed("yolo-v8").to_str().unwrap(), "--labels", labels]);
@@ -109,8 +109,8 @@ fn changed_or_unusable_detector_is_refused() {
             assert!(screen.contains(said) && !screen.contains("panicked at"), "{name}: {screen}");
         }
     }
-    let alone = holdsafe(&["run", "nominal", "--detector", shipped().to_str().unwrap()]);
-    assert_eq!(alone.status.code(), Some(2), "a detector without labels");
+    let single_output = holdsafe(&["run", "nominal", "--detector", shipped().to_str().unwrap()]);
+    assert_eq!(single_output.status.code(), Some(2), "a detector without labels");
 }
 
 /// With the reason.
@@ -169,7 +169,7 @@ fn failing_model_costs_only_its_own_run() {
     named(&holdsafe(&[&["run", "nominal", "--trials", "2"], &bring[..]].concat()), 2);
     let verified = holdsafe(&["inspect", "verify", out.to_str().unwrap()]);
     assert!(String::from_utf8_lossy(&verified.stdout).contains("the evidence holds"), "{verified:?}");
-    let _alone = alone();
+    let _alone = lock_machine();
     let live = folder.path().join("live");
     let bring = [&bring[..6], &[live.to_str().unwrap()]].concat();
     named(&started(&[&["run", "nominal", "--live", "--retries", "5"], &bring[..]].concat()), 1);
@@ -183,10 +183,10 @@ fn greedy_model_ends_at_its_limits() {
         try_detector(&services(), &brought(&seed(name), COLOURS), Limits { cpu_s, ..Limits::USUAL })
     };
     assert_eq!(tried("yolo-v8", 1), Ok(()), "an honest one stays within them");
-    let why = tried("hostile-endless-products", 1).unwrap_err();
-    assert!(why.contains("not loaded and tried within 1 s of CPU"), "{why}");
-    let why = tried("hostile-grows", Limits::USUAL.cpu_s).unwrap_err();
-    assert!(why.contains("wanted more than 2048 MiB"), "{why}");
+    let reason = tried("hostile-endless-products", 1).unwrap_err();
+    assert!(reason.contains("not loaded and tried within 1 s of CPU"), "{reason}");
+    let reason = tried("hostile-grows", Limits::USUAL.cpu_s).unwrap_err();
+    assert!(reason.contains("wanted more than 2048 MiB"), "{reason}");
 }
 
 /// Each is refused or loaded.

@@ -10,10 +10,10 @@ use console::process::player::Player;
 use serde_json::Value;
 
 use super::evidence::object;
-use super::exports::told;
+use super::exports::message_counts;
 use super::live::{LATE, TRIES};
 use super::readers::flip_a_bit;
-use super::{alone, holdsafe, root};
+use super::{holdsafe, lock_machine, root};
 
 /// The program in an environment without a display.
 fn blind(arguments: &[&str]) -> (Option<i32>, String) {
@@ -23,7 +23,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Two seconds without any action, in a folder of its own.
+/// Two seconds without any action, in its own folder.
 pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
@@ -46,8 +46,8 @@ fn packets(run: &str) -> std::thread::JoinHandle<Vec<Packet>> {
     let mut watch = watch.args(["watch", run, "--packets", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
     BufReader::new(watch.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let at: Value = serde_json::from_str(&line).unwrap();
-    let address = at["address"].as_str().and_then(|at| at.strip_prefix("tcp://")).unwrap().to_owned();
+    let value: Value = serde_json::from_str(&line).unwrap();
+    let address = value["address"].as_str().and_then(|at| at.strip_prefix("tcp://")).unwrap().to_owned();
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
         TcpStream::connect(address).unwrap().read_to_end(&mut bytes).unwrap();
@@ -66,7 +66,7 @@ fn packets(run: &str) -> std::thread::JoinHandle<Vec<Packet>> {
 /// evidence.
 fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<Packet>)> {
     let run = out.to_str().unwrap();
-    let _alone = alone();
+    let _alone = lock_machine();
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     live.args(["--root", root().to_str().unwrap(), "live", scenario, "--out", run, "--json"]).stdout(Stdio::piped());
     let mut live = live.spawn().unwrap();
@@ -99,8 +99,11 @@ fn live_run_is_watched_and_shown_again() {
     let first = outs.find_map(|out| watched(&scenario, &out).map(|seen| (out, seen)));
     let (out, (pictures, packets)) = first.unwrap_or_else(|| panic!("the host stalled each of {TRIES} live runs"));
     let run = out.to_str().unwrap();
-    let of = |apid: u16| packets.iter().filter(|packet| packet.0 == apid).collect::<Vec<_>>();
-    assert!(of(64).len() >= 2 && of(65).iter().all(|packet| packet.1 == 79) && of(65).len() >= 2, "{packets:?}");
+    let of_apid = |apid: u16| packets.iter().filter(|packet| packet.0 == apid).collect::<Vec<_>>();
+    assert!(
+        of_apid(64).len() >= 2 && of_apid(65).iter().all(|packet| packet.1 == 79) && of_apid(65).len() >= 2,
+        "{packets:?}"
+    );
     let fresh = |picture: &&Value| picture["units"][0]["state"]["freshness"] == "fresh";
     assert!(pictures.iter().filter(fresh).count() >= 2, "{} pictures", pictures.len());
     let times: Vec<u64> = pictures.iter().filter_map(|picture| picture["at_us"].as_u64()).collect();
@@ -109,14 +112,17 @@ fn live_run_is_watched_and_shown_again() {
     let once = holdsafe(&["watch", run, "--once"]);
     let text = String::from_utf8(once.stdout).unwrap();
     assert!(once.status.success() && text.contains("SIMULATION") && text.contains("IDLE"), "{text}");
-    let (code, says) = blind(&["console", run]);
-    assert_eq!(code, Some(5), "{says}");
+    let (code, words) = blind(&["console", run]);
+    assert_eq!(code, Some(5), "{words}");
 
     // The cores' inputs have been replayed; after that one in five sets of frames is enough to look at.
     let file = folder.path().join("run.mcap");
     let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
-    let (kept, not_kept) = (told(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
-    assert!(not_kept > 0 && kept == (kept + not_kept).div_ceil(5), "{kept} kept, {not_kept} not");
+    let (exported_count, not_kept) = (message_counts(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
+    assert!(
+        not_kept > 0 && exported_count == (exported_count + not_kept).div_ceil(5),
+        "{exported_count} kept, {not_kept} not"
+    );
 
     // Mark of an INVALID recording on every picture in the window: absent here, and present in an invalid player.
     let marked = |player: &Player| player.shown().marks.invalid;
@@ -136,16 +142,16 @@ fn live_run_is_watched_and_shown_again() {
 fn window_without_a_display_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let (code, says) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
+    let (code, text) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
     assert_eq!(code, Some(5));
-    assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
-    let (code, says) = blind(&["run", "demo", "--live", "--console", "--out", out.to_str().unwrap()]);
-    assert_eq!(code, Some(5), "{says}");
-    assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
+    assert!(text.contains("holdsafe watch") && text.trim().lines().count() == 1, "{text}");
+    let (code, text) = blind(&["run", "demo", "--live", "--console", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, Some(5), "{text}");
+    assert!(text.contains("holdsafe watch") && text.trim().lines().count() == 1, "{text}");
     assert!(!out.exists(), "nothing was started");
 }
 
-/// An X server of its own without a screen; `None` where there is none on this machine.
+/// A separate X server without a screen; `None` where there is none on this machine.
 #[cfg(feature = "window")]
 fn x_server() -> Option<(std::process::Child, String)> {
     let mut command = Command::new("Xvfb");
@@ -156,7 +162,7 @@ fn x_server() -> Option<(std::process::Child, String)> {
     Some((server, format!(":{}", number.trim())))
 }
 
-/// In software, inside confinement, until the user stops the run: with its window it would have ended before.
+/// Drawn in software, inside confinement, until the user stops the run: with its window it would have ended before.
 #[cfg(feature = "window")]
 #[test]
 fn a_confined_window_opens_and_stays() {
@@ -165,7 +171,7 @@ fn a_confined_window_opens_and_stays() {
     };
     let (folder, scenario) = short();
     let out = folder.path().join("run");
-    let _alone = alone();
+    let _alone = lock_machine();
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     live.args(["--root", root().to_str().unwrap(), "run", &scenario, "--live", "--console", "--json"]);
     live.args(["--out", out.to_str().unwrap()]).env_remove("WAYLAND_DISPLAY");
@@ -187,19 +193,19 @@ fn a_confined_window_opens_and_stays() {
     });
     server.kill().unwrap();
     server.wait().unwrap();
-    let says = String::from_utf8_lossy(&output.stderr);
-    assert!(stayed && says.contains("sealed as far as it came"), "{says}");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(stayed && text.contains("sealed as far as it came"), "{text}");
 }
 
 #[test]
 fn a_window_is_for_one_live_trial() {
-    let (code, says) = blind(&["run", "nominal", "--console"]);
+    let (code, text) = blind(&["run", "nominal", "--console"]);
     assert_eq!(code, Some(2));
-    assert!(says.contains("--live"), "{says}");
+    assert!(text.contains("--live"), "{text}");
     for more in [&["nominal", "replay"][..], &["nominal", "--trials", "2"], &["teammate"]] {
-        let (code, says) = blind(&[&["run", "--live", "--console"][..], more].concat());
-        assert_eq!(code, Some(2), "{more:?}: {says}");
-        assert!(says.contains("--console opens a window on one trial"), "{says}");
+        let (code, text) = blind(&[&["run", "--live", "--console"][..], more].concat());
+        assert_eq!(code, Some(2), "{more:?}: {text}");
+        assert!(text.contains("--console opens a window on one trial"), "{text}");
     }
 }
 
@@ -210,9 +216,9 @@ fn folder_without_a_run_is_not_watched() {
     let none = folder.path().to_str().unwrap();
     for arguments in [&["watch", none][..], &["console", none], &["sensors", none]] {
         let output = holdsafe(arguments);
-        let says = String::from_utf8(output.stderr).unwrap();
-        assert!(matches!(output.status.code(), Some(2 | 4 | 5)), "{arguments:?}: {says}");
-        assert!(says.contains(none) || says.contains("display"), "{arguments:?}: {says}");
-        assert!(!says.contains("panicked"), "{says}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(matches!(output.status.code(), Some(2 | 4 | 5)), "{arguments:?}: {text}");
+        assert!(text.contains(none) || text.contains("display"), "{arguments:?}: {text}");
+        assert!(!text.contains("panicked"), "{text}");
     }
 }

@@ -34,9 +34,9 @@ fn cheap_commands_of_the_readme_succeed() {
     assert!(cheap.len() >= 2, "{} found", cheap.len());
     let root = root().canonicalize().unwrap();
     for run in cheap {
-        let here = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
-        command.arg("--root").arg(&root).args(&run.arguments).current_dir(here.path()).stdin(Stdio::null());
+        command.arg("--root").arg(&root).args(&run.arguments).current_dir(folder.path()).stdin(Stdio::null());
         let output = command.output().unwrap();
         assert!(output.status.success(), "{}: {}", run.place, String::from_utf8_lossy(&output.stderr));
     }

@@ -21,17 +21,18 @@ pub(crate) fn documented(root: &Path, program: &str, built: bool) -> Vec<Documen
         let text = fs::read_to_string(&page).unwrap();
         for line in lines(&text).into_iter().chain(spans(&text)) {
             let words = words(&line);
-            let own = words.first().is_some_and(|word| word == program);
+            let is_program = words.first().is_some_and(|word| word == program);
             let built = built && words.starts_with(&["cargo", "run", "--release"].map(str::to_owned));
             // The values of a shell loop are unknown here.
-            if !own && !built || line.contains('$') {
+            if !is_program && !built || line.contains('$') {
                 continue;
             }
-            let arguments = if own { &words[1..] } else { words.split(|word| word == "--").nth(1).unwrap_or_default() };
+            let arguments =
+                if is_program { &words[1..] } else { words.split(|word| word == "--").nth(1).unwrap_or_default() };
             let features = words.iter().position(|word| word == "--features").filter(|_| built);
             found.push(Documented {
                 place: format!("{}: {line}", page.display()),
-                features: features.map(|at| words[at + 1].clone()),
+                features: features.map(|index| words[index + 1].clone()),
                 arguments: arguments.iter().filter_map(|word| example(word)).collect(),
             });
         }
@@ -58,7 +59,7 @@ fn lines(text: &str) -> Vec<String> {
     blocks.flat_map(|block| block.replace("\\\n", " ").lines().map(str::to_owned).collect::<Vec<_>>()).collect()
 }
 
-/// The code spans of a text, without those of its blocks. A span ends with its paragraph at the latest.
+/// The code spans of a text, without the code of its blocks. A span ends with its paragraph at the latest.
 fn spans(text: &str) -> Vec<String> {
     let prose: String = text.split("```").step_by(2).collect();
     let paragraphs = prose.split("\n\n").flat_map(|paragraph| paragraph.split('`').skip(1).step_by(2));
@@ -83,7 +84,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// An argument in place of the one written: a value of its kind for a placeholder, none for an ellipsis, which stands for the
+/// An argument in place of the one written: a value of its kind for a placeholder, none for an ellipsis, which represents the
 /// subject of the line above.
 fn example(word: &str) -> Option<String> {
     match word {

@@ -58,14 +58,14 @@ impl Place {
     fn end_midway(&self, out: &str, signal: Signal) -> (Option<i32>, String) {
         let _shared = MACHINE.read().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut child: Child = self.command(out).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-        while kept(&self.dir(out)).iter().all(|text| !text.contains('\n')) {
+        while trial_files(&self.dir(out)).iter().all(|text| !text.contains('\n')) {
             assert_eq!(child.try_wait().unwrap(), None, "it ended before its first trial");
             std::thread::yield_now();
         }
         kill(Pid::from_raw(child.id() as i32), signal).unwrap();
-        let mut told = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
-        (child.wait().unwrap().code(), told)
+        let mut line = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut line).unwrap();
+        (child.wait().unwrap().code(), line)
     }
 
     /// A result but for the processor time that it took.
@@ -83,7 +83,7 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// The text of each file of finished trials.
-fn kept(dir: &Path) -> Vec<String> {
+fn trial_files(dir: &Path) -> Vec<String> {
     let files = fs::read_dir(dir.join("kept")).into_iter().flatten();
     files.map(|entry| fs::read_to_string(entry.unwrap().path()).unwrap()).collect()
 }
@@ -103,7 +103,7 @@ fn recordings(dir: &Path, below: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// By `kill -9`, by a line that is cut short, and by a recording that is gone.
+/// Interruptions: `kill -9`, by a line that is cut short, and by a recording that is gone.
 #[test]
 fn interrupted_evaluation_resumes_to_the_same_result() {
     let place = Place::new();
@@ -125,8 +125,8 @@ fn interrupted_evaluation_resumes_to_the_same_result() {
         fs::write(&file, &text[..text.len() - 20]).unwrap();
     }
     fs::remove_dir_all(dir.join("twin/nominal/1")).unwrap();
-    let (resumed, told) = place.evaluate("whole", &[]);
-    assert!(told.contains("are there already"), "{told}");
+    let (resumed, words) = place.evaluate("whole", &[]);
+    assert!(words.contains("are there already"), "{words}");
     assert_eq!(place.result("killed"), place.result("whole"));
     assert_eq!(recordings(&other, &other), recordings(&dir, &dir));
     let lines =
@@ -134,25 +134,25 @@ fn interrupted_evaluation_resumes_to_the_same_result() {
     assert_eq!(["loss", "nominal", "certificates"].map(|name| lines(&whole, name)), [1, 1, 1], "{whole}");
     assert_eq!(["loss", "nominal", "certificates"].map(|name| lines(&resumed, name)), [1, 1, 0], "{resumed}");
 
-    let (again, told) = place.evaluate("whole", &[]);
-    assert!(told.contains("all were there already"), "{told}");
-    assert!(again.contains("a smoke check: n = 3") && lines(&again, "loss") == 0, "{again}");
+    let (repeated, words) = place.evaluate("whole", &[]);
+    assert!(words.contains("all were there already"), "{words}");
+    assert!(repeated.contains("a smoke check: n = 3") && lines(&repeated, "loss") == 0, "{repeated}");
     assert_eq!(place.result("killed"), place.result("whole"));
 }
 
 #[test]
 fn ctrl_c_prints_the_line_that_goes_on() {
     let place = Place::new();
-    let (code, told) = place.end_midway("stopped", Signal::SIGINT);
-    assert_eq!(code, Some(130), "{told}");
-    assert!(told.contains("Ctrl-C is safe") && told.contains("none of them runs again"), "{told}");
-    let line = told.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
+    let (code, text) = place.end_midway("stopped", Signal::SIGINT);
+    assert_eq!(code, Some(130), "{text}");
+    assert!(text.contains("Ctrl-C is safe") && text.contains("none of them runs again"), "{text}");
+    let line = text.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
     let _shared = MACHINE.read().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let again = Command::new("sh").args(["-c", line]).output().unwrap();
-    assert_eq!(again.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&again.stderr));
+    let repeated = Command::new("sh").args(["-c", line]).output().unwrap();
+    assert_eq!(repeated.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&repeated.stderr));
 }
 
-/// In the file, and on stdout where it is asked for.
+/// The table is in the file, and on stdout where it is asked for.
 #[test]
 fn whole_table_has_a_line_for_each_row() {
     let place = Place::new();

@@ -27,8 +27,8 @@ fn recording_and_run_have_the_same_explanation() {
     let twin = object(&holdsafe(&["explain", "thermal_loss", "--json"]));
     assert_eq!(recording["explanations"], twin["explanations"]);
     assert_eq!(twin["explanations"][0]["origin"]["place"]["sensor"], "thermal", "{twin}");
-    let at = object(&holdsafe(&["explain", run.to_str().unwrap(), "--why-not", "READY", "--at", "6", "--json"]));
-    assert_eq!(at["why_not"]["mode"], "DEGRADED", "{at}");
+    let value = object(&holdsafe(&["explain", run.to_str().unwrap(), "--why-not", "READY", "--at", "6", "--json"]));
+    assert_eq!(value["why_not"]["mode"], "DEGRADED", "{value}");
 }
 
 /// Assumptions are reported where `events.jsonl` is missing.
@@ -37,10 +37,10 @@ fn recording_is_explained_at_times_of_its_run() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
     let explain = |more: &[&str]| holdsafe(&[&["explain", run.to_str().unwrap(), "--json"], more].concat());
-    let at = |output: &Output| object(output)["explanations"][0]["at_us"].as_u64().unwrap();
-    let (kept, whole) = (at(&explain(&[])), object(&explain(&[])));
+    let first_time = |output: &Output| object(output)["explanations"][0]["at_us"].as_u64().unwrap();
+    let (thinned, whole) = (first_time(&explain(&[])), object(&explain(&[])));
     assert!(whole.get("assumed").is_none(), "{whole}");
-    // The same recording of a run that began when its host's clock stood at a second.
+    // A recording of a run that began when its host's clock stood at a second.
     let log = run.join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
     let (head, events) = text.split_once('\n').unwrap();
@@ -50,9 +50,9 @@ fn recording_is_explained_at_times_of_its_run() {
         serde_json::to_string(&line).unwrap() + "\n"
     });
     fs::write(&log, format!("{head}\n{}", lines.collect::<String>())).unwrap();
-    assert_eq!(at(&explain(&[])), kept - 1_000_000);
-    let seconds = (kept as f64 / 1e6 - 0.9).to_string();
-    assert_eq!(at(&explain(&["--at", &seconds])), kept - 1_000_000, "the change in force then");
+    assert_eq!(first_time(&explain(&[])), thinned - 1_000_000);
+    let seconds = (thinned as f64 / 1e6 - 0.9).to_string();
+    assert_eq!(first_time(&explain(&["--at", &seconds])), thinned - 1_000_000, "the change in force then");
     fs::remove_file(&log).unwrap();
     let output = explain(&[]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("no events.jsonl"), "{output:?}");
@@ -69,22 +69,22 @@ fn unreadable_recording_is_answered_with_one_line() {
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     let cut = holdsafe(&["explain", run.to_str().unwrap(), "--all"]);
     assert_eq!(cut.status.code(), Some(4), "{cut:?}");
-    let said = String::from_utf8_lossy(&cut.stdout).into_owned();
+    let text = String::from_utf8_lossy(&cut.stdout).into_owned();
     assert!(
-        said.starts_with("INVALID: ") && said.contains(" to READY"),
-        "first that it is cut, then what stands: {said}"
+        text.starts_with("INVALID: ") && text.contains(" to READY"),
+        "first that it is cut, then what stands: {text}"
     );
     let told = holdsafe(&["explain", run.to_str().unwrap(), "--all", "--unverified"]);
     assert_eq!(told.status.code(), Some(0), "{told:?}");
     for hostile in [vec![0xff; 4096], b"not a recording".to_vec(), Vec::new()] {
         fs::write(&file, hostile).unwrap();
         let output = holdsafe(&["explain", run.to_str().unwrap()]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_ne!(output.status.code(), Some(0), "{said}");
-        assert!(said.lines().count() <= 2 && !said.contains("panicked"), "{said}");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_ne!(output.status.code(), Some(0), "{text}");
+        assert!(text.lines().count() <= 2 && !text.contains("panicked"), "{text}");
     }
-    let nothing = holdsafe(&["explain", dir.path().join("loss/twin/loss/1/recording").to_str().unwrap()]);
-    assert_eq!(nothing.status.code(), Some(2), "{nothing:?}");
+    let empty_output = holdsafe(&["explain", dir.path().join("loss/twin/loss/1/recording").to_str().unwrap()]);
+    assert_eq!(empty_output.status.code(), Some(2), "{empty_output:?}");
     assert_eq!(holdsafe(&["explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
 }
 
@@ -95,11 +95,11 @@ fn report_begins_with_the_verdict() {
     let (run, page, figures) =
         (recorded(dir.path(), "thermal_loss"), dir.path().join("r.html"), dir.path().join("figures"));
     let result = dir.path().join("thermal_loss");
-    let given = [result.to_str().unwrap(), run.to_str().unwrap(), "--out", page.to_str().unwrap()];
+    let texts = [result.to_str().unwrap(), run.to_str().unwrap(), "--out", page.to_str().unwrap()];
     let (junit, sarif, sbom) = (dir.path().join("j.xml"), dir.path().join("s.json"), dir.path().join("b.json"));
     let [junit, sarif, sbom] = [&junit, &sarif, &sbom].map(|file| file.to_str().unwrap());
     let other = ["--junit", junit, "--sarif", sarif, "--sbom", sbom, "--figures", figures.to_str().unwrap()];
-    let output = holdsafe(&[&["report"], &given[..], &other].concat());
+    let output = holdsafe(&[&["report"], &texts[..], &other].concat());
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(fs::read_to_string(junit).unwrap().contains("thermal_loss"));
     assert!(fs::read_to_string(sarif).unwrap().contains("\"2.1.0\""));
@@ -120,7 +120,7 @@ fn report_begins_with_the_verdict() {
     );
 }
 
-/// In the report of a recorded run.
+/// Drawn in the report of a recorded run.
 #[test]
 fn hang_known_to_the_launcher_is_drawn_once() {
     let dir = tempfile::tempdir().unwrap();
@@ -135,16 +135,16 @@ fn report_refuses_unknown_and_repeated_inputs() {
     let dir = tempfile::tempdir().unwrap();
     recorded(dir.path(), "loss");
     let (result, page) = (dir.path().join("loss"), dir.path().join("r.html"));
-    let refused = |given: &[&str]| {
-        let output = holdsafe(&[&["report"], given, &["--out", page.to_str().unwrap()]].concat());
+    let refused = |texts: &[&str]| {
+        let output = holdsafe(&[&["report"], texts, &["--out", page.to_str().unwrap()]].concat());
         assert_eq!((output.status.code(), page.exists()), (Some(2), false), "{output:?}");
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
     let file = result.join("result.json");
     assert!(refused(&[result.to_str().unwrap(), file.to_str().unwrap()]).contains("give each once"));
     assert!(refused(&[result.join("manifest.json").to_str().unwrap()]).contains("no `kind`"));
-    let nothing = tempfile::tempdir().unwrap();
-    assert!(refused(&[nothing.path().to_str().unwrap()]).contains("neither a recorded run"));
+    let empty_folder = tempfile::tempdir().unwrap();
+    assert!(refused(&[empty_folder.path().to_str().unwrap()]).contains("neither a recorded run"));
 }
 
 /// Another policy is asked of the same inputs.
@@ -153,10 +153,10 @@ fn replayed_cores_give_every_byte_again() {
     let same = object(&holdsafe(&["replay", "replay", "--json"]));
     assert_eq!(same["identical"], true, "{same}");
     let policy = root().join("policies/freshness-waived.toml");
-    let asked = object(&holdsafe(&["replay", "replay", "--policy", policy.to_str().unwrap(), "--json"]));
-    assert!(asked["watermark"].as_str().is_some_and(|mark| mark.starts_with("ABLATION")), "{asked}");
-    let core = |name: &str| asked["cores"].as_array().unwrap().iter().find(|c| c["core"] == name).cloned().unwrap();
-    assert_eq!(core("sim").get("first"), None, "{asked}");
+    let requested = object(&holdsafe(&["replay", "replay", "--policy", policy.to_str().unwrap(), "--json"]));
+    assert!(requested["watermark"].as_str().is_some_and(|mark| mark.starts_with("ABLATION")), "{requested}");
+    let core = |name: &str| requested["cores"].as_array().unwrap().iter().find(|c| c["core"] == name).cloned().unwrap();
+    assert_eq!(core("sim").get("first"), None, "{requested}");
     let first = &core("gateway")["first"];
     assert_eq!(
         (&first["then"][0]["reason"], &first["now"][0]["reason"]),

@@ -8,7 +8,7 @@ use super::judge::Line;
 use super::{holdsafe, root};
 
 /// Messages by topic, as reported.
-pub(super) fn told(exported: &serde_json::Value) -> BTreeMap<String, u64> {
+pub(super) fn message_counts(exported: &serde_json::Value) -> BTreeMap<String, u64> {
     let channels = exported["channels"].as_array().unwrap();
     channels.iter().map(|c| (c["topic"].as_str().unwrap().to_owned(), c["messages"].as_u64().unwrap())).collect()
 }
@@ -19,20 +19,20 @@ fn export_has_every_event_of_a_run() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
     let file = dir.path().join("run.mcap");
-    let of = |run: &str| holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]);
-    let recording = told(&object(&of(run.to_str().unwrap())));
+    let export = |run: &str| holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]);
+    let recording = message_counts(&object(&export(run.to_str().unwrap())));
     let length = fs::metadata(&file).unwrap().len();
     let log = fs::read_to_string(run.join("events.jsonl")).unwrap();
     let nodes = log.lines().skip(1).map(|line| serde_json::from_str::<Line>(line).unwrap().node());
     let mut expected: BTreeMap<String, u64> = BTreeMap::new();
     nodes.for_each(|node| *expected.entry(format!("/audit/{node}")).or_default() += 1);
-    let audit = |told: &BTreeMap<String, u64>| -> BTreeMap<String, u64> {
-        told.iter().filter(|(topic, _)| topic.starts_with("/audit/")).map(|(t, n)| (t.clone(), *n)).collect()
+    let audit = |map: &BTreeMap<String, u64>| -> BTreeMap<String, u64> {
+        map.iter().filter(|(topic, _)| topic.starts_with("/audit/")).map(|(t, n)| (t.clone(), *n)).collect()
     };
     assert_eq!(audit(&recording), expected);
     assert!(recording.contains_key("/audit/unit-a") && recording.contains_key("/mode/unit-a"), "{recording:?}");
     assert!(!recording.contains_key("/tracks"), "a recording of the twin has no input journals");
-    let twin = told(&object(&of("thermal_loss")));
+    let twin = message_counts(&object(&export("thermal_loss")));
     assert_eq!(audit(&twin), expected);
     assert!(twin["/tracks"] > 80 && fs::metadata(&file).unwrap().len() > length, "{twin:?}");
 }

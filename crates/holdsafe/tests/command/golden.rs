@@ -2,7 +2,7 @@
 //!
 //! A golden file has the fields that every object of its kind has. Every object that a test of this program makes it print is held
 //! against it: a field that is gone, renamed or of another type fails that test. A field may be added, or null, or depend on the run;
-//! counts by name are empty in a golden file, and a null in it stands for any value. The objects that are read again are held to the
+//! counts by name are empty in a golden file, and a null in it represents any value. The objects that are read again are held to the
 //! byte, in `crates/results/tests/golden.rs`.
 
 use std::fs;
@@ -26,7 +26,7 @@ pub(super) fn hold(printed: &[u8]) {
 }
 
 /// Ok if `printed` has every field of `golden`, and of its type.
-fn like(golden: &Value, printed: &Value, at: &str) -> Result<(), String> {
+fn like(golden: &Value, printed: &Value, place: &str) -> Result<(), String> {
     match (golden, printed) {
         (Value::Null, _)
         | (_, Value::Null)
@@ -35,13 +35,13 @@ fn like(golden: &Value, printed: &Value, at: &str) -> Result<(), String> {
         (Value::Number(golden), Value::Number(printed)) if golden.is_f64() == printed.is_f64() => Ok(()),
         (Value::Array(golden), Value::Array(printed)) => {
             let Some(one) = golden.first() else { return Ok(()) };
-            printed.iter().try_for_each(|value| like(one, value, &format!("{at}[]")))
+            printed.iter().try_for_each(|value| like(one, value, &format!("{place}[]")))
         }
         (Value::Object(golden), Value::Object(printed)) => golden.iter().try_for_each(|(key, one)| {
-            let value = printed.get(key).ok_or_else(|| format!("{at} has no `{key}`"))?;
-            like(one, value, &format!("{at}.{key}"))
+            let value = printed.get(key).ok_or_else(|| format!("{place} has no `{key}`"))?;
+            like(one, value, &format!("{place}.{key}"))
         }),
-        (golden, printed) => Err(format!("{at} is {printed}, of another type than {golden}")),
+        (golden, printed) => Err(format!("{place} is {printed}, of another type than {golden}")),
     }
 }
 

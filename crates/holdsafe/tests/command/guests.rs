@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use super::live::TRIES;
-use super::{alone, holdsafe, root, started};
+use super::{holdsafe, lock_machine, root, started};
 
 /// Drives straight on at 1 m/s where driving is enabled, by the newest fix; without one by the last.
 pub(super) const STRAIGHT: &str = r#"place='[0,0]'
@@ -81,12 +81,12 @@ fn guest_that_never_moves_is_stuck() {
         assert_eq!((&progress["passed"], &progress["stuck"]["why"]), (&0.into(), &"guest".into()), "{trial}");
         assert!(trial["findings"][0].as_str().unwrap().contains("rest asked for by the guest"), "{trial}");
     }
-    let own = &run(&["run", "nominal", "--trials", "1"])["trials"][0];
-    assert_eq!(own["outcome"], "NOMINAL", "{own}");
-    assert!(own["mission"]["progress"]["passed"].as_u64().unwrap() > 0, "{own}");
+    let own_trial = &run(&["run", "nominal", "--trials", "1"])["trials"][0];
+    assert_eq!(own_trial["outcome"], "NOMINAL", "{own_trial}");
+    assert!(own_trial["mission"]["progress"]["passed"].as_u64().unwrap() > 0, "{own_trial}");
 }
 
-/// The same trial has the same log, bare and guarded.
+/// A trial has the same log, bare and guarded.
 #[test]
 fn a_guest_that_goes_by_the_clock_is_marked() {
     let dir = tempfile::tempdir().unwrap();
@@ -157,7 +157,7 @@ const SHIPPED: [(&str, &str, &str); 5] = [
 /// The follower always; the others where their programs are installed.
 #[test]
 fn shipped_guests_drive_live_inside_confinement() {
-    let _alone = alone();
+    let _alone = lock_machine();
     for (name, platform, needs) in SHIPPED {
         let folder = root().join("guests").join(name);
         if !folder.join(needs).exists() {
@@ -216,13 +216,13 @@ fn comparison_sets_bare_beside_guarded() {
         run(&["guest", "compare", &guest, "--scenarios", scenarios, "--trials", "2", "--out", out.to_str().unwrap()]);
     let harmful = |conduct: &str| {
         let rows = object["rows"].as_array().unwrap();
-        let own = |row: &&Value| row["conduct"] == conduct && row["scenario"] == "localisation_freeze";
-        rows.iter().find(own).unwrap()["harmful"]["hits"].as_u64()
+        let is_wanted = |row: &&Value| row["conduct"] == conduct && row["scenario"] == "localisation_freeze";
+        rows.iter().find(is_wanted).unwrap()["harmful"]["hits"].as_u64()
     };
     assert_eq!((harmful("bare"), harmful("guarded")), (Some(2), Some(0)), "{object}");
 }
 
-/// From an empty folder.
+/// A guest made in an empty folder.
 #[test]
 fn new_guest_passes_its_check() {
     if Command::new("python3").arg("--version").output().is_err() {
@@ -231,14 +231,14 @@ fn new_guest_passes_its_check() {
     }
     let dir = tempfile::tempdir().unwrap();
     let root = root().canonicalize().unwrap();
-    let here = |arguments: &[&str]| {
+    let run_here = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
         command.args(["--root", root.to_str().unwrap()]).args(arguments).current_dir(dir.path()).output().unwrap()
     };
-    let made = here(&["guest", "new", "mine"]);
+    let made = run_here(&["guest", "new", "mine"]);
     assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
-    assert_eq!(here(&["guest", "new", "mine"]).status.code(), Some(2), "nothing is overwritten");
-    let checked = here(&["guest", "check", "mine/guest.toml", "--json"]);
+    assert_eq!(run_here(&["guest", "new", "mine"]).status.code(), Some(2), "nothing is overwritten");
+    let checked = run_here(&["guest", "check", "mine/guest.toml", "--json"]);
     super::golden::hold(&checked.stdout);
     let object: Value = serde_json::from_slice(&checked.stdout).unwrap();
     assert_eq!((object["steps"].as_u64(), object["failure"].is_null()), (Some(200), true), "{object}");
@@ -279,15 +279,15 @@ fn tutorial_leads_from_an_empty_folder_to_verdicts() {
         tutorial("docs/researcher/guests.md", "From an empty folder to a verdict"),
     );
     let output = Command::new("bash").args(["-c", &script]).current_dir(dir.path()).output().unwrap();
-    let (shown, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let (shown, text) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let client = Command::new(dir.path().join("mine/.venv/bin/python")).args(["-c", "import holdsafe_guest"]).output();
     if !client.is_ok_and(|imported| imported.status.success()) {
-        eprintln!("skipped: python3 or its package cannot be installed: {said}");
+        eprintln!("skipped: python3 or its package cannot be installed: {text}");
         return;
     }
     let exits: Vec<&str> = shown.lines().filter_map(|line| line.strip_prefix("exit ")).collect();
     let classes: Vec<&str> = shown.lines().filter_map(|line| line.strip_prefix("│ all  ┆ 20 ┆ ")).collect();
     let classes: Vec<&str> = classes.iter().filter_map(|row| row.split(" 20 ").next()).collect();
-    assert_eq!(exits, ["0", "0", "3", "0", "0", "0", "3"], "{shown}{said}");
-    assert_eq!(classes, ["LATE", "HOLD_SAFE", "HOLD_SAFE", "UNSAFE"], "{shown}{said}");
+    assert_eq!(exits, ["0", "0", "3", "0", "0", "0", "3"], "{shown}{text}");
+    assert_eq!(classes, ["LATE", "HOLD_SAFE", "HOLD_SAFE", "UNSAFE"], "{shown}{text}");
 }

@@ -34,8 +34,8 @@ fn second_judge_agrees_and_notices_changes() {
     for hostile in ["", "{}\n", "[1, 2\n", "{\"bounds\": 3}\n{\"event\": {}}\n"] {
         fs::write(&log, hostile).unwrap();
         let output = second_judge(&log).unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!((output.status.code(), words.lines().count()), (Some(2), 1), "{words}");
     }
 }
 
@@ -76,9 +76,12 @@ fn loss_between_two_contacts_is_masked() {
         }
         trial
     };
-    let alone = run("gap_alone", &loss(35.0, 10.0));
-    assert_eq!(alone["outcome"], "INVALID", "{alone}");
-    assert_eq!(alone["findings"][0], "injection action drop from 35000 ms: masked: out of contact", "{alone}");
+    let single_value = run("gap_alone", &loss(35.0, 10.0));
+    assert_eq!(single_value["outcome"], "INVALID", "{single_value}");
+    assert_eq!(
+        single_value["findings"][0], "injection action drop from 35000 ms: masked: out of contact",
+        "{single_value}"
+    );
     let both = run("gap_both", &(loss(35.0, 10.0) + &loss(63.0, 5.0)));
     assert_eq!(both["injections"][0]["by"], "out_of_contact", "{both}");
     assert_ne!(both["outcome"], "INVALID", "{both}");
@@ -93,12 +96,12 @@ fn run_without_its_mission_is_no_evidence() {
     let run = holdsafe(&["run", &file, "--trials", "1", "--json", "--out", out.to_str().unwrap()]);
     assert_eq!(object(&run)["trials"][0]["outcome"], "INVALID");
     let Some(output) = second_judge(&out.join("twin/loss/1/events.jsonl")) else { return };
-    let said = object(&output);
-    assert_eq!((&said["outcome"], &said["receipt"]), (&"INVALID".into(), &true.into()), "{said}");
-    assert!(said["mission"][0].as_str().unwrap().starts_with("armed by "), "{said}");
+    let value = object(&output);
+    assert_eq!((&value["outcome"], &value["receipt"]), (&"INVALID".into(), &true.into()), "{value}");
+    assert!(value["mission"][0].as_str().unwrap().starts_with("armed by "), "{value}");
 }
 
-/// Of a guest that asks for no motion, inside the guards.
+/// Judged on a guest that asks for no motion, inside the guards.
 #[test]
 fn standing_vehicle_is_stuck_to_both_judges() {
     let dir = tempfile::tempdir().unwrap();
@@ -110,7 +113,7 @@ fn standing_vehicle_is_stuck_to_both_judges() {
     let log = out.join("twin/nominal/1/events.jsonl");
     let Some(output) = second_judge(&log) else { return };
     assert_eq!(object(&output)["outcome"], "STUCK", "{output:?}");
-    // A log from before the route was told.
+    // A log from before the route was reported.
     let text = fs::read_to_string(&log).unwrap();
     let (head, events) = text.split_once('\n').unwrap();
     let mut head: serde_json::Value = serde_json::from_str(head).unwrap();
@@ -178,12 +181,12 @@ impl Line {
         self.rest["node"].as_str().unwrap().to_owned()
     }
 
-    fn is(&self, what: &str) -> bool {
-        self.event["is"] == what
+    fn is(&self, name: &str) -> bool {
+        self.event["is"] == name
     }
 
-    fn add(&mut self, field: &str, by: i64) {
-        self.event[field] = (self.event[field].as_i64().unwrap() + by).into();
+    fn add(&mut self, field: &str, delta: i64) {
+        self.event[field] = (self.event[field].as_i64().unwrap() + delta).into();
     }
 }
 
@@ -202,9 +205,9 @@ fn second_judge_finds_each_property_broken() {
             line.t_us += 1_500_000;
         }
     };
-    let moved = |line: &mut Line, by: i64| {
+    let moved = |line: &mut Line, delta: i64| {
         if line.is("located") && line.t_us > UNDER_WAY_US {
-            line.add("pose_x_mm", by);
+            line.add("pose_x_mm", delta);
         }
     };
     let changes: [(&str, &str, Change<'_>); 7] = [
@@ -237,7 +240,7 @@ fn second_judge_finds_each_property_broken() {
     for (scenario, property, change) in changes {
         let log = recorded(dir.path(), scenario).join("events.jsonl");
         let Some((was, is)) = of_changed(&log, change) else { return };
-        let broken = |said: &serde_json::Value| said["broken"].as_array().unwrap().contains(&property.into());
+        let broken = |value: &serde_json::Value| value["broken"].as_array().unwrap().contains(&property.into());
         assert!(!broken(&was), "{scenario}: {was}");
         assert!(broken(&is), "{scenario}: {property} is broken, and it says {is}");
         fs::remove_dir_all(dir.path().join(scenario)).unwrap();
@@ -248,8 +251,8 @@ fn second_judge_finds_each_property_broken() {
 #[test]
 fn second_judge_believes_no_unseen_action() {
     let dir = tempfile::tempdir().unwrap();
-    let unseen = |line: &mut Line, what: &str, field: &str| {
-        if line.is(what) {
+    let unseen = |line: &mut Line, name: &str, field: &str| {
+        if line.is(name) {
             line.event[field] = 1.into();
         }
     };

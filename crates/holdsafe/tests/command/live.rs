@@ -18,12 +18,12 @@ use wire::id::NodeId;
 use wire::person::Role;
 
 use super::displays::short;
-use super::{alone, root};
+use super::{lock_machine, root};
 
 /// Trials that a busy host may spoil before one is taken as it is.
 pub(super) const TRIES: u64 = 5;
 
-/// The word of the verifier for an entry that was handed over late.
+/// The verdict of the verifier for an entry that was handed over late.
 pub(super) const LATE: &str = "handed this over";
 
 /// True if the host, and not the platform, explains the findings: the launcher overslept, or a service was kept from
@@ -61,7 +61,7 @@ fn trial(scenario: &Path, seed: u64) -> (Topology, Setup, Aftermath, Judged) {
     (topology, setup, after, judged)
 }
 
-/// Writes the input journal of `node` anew, with the first input after which it wrote an audit entry fed a microsecond
+/// Writes the input journal of `node` again, with the first input after which it wrote an audit entry fed a microsecond
 /// later. Gives the number of that input, from 1.
 fn shift_an_input(folder: &Path, node: NodeId) -> usize {
     let path = folder.join("mouth").join(format!("{node}.cbor"));
@@ -71,13 +71,13 @@ fn shift_an_input(folder: &Path, node: NodeId) -> usize {
     // Entries from a core's construction come out with its first input.
     let mut entries: Vec<Entry> = log.map(Result::unwrap).collect();
     let is_input = |entry: &Entry| matches!(entry, Entry::Input { .. });
-    let said = |entries: &[Entry], at: usize| {
+    let is_signed = |entries: &[Entry], at: usize| {
         let mut after = entries[at + 1..].iter().take_while(|entry| !is_input(entry));
         after.any(|entry| matches!(entry, Entry::Output(Output::Audit { .. })))
     };
-    let inputs: Vec<usize> = (0..entries.len()).filter(|at| is_input(&entries[*at])).collect();
-    let (n, at) = inputs.into_iter().enumerate().skip(1).find(|(_, at)| said(&entries, *at)).unwrap();
-    if let Entry::Input { now, .. } = &mut entries[at] {
+    let inputs: Vec<usize> = (0..entries.len()).filter(|index| is_input(&entries[*index])).collect();
+    let (n, index) = inputs.into_iter().enumerate().skip(1).find(|(_, index)| is_signed(&entries, *index)).unwrap();
+    if let Entry::Input { now, .. } = &mut entries[index] {
         now.0 += 1;
     }
     let mut bytes = Vec::new();
@@ -92,7 +92,7 @@ fn shift_an_input(folder: &Path, node: NodeId) -> usize {
 fn short_live_trial_is_nominal_and_replays() {
     let (_folder, scenario) = short();
     let scenario = Path::new(&scenario);
-    let _alone = alone();
+    let _alone = lock_machine();
     let mut tries = (1..=TRIES).map(|seed| trial(scenario, seed));
     let replayed = |judged: &Judged| {
         let wrong: Vec<_> = judged.replays.iter().filter(|core| core.difference.is_some()).collect();

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use super::{holdsafe, mistaken, root};
 
 /// A command's stderr, and its exit code.
-fn told(arguments: &[&str]) -> (String, Option<i32>) {
+fn run_command(arguments: &[&str]) -> (String, Option<i32>) {
     let output = holdsafe(arguments);
     (String::from_utf8(output.stderr).unwrap(), output.status.code())
 }
@@ -48,23 +48,23 @@ fn usage_errors_are_json_where_requested() {
 
 #[test]
 fn mistyped_verb_or_key_is_answered_with_nearest() {
-    let (screen, code) = told(&["matirx"]);
+    let (screen, code) = run_command(&["matirx"]);
     assert!(code == Some(2) && screen.contains("did you mean `matrix`?"), "{screen}");
-    let (screen, code) = told(&["explan", "loss"]);
+    let (screen, code) = run_command(&["explan", "loss"]);
     assert!(code == Some(2) && screen.contains("did you mean `inspect explain`?"), "{screen}");
     let dir = tempfile::tempdir().unwrap();
-    let (screen, code) = told(&["run", &mistaken(dir.path(), "duration_s = 9.0", "duraton_s = 9.0")]);
+    let (screen, code) = run_command(&["run", &mistaken(dir.path(), "duration_s = 9.0", "duraton_s = 9.0")]);
     assert!(code == Some(2) && screen.contains("did you mean `duration_s`?"), "{screen}");
 }
 
-/// Of `run` two letters are exchanged, which is too far for the parser.
+/// Two letters of `run` are exchanged, which is too far for the parser.
 #[test]
 fn mistyped_name_has_the_same_answer_everywhere() {
-    let (screen, code) = told(&["rnu", "nominal"]);
+    let (screen, code) = run_command(&["rnu", "nominal"]);
     assert!(code == Some(2) && screen.contains("did you mean `run`?"), "{screen}");
     let answers = |verbs: &[&[&str]], answer: &str| {
         for verb in verbs {
-            let (screen, code) = told(verb);
+            let (screen, code) = run_command(verb);
             assert!(code == Some(2) && screen.contains(answer), "{verb:?}: {screen}");
         }
     };
@@ -88,7 +88,7 @@ fn mistyped_name_has_the_same_answer_everywhere() {
 /// No vehicle is where a wing looks, so that what the scenario presumes does not come.
 #[test]
 fn platform_that_owes_no_class_is_told() {
-    let (screen, code) = told(&["run", "nominal", "--platform", "wing", "--trials", "1"]);
+    let (screen, code) = run_command(&["run", "nominal", "--platform", "wing", "--trials", "1"]);
     assert!(screen.contains("`wing` owes no class of `nominal`"), "{screen}");
     assert!(code == Some(3) && screen.contains("FALSE_TRIP (mission: "), "{screen}");
 }
@@ -99,11 +99,11 @@ fn file_of_another_kind_is_no_scenario() {
     let file = dir.path().join("README.md");
     fs::write(&file, "# No scenario\n").unwrap();
     for verb in ["run", "search"] {
-        let (screen, code) = told(&[verb, file.to_str().unwrap()]);
+        let (screen, code) = run_command(&[verb, file.to_str().unwrap()]);
         assert!(code == Some(2) && screen.contains("README.md` is no scenario"), "{verb}: {screen}");
         assert!(screen.contains("`holdsafe scenario list`") && screen.lines().count() == 1, "{verb}: {screen}");
     }
-    let (screen, code) = told(&["run", "src"]);
+    let (screen, code) = run_command(&["run", "src"]);
     assert!(code == Some(2) && screen.contains("`src` is a folder"), "{screen}");
 }
 
@@ -122,10 +122,10 @@ fn title_of_a_run_names_its_platform() {
 
 #[test]
 fn window_on_several_cells_lists_them() {
-    let (screen, code) = told(&["run", "teammate", "--live", "--console"]);
+    let (screen, code) = run_command(&["run", "teammate", "--live", "--console"]);
     assert!(code == Some(2) && screen.contains("choose one cell of `teammate` with --cell: "), "{screen}");
     assert!(screen.contains("verbatim/present/session-only, verbatim/"), "{screen}");
-    let (screen, code) = told(&["run", "nominal", "loss", "--live", "--console"]);
+    let (screen, code) = run_command(&["run", "nominal", "loss", "--live", "--console"]);
     assert!(code == Some(2) && screen.contains("name one scenario"), "{screen}");
 }
 
@@ -157,7 +157,7 @@ fn lines_that_end_as_on_windows_are_read() {
         let text = fs::read_to_string(&path).unwrap();
         fs::write(&path, text.replace('\n', "\r\n")).unwrap();
     }
-    let (screen, code) = told(&["scenario", "check", &file]);
+    let (screen, code) = run_command(&["scenario", "check", &file]);
     assert_eq!(code, Some(0), "{screen}");
 }
 
@@ -169,7 +169,7 @@ fn irregular_model_file_is_refused_unread() {
     let labels = root().join("crates/perception/models/hardened/labels.toml");
     for model in [fifo.to_str().unwrap(), "/dev/zero"] {
         let (screen, code) =
-            told(&["run", "loss", "--trials", "1", "--detector", model, "--labels", labels.to_str().unwrap()]);
+            run_command(&["run", "loss", "--trials", "1", "--detector", model, "--labels", labels.to_str().unwrap()]);
         assert!(code == Some(2) && screen.contains("not a regular file"), "{model}: {screen}");
     }
 }
@@ -189,7 +189,7 @@ fn results_that_are_no_regular_files_are_refused() {
         vec!["report", "--format", "cite", folder],
         vec!["campaign", "merge", folder, "--out", merged.to_str().unwrap()],
     ] {
-        let (screen, code) = told(&line);
+        let (screen, code) = run_command(&line);
         assert!(code == Some(2) && screen.contains("not a regular file"), "{line:?}: {screen}");
     }
 }
@@ -202,7 +202,7 @@ fn a_check_finds_what_a_run_would_refuse() {
     ];
     for (from, to, message) in mistakes {
         let dir = tempfile::tempdir().unwrap();
-        let (screen, code) = told(&["scenario", "check", &mistaken(dir.path(), from, to)]);
+        let (screen, code) = run_command(&["scenario", "check", &mistaken(dir.path(), from, to)]);
         assert!(code == Some(2) && screen.contains(message), "{to}: {screen}");
     }
     let dir = tempfile::tempdir().unwrap();
@@ -210,7 +210,7 @@ fn a_check_finds_what_a_run_would_refuse() {
     let scene = dir.path().join("scenes/yard.toml");
     let text = fs::read_to_string(&scene).unwrap();
     fs::write(&scene, text.replace("at_m = [-15.0, -5.0]", "at_m = [2.0, 10.0]")).unwrap();
-    let (screen, code) = told(&["scenario", "check", &file]);
+    let (screen, code) = run_command(&["scenario", "check", &file]);
     assert!(code == Some(2) && screen.contains("starts inside `crate`"), "{screen}");
 }
 
@@ -218,12 +218,12 @@ fn a_check_finds_what_a_run_would_refuse() {
 fn scenario_given_by_file_is_reproduced_by_file() {
     let dir = tempfile::tempdir().unwrap();
     let file = mistaken(dir.path(), "expected = [\"HOLD_SAFE\"]", "expected = [\"NOMINAL\"]");
-    let (screen, code) = told(&["run", &file, "--trials", "1"]);
+    let (screen, code) = run_command(&["run", &file, "--trials", "1"]);
     assert!(code == Some(3) && screen.contains(&format!("reproduce: holdsafe run {file} --trials 1")), "{screen}");
 }
 
 #[test]
 fn progress_is_written_to_terminals_only() {
-    let (screen, code) = told(&["run", "loss", "--trials", "2"]);
+    let (screen, code) = run_command(&["run", "loss", "--trials", "2"]);
     assert_eq!((screen.as_str(), code), ("", Some(0)));
 }

@@ -1,4 +1,4 @@
-//! A program that proposes the sequences of a search: asked, told, refused, and ended.
+//! A program that proposes the sequences of a search: asked, informed, refused, and ended.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -34,7 +34,7 @@ fn lines(file: &Path) -> Vec<Value> {
     fs::read_to_string(file).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// The first line that a program is told.
+/// The first line that a program receives.
 fn begin(dir: &Path) -> Value {
     let heard = dir.join("begin");
     let program = script(dir, &format!("echo \"$begin\" > {}", heard.display()));
@@ -49,7 +49,7 @@ fn own_optimizer_is_told_its_results() {
     assert_eq!((&begin["space"], &begin["budget"], &begin["seed"]), (&"path".into(), &20.into(), &1.into()));
     // Records held for long, while their age is not checked.
     let moves = begin["moves"].as_array().unwrap();
-    let hold = moves.iter().position(|of| of["name"] == "hold").unwrap();
+    let hold = moves.iter().position(|value| value["name"] == "hold").unwrap();
     let action = json!({ "move": hold, "begins": begin["begins"][0], "places": moves[hold]["last"] });
     let answer = json!({ "sequences": [[action]] });
     let heard = dir.path().join("heard");
@@ -61,22 +61,22 @@ fn own_optimizer_is_told_its_results() {
     assert_eq!((strategy, trials), (&"optimizer:own.sh".into(), &20.into()), "{object}");
     assert_eq!(object["findings"][0]["trial"], 1, "{object}");
     let rounds = lines(&heard);
-    let told: Vec<usize> = rounds.iter().map(|round| round["results"].as_array().unwrap().len()).collect();
-    assert_eq!((told.len(), told[0]), (21, 0), "one sequence a round, and the end: {told:?}");
-    assert!(told[1..].iter().all(|n| *n == 1), "{told:?}");
+    let counts: Vec<usize> = rounds.iter().map(|round| round["results"].as_array().unwrap().len()).collect();
+    assert_eq!((counts.len(), counts[0]), (21, 0), "one sequence a round, and the end: {counts:?}");
+    assert!(counts[1..].iter().all(|n| *n == 1), "{counts:?}");
     let result = &rounds[1]["results"][0];
     assert_eq!((&result["class"], &result["finding"]), (&"UNSAFE".into(), &true.into()), "{result}");
     let most: Vec<&Value> = [0, 4, 19, 20].iter().map(|i| &rounds[*i]["most"]).collect();
     assert_eq!(most, [16, 16, 1, 0], "a round asks for no more than the budget has left");
 }
 
-/// In the order of the sequences, with two threads; also those behind a finding that ends the search.
+/// Results in the order of the sequences, with two threads; also those behind a finding that ends the search.
 #[test]
 fn results_come_in_order_of_the_sequences() {
     let dir = tempfile::tempdir().unwrap();
     let begin = begin(dir.path());
     let moves = begin["moves"].as_array().unwrap();
-    let hold = moves.iter().position(|of| of["name"] == "hold").unwrap();
+    let hold = moves.iter().position(|value| value["name"] == "hold").unwrap();
     let action = |places: &Value| json!([{ "move": hold, "begins": begin["begins"][0], "places": places }]);
     let (weak, strong) = (action(&json!([0, 0])), action(&moves[hold]["last"]));
     let answer = json!({ "sequences": [weak, strong, weak, weak] });
@@ -125,18 +125,18 @@ fn unfit_answers_are_refused_with_their_place() {
     for (body, message) in wrong {
         let program = script(dir.path(), &body);
         let output = holdsafe(&search(&program, &dir.path().join("out")));
-        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let error = told["error"].as_str().unwrap_or_default();
-        assert_eq!(output.status.code(), Some(2), "{body}: {told}");
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let error = value["error"].as_str().unwrap_or_default();
+        assert_eq!(output.status.code(), Some(2), "{body}: {value}");
         assert!(error.contains(message) && error.starts_with("optimizer own.sh, answer "), "{body}: {error}");
     }
     let none = holdsafe(&search(&dir.path().join("none"), &dir.path().join("out")));
-    let told = String::from_utf8(none.stdout).unwrap();
-    assert!(told.contains("No such file") && told.contains("can be executed"), "{told}");
+    let line = String::from_utf8(none.stdout).unwrap();
+    assert!(line.contains("No such file") && line.contains("can be executed"), "{line}");
     let text = dir.path().join("text");
     fs::write(&text, "words").unwrap();
-    let told = String::from_utf8(holdsafe(&search(&text, &dir.path().join("out"))).stdout).unwrap();
-    assert!(told.contains("ermission denied") && told.contains("can be executed"), "{told}");
+    let line = String::from_utf8(holdsafe(&search(&text, &dir.path().join("out"))).stdout).unwrap();
+    assert!(line.contains("ermission denied") && line.contains("can be executed"), "{line}");
 }
 
 /// Also one that neither reads nor answers; its process and that process's own are gone.
@@ -170,7 +170,7 @@ fn search_with_an_optimizer_has_no_partitions() {
     let [program, jobs] = [&program, &jobs].map(|path| path.to_str().unwrap());
     let emit = ["emit", "make", "--partitions", "2", "--out", jobs, "--", "search", "nominal", "--optimizer", program];
     let output = holdsafe(&emit);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("depends on the results of earlier ones"), "{told}");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("depends on the results of earlier ones"), "{text}");
 }

@@ -10,7 +10,7 @@ use super::{holdsafe, root};
 
 /// Things of the yard that stand, with their middles, metres.
 const THINGS: [(&str, [f64; 2]); 3] = [("car", [8.0, -3.0]), ("dummy", [6.0, -15.0]), ("crate", [2.0, 10.0])];
-/// From so far away, and to so far behind, metres.
+/// Distance ahead at the start and behind at the end, metres.
 const AWAY: (f64, f64) = (9.0, 4.0);
 
 /// Sides from which it comes: direction from the thing, and heading towards it.
@@ -18,8 +18,8 @@ const SIDES: [([f64; 2], f64); 4] =
     [([1.0, 0.0], PI), ([0.0, 1.0], -FRAC_PI_2), ([-1.0, 0.0], 0.0), ([0.0, -1.0], FRAC_PI_2)];
 
 /// The yard with a start from which a straight way leads through a thing, so far beside its middle.
-fn yard(dir: &Path, at: [f64; 2], ([east, north], heading): ([f64; 2], f64), beside: f64) {
-    let middle = [at[0] - beside * north, at[1] + beside * east];
+fn yard(dir: &Path, place: [f64; 2], ([east, north], heading): ([f64; 2], f64), sideways: f64) {
+    let middle = [place[0] - sideways * north, place[1] + sideways * east];
     let along = |distance: f64| [middle[0] + distance * east, middle[1] + distance * north];
     let (from, to) = (along(AWAY.0), along(-AWAY.1));
     let shipped = fs::read_to_string(root().join("scenarios/scenes/yard.toml")).unwrap();
@@ -44,7 +44,7 @@ fn rammed(dir: &Path, bare: bool) -> Value {
     object["trials"][0].clone()
 }
 
-/// From all sides, at the middle, between it and a corner, and at a corner.
+/// Approaches from all sides, at the middle, between it and a corner, and at a corner.
 #[test]
 fn guest_that_rams_is_stopped_at_every_thing() {
     let dir = tempfile::tempdir().unwrap();

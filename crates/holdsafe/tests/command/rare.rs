@@ -6,9 +6,9 @@ use super::holdsafe;
 #[test]
 fn rare_event_estimate_is_independent_of_threads() {
     let rare = |jobs: &str| {
-        let what = ["rare", "nominal", "--set", "conditions.loss=0.3", "--event", "hold-safe", "--levels", "250,450"];
+        let texts = ["rare", "nominal", "--set", "conditions.loss=0.3", "--event", "hold-safe", "--levels", "250,450"];
         let output =
-            holdsafe(&[&what[..], &["--trials", "12", "--repetitions", "3", "--jobs", jobs, "--json"]].concat());
+            holdsafe(&[&texts[..], &["--trials", "12", "--repetitions", "3", "--jobs", jobs, "--json"]].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let mut object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         // Its duration is no part of the result.
@@ -26,8 +26,8 @@ fn rare_event_estimate_is_independent_of_threads() {
 #[test]
 fn event_never_seen_has_no_estimate() {
     let rare = |more: &[&str]| {
-        let what = ["rare", "nominal", "--event", "lease", "--trials", "5", "--repetitions", "2", "--json"];
-        let output = holdsafe(&[&what[..], more].concat());
+        let texts = ["rare", "nominal", "--event", "lease", "--trials", "5", "--repetitions", "2", "--json"];
+        let output = holdsafe(&[&texts[..], more].concat());
         assert_eq!(output.status.code(), Some(4), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
     };

@@ -124,10 +124,10 @@ fn all_say_it(read: &Read, reason: &str) {
         let output = holdsafe(&[&line[..], &["--json"]].concat());
         assert_eq!(output.status.code(), Some(4), "{line:?}: {output:?}");
         let object: Value = serde_json::from_str(&first_line(&output.stdout)).unwrap();
-        let of = object["recordings"].as_array().unwrap_or_else(|| panic!("{line:?}: {object}"));
-        assert!(of.len() == 1 && of[0]["valid"] == false, "{line:?}: {object}");
-        assert!(of[0]["reason"].as_str().unwrap().contains(reason), "{line:?}: {object}");
-        assert_eq!(of[0]["sha256"].as_str().unwrap().len(), 64);
+        let values = object["recordings"].as_array().unwrap_or_else(|| panic!("{line:?}: {object}"));
+        assert!(values.len() == 1 && values[0]["valid"] == false, "{line:?}: {object}");
+        assert!(values[0]["reason"].as_str().unwrap().contains(reason), "{line:?}: {object}");
+        assert_eq!(values[0]["sha256"].as_str().unwrap().len(), 64);
         assert!(first_line(&output.stderr).starts_with("INVALID: "), "{line:?}: {output:?}");
     }
 }
@@ -184,11 +184,11 @@ fn explained_scenario_reports_its_invalid_trial() {
     let dir = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     // No operator enables it.
-    let without = nominal.replacen("do = \"enable\"", "do = \"hold\"", 1);
+    let changed = nominal.replacen("do = \"enable\"", "do = \"hold\"", 1);
     fs::create_dir(dir.path().join("scenes")).unwrap();
     fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
     let file = dir.path().join("nominal.toml");
-    fs::write(&file, without).unwrap();
+    fs::write(&file, changed).unwrap();
     let line = ["explain", file.to_str().unwrap(), "--all"];
     let output = holdsafe(&line);
     assert_eq!(output.status.code(), Some(4), "{output:?}");
@@ -213,9 +213,9 @@ fn report_lists_and_counts_each_recording() {
     assert!(mark < sentence && sentence.is_some(), "first of all: {head}");
     assert!(head.contains("no INVALID recording supports it"), "{head}");
     let object = object(&output);
-    let of = object["recordings"].as_array().unwrap();
-    assert_eq!(of.iter().map(|r| r["valid"].as_bool().unwrap()).collect::<Vec<_>>(), [false, true], "{object}");
-    for recording in of {
+    let values = object["recordings"].as_array().unwrap();
+    assert_eq!(values.iter().map(|r| r["valid"].as_bool().unwrap()).collect::<Vec<_>>(), [false, true], "{object}");
+    for recording in values {
         assert!(body.contains(recording["sha256"].as_str().unwrap()), "{recording}");
     }
     assert!(body.contains("does not hold") && body.contains("<td>holds</td>"), "{body}");
@@ -227,11 +227,11 @@ fn export_is_marked_where_its_run_is_invalid() {
     flip_a_bit(&read.run);
     let [run, out] = [&read.run, &read.out].map(|p| p.to_str().unwrap());
     let exported = object(&holdsafe(&["export", run, "--out", out, "--json", "--unverified"]));
-    let told = super::exports::told(&exported);
-    assert_eq!(told.get("/custody"), Some(&1), "{told:?}");
+    let map = super::exports::message_counts(&exported);
+    assert_eq!(map.get("/custody"), Some(&1), "{map:?}");
 }
 
-/// Of several each is listed.
+/// Each of several is listed.
 #[test]
 fn run_is_found_from_any_level() {
     let dir = tempfile::tempdir().unwrap();
@@ -269,10 +269,10 @@ fn run_is_found_from_any_level() {
         &["console", all],
     ] {
         let output = holdsafe(line);
-        let says = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{line:?}: {says}");
-        assert!(says.contains(run.to_str().unwrap()) && says.contains(other.to_str().unwrap()), "{line:?}: {says}");
-        assert!(says.contains("name the directory of one run"), "{line:?}: {says}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{line:?}: {text}");
+        assert!(text.contains(run.to_str().unwrap()) && text.contains(other.to_str().unwrap()), "{line:?}: {text}");
+        assert!(text.contains("name the directory of one run"), "{line:?}: {text}");
     }
     let report = object(&holdsafe(&["report", all, "--out", page, "--json"]));
     assert_eq!(report["recordings"].as_array().map(Vec::len), Some(2), "a report tells all of them: {report}");

@@ -18,18 +18,18 @@ fn guessed_map_is_enough_to_assess() {
     assert!(guessed.status.success(), "{guessed:?}");
     let map = dir.path().join("map.toml");
     std::fs::write(&map, &guessed.stdout).unwrap();
-    let told = holdsafe(&["assess", &recording, "--map", map.to_str().unwrap(), "--json"]);
-    let object: Value = serde_json::from_slice(&told.stdout).unwrap();
+    let output = holdsafe(&["assess", &recording, "--map", map.to_str().unwrap(), "--json"]);
+    let object: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&object["kind"], &object["facts"]["fixes"]), (&"assess".into(), &15.into()), "{object}");
     assert_eq!(object["not_assessed"].as_array().map(Vec::len), Some(12));
 }
 
 #[test]
 fn cut_recording_is_read_up_to_the_cut() {
-    let told =
+    let output =
         holdsafe(&["assess", &seed("foreign/ulog-cut-in-a-record"), "--map", &seed("settings/map-of-a-recording")]);
-    let text = String::from_utf8(told.stdout).unwrap();
-    assert!(told.status.success() && text.contains("read to byte 1886 of 1895: a record"), "{text}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.contains("read to byte 1886 of 1895: a record"), "{text}");
 }
 
 /// A pipe holds 64 KiB, so that a longer recording is written only as it is read.
@@ -54,10 +54,10 @@ fn recording_is_parsed_by_a_process_without_rights() {
     // It reads the recording, and its end is still to come.
     assert_eq!(["Seccomp:", "NoNewPrivs:"].map(field), ["2", "1"].map(|value| Some(value.to_owned())));
     drop(pipe);
-    let mut said = String::new();
-    parser.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    let mut words = String::new();
+    parser.stderr.take().unwrap().read_to_string(&mut words).unwrap();
     assert_eq!(parser.wait().unwrap().code(), Some(2));
-    assert!(said.contains("noise: "), "{said}");
+    assert!(words.contains("noise: "), "{words}");
 }
 
 /// A limit on the size of files would end it.
@@ -75,9 +75,9 @@ fn assessment_is_added_to_a_large_file() {
 
 #[test]
 fn unusable_recording_names_the_byte() {
-    let told = holdsafe(&["assess", &seed("foreign/ulog-of-a-later-version"), "--guess"]);
-    let text = String::from_utf8(told.stderr).unwrap();
-    assert_eq!(told.status.code(), Some(2));
+    let output = holdsafe(&["assess", &seed("foreign/ulog-of-a-later-version"), "--guess"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
     assert!(text.contains("at byte 7: ULog version 2, expected 0 or 1"), "{text}");
 }
 
@@ -100,13 +100,13 @@ fn folder_of_a_bag_is_one_recording() {
     let (_dir, path) = bag();
     let (folder, map) = (format!("{path}/bag"), format!("{path}/map.toml"));
     let files = ["bag_2", "bag_10"].map(|name| format!("{folder}/{name}.mcap"));
-    let told = |paths: &[&str]| {
-        let told = holdsafe(&[&["assess"], paths, &["--map", &map, "--json"]].concat());
-        serde_json::from_slice::<Value>(&told.stdout).unwrap_or_else(|why| panic!("{why}: {told:?}"))
+    let error_text = |paths: &[&str]| {
+        let output = holdsafe(&[&["assess"], paths, &["--map", &map, "--json"]].concat());
+        serde_json::from_slice::<Value>(&output.stdout).unwrap_or_else(|error| panic!("{error}: {output:?}"))
     };
-    let whole = told(&[&folder]);
+    let whole = error_text(&[&folder]);
     assert_eq!((&whole["facts"]["fixes"], &whole["facts"]["parts"]), (&102.into(), &2.into()), "{whole}");
-    assert_eq!(whole["sha256"], told(&[&files[0], &files[1]])["sha256"]);
+    assert_eq!(whole["sha256"], error_text(&[&files[0], &files[1]])["sha256"]);
     assert!(whole["remarks"].to_string().contains("stamps go back by 5.1 s at 5.1 s"), "{whole}");
     std::fs::remove_file(&files[0]).and_then(|()| std::fs::remove_file(&files[1])).unwrap();
     let empty = holdsafe(&["assess", &folder, "--guess"]);
@@ -122,10 +122,10 @@ fn limits_are_those_of_the_named_platform() {
     std::fs::write(&file, short).unwrap();
     let (map, recording) = (format!("{path}/map.toml"), format!("{path}/bag/bag_2.mcap"));
     for (platform, words) in [(None, "origin is 0.6 m ahead"), (file.to_str(), "origin is 0.4 m ahead")] {
-        let given = platform.map_or(vec![], |file| vec!["--platform", file]);
-        let told = holdsafe(&[&["assess", &recording, "--map", &map][..], &given].concat());
-        let text = String::from_utf8(told.stdout).unwrap();
-        assert!(told.status.success() && text.contains(words), "{text}{}", String::from_utf8_lossy(&told.stderr));
+        let texts = platform.map_or(vec![], |file| vec!["--platform", file]);
+        let output = holdsafe(&[&["assess", &recording, "--map", &map][..], &texts].concat());
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success() && text.contains(words), "{text}{}", String::from_utf8_lossy(&output.stderr));
     }
 }
 
@@ -137,9 +137,9 @@ fn damage_is_the_first_thing_that_is_told() {
     bytes[2000] ^= 4;
     std::fs::write(&file, bytes).unwrap();
     for rest in [&["--guess"][..], &["--map", &map]] {
-        let told = holdsafe(&[&["assess", &file], rest].concat());
-        let text = String::from_utf8(told.stderr).unwrap();
-        assert!(told.status.code() == Some(2) && text.contains("1 part could not be read: bytes 42 to "), "{text}");
+        let output = holdsafe(&[&["assess", &file], rest].concat());
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && text.contains("1 part could not be read: bytes 42 to "), "{text}");
         assert!(text.find("could not be read") < text.find("/fix"), "{text}");
     }
 }

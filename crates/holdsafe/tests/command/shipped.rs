@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::{MACHINE, golden, root};
 
-/// A directory without a checkout, and a cache of its own.
+/// A directory without a checkout, and its own cache.
 struct Bare {
     here: TempDir,
     cache: TempDir,

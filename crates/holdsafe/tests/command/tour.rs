@@ -42,8 +42,8 @@ fn ctrl_c_ends_the_tour_with_a_result() {
 fn twin_tour_shows_its_rows_and_reports() {
     let dir = tempfile::tempdir().unwrap();
     let output = tour(&root(), dir.path(), &[]);
-    let (screen, said) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.status.code(), Some(0), "{screen}{said}");
+    let (screen, words) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{screen}{words}");
     assert!(screen.lines().count() <= 60, "{screen}");
     assert!(screen.lines().all(|line| line.chars().count() <= 100), "{screen}");
     let text = fs::read_to_string(dir.path().join("tour.json")).unwrap();
@@ -73,10 +73,10 @@ fn failed_expectation_is_named_with_exit_3() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replacen("expected = [\"NOMINAL\"]", "expected = [\"DEGRADED\"]", 1)).unwrap();
     let output = tour(dir.path(), &dir.path().join("out"), &["--json"]);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("nominal, twin: expected DEGRADED, got NOMINAL 20 of 20"), "{said}");
-    assert!(said.contains("reproduce: holdsafe run nominal --trials 1 --seed 1"), "{said}");
+    let line = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{line}");
+    assert!(line.contains("nominal, twin: expected DEGRADED, got NOMINAL 20 of 20"), "{line}");
+    assert!(line.contains("reproduce: holdsafe run nominal --trials 1 --seed 1"), "{line}");
     golden::hold(&output.stdout);
     let object: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&object["kind"], &object["as_expected"]), (&"tour".into(), &false.into()));

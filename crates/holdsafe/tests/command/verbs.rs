@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use super::displays::short;
-use super::{alone, holdsafe, root, started};
+use super::{holdsafe, lock_machine, root, started};
 
 /// The new and the old spelling of the same command end alike and print the same, the old one without a word on stderr about it.
 fn same(new: &[&str], old: &[&str]) -> String {
@@ -64,8 +64,8 @@ fn campaign_takes_a_value_through_its_range() {
 #[test]
 fn campaign_runs_and_merges() {
     let dir = tempfile::tempdir().unwrap();
-    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
-    let (part, whole) = (at("part"), at("whole"));
+    let path_of = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (part, whole) = (path_of("part"), path_of("whole"));
     let words = ["loss", "--trials", "2", "--out", &part];
     assert_eq!(kind(&[&["campaign", "run"], &words[..]].concat(), &[&["campaign"], &words[..]].concat()), "campaign");
     let words = [part.as_str(), "--out", &whole];
@@ -122,7 +122,7 @@ fn watch_opens_windows() {
 fn run_shows_a_live_trial() {
     let (_folder, scenario) = short();
     let output = {
-        let _alone = alone();
+        let _alone = lock_machine();
         started(&["run", "--live", "--watch", "--retries", "5", &scenario, "--json"])
     };
     let object: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -135,15 +135,15 @@ fn run_shows_a_live_trial() {
 
 #[test]
 fn version_names_commit_target_and_sources() {
-    let says = |option: &str| String::from_utf8(holdsafe(&[option]).stdout).unwrap();
+    let help = |option: &str| String::from_utf8(holdsafe(&[option]).stdout).unwrap();
     let version = concat!("holdsafe ", env!("CARGO_PKG_VERSION"));
-    assert_eq!(says("-V").trim_end(), version);
-    let text = says("--version");
+    assert_eq!(help("-V").trim_end(), version);
+    let text = help("--version");
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!((lines.len(), lines[0]), (4, version), "{text}");
     assert!(lines[2].starts_with("target ") && lines[2].contains("linux"), "{text}");
     let hex = |text: &str, length: usize| text.len() == length && text.chars().all(|c| c.is_ascii_hexdigit());
-    // A debug build is not made anew after each commit, and records none.
+    // A debug build is not made again after each commit, and records none.
     let commit = lines[1].strip_prefix("commit ").unwrap();
     assert!(commit == "not recorded" || hex(commit.trim_end_matches('+'), 40), "{text}");
     assert!(lines[3].strip_prefix("sources ").is_some_and(|digest| hex(digest, 64)), "{text}");
@@ -187,11 +187,11 @@ fn completions_and_manual_pages_are_printed() {
 fn measurements_are_left_to_lab() {
     let output = holdsafe(&["bench", "no-such-measurement"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    let says = String::from_utf8(output.stderr).unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
     assert!(
-        says.contains("no-such-measurement")
-            || says.contains("cargo build --release --manifest-path measurements/Cargo.toml --target-dir target"),
-        "{says}"
+        text.contains("no-such-measurement")
+            || text.contains("cargo build --release --manifest-path measurements/Cargo.toml --target-dir target"),
+        "{text}"
     );
 }
 
@@ -201,10 +201,10 @@ fn attack_runs_in_drawn_worlds_or_is_refused() {
     let both = run(&["loss", "--world", "yard", "--worlds", "2"]);
     let both: Value = serde_json::from_slice(&both.stdout).unwrap();
     assert_eq!((&both["trials"][0]["cell"], &both["trials"][1]["cell"]), (&"yard:4".into(), &"yard:5".into()));
-    let again = run(&["loss", "--world", "yard:5"]);
-    let again: Value = serde_json::from_slice(&again.stdout).unwrap();
-    assert_eq!(again["trials"][0]["log_hash"], both["trials"][1]["log_hash"], "{again}");
-    assert!(again["trials"][0]["log_hash"].is_string(), "{again}");
+    let repeated = run(&["loss", "--world", "yard:5"]);
+    let repeated: Value = serde_json::from_slice(&repeated.stdout).unwrap();
+    assert_eq!(repeated["trials"][0]["log_hash"], both["trials"][1]["log_hash"], "{repeated}");
+    assert!(repeated["trials"][0]["log_hash"].is_string(), "{repeated}");
     for refused in [
         &["decoy_warm", "--world", "yard"][..],
         &["teammate", "--world", "yard"],
@@ -223,10 +223,10 @@ fn attack_runs_in_drawn_worlds_or_is_refused() {
 fn scenario_that_stays_in_its_scene_is_told_apart() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("worlds");
-    let told = holdsafe(&["evaluate", "--worlds", "1", "teammate", "--json", "--out", out.to_str().unwrap()]);
-    assert_eq!(told.status.code(), Some(4), "nothing ran: {told:?}");
-    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
-    assert_eq!((&told["apart"][0]["scenario"], told["rows"].as_array().map(Vec::len)), (&"teammate".into(), Some(0)));
+    let output = holdsafe(&["evaluate", "--worlds", "1", "teammate", "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "nothing ran: {output:?}");
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&value["apart"][0]["scenario"], value["rows"].as_array().map(Vec::len)), (&"teammate".into(), Some(0)));
     for refused in [
         &["evaluate", "loss"][..],
         &["evaluate", "--worlds", "0"],

@@ -20,7 +20,7 @@ fn verify(run: &Path) -> Output {
     holdsafe(&["verify", run.to_str().unwrap()])
 }
 
-pub(super) fn said(output: &Output) -> String {
+pub(super) fn output_text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
@@ -59,8 +59,8 @@ fn flipped_bit_is_found_and_its_file_named() {
             changed[at] ^= 1 << (at % 8);
             fs::write(&file, changed).unwrap();
             let output = verify(&run);
-            assert_eq!(output.status.code(), Some(4), "byte {at} of {name}: {}", said(&output));
-            assert!(said(&output).contains(&name), "byte {at} of {name}: {}", said(&output));
+            assert_eq!(output.status.code(), Some(4), "byte {at} of {name}: {}", output_text(&output));
+            assert!(output_text(&output).contains(&name), "byte {at} of {name}: {}", output_text(&output));
         }
         fs::write(&file, whole).unwrap();
     }
@@ -74,21 +74,21 @@ fn missing_and_foreign_files_are_found() {
     let added = run.join("recording/audit-1.mcap");
     fs::copy(run.join("recording/audit-0.mcap"), &added).unwrap();
     let output = verify(&run);
-    assert_eq!(output.status.code(), Some(4), "{}", said(&output));
-    assert!(said(&output).contains("recording/audit-1.mcap"), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(4), "{}", output_text(&output));
+    assert!(output_text(&output).contains("recording/audit-1.mcap"), "{}", output_text(&output));
     fs::remove_file(added).unwrap();
     for name in ["events.jsonl", "recording/audit-0.mcap"] {
         let (file, aside) = (run.join(name), dir.path().join("aside"));
         fs::rename(&file, &aside).unwrap();
         let output = verify(&run);
-        assert_eq!(output.status.code(), Some(4), "{name}: {}", said(&output));
-        assert!(said(&output).contains(name), "{name}: {}", said(&output));
+        assert_eq!(output.status.code(), Some(4), "{name}: {}", output_text(&output));
+        assert!(output_text(&output).contains(name), "{name}: {}", output_text(&output));
         fs::rename(&aside, &file).unwrap();
     }
     assert_eq!(verify(&run).status.code(), Some(0), "as it was");
 }
 
-/// Writes the recording anew with only the frames for which `keep` gives one.
+/// Writes the recording again with only the frames for which `keep` gives one.
 fn rewrite(run: &Path, keep: impl Fn(Frame) -> Option<Frame>) {
     let folder = run.join("recording");
     let all = frames(&folder).unwrap();
@@ -114,8 +114,8 @@ fn recording_without_its_guards_is_invalid() {
             false => Some(frame),
         });
         let output = verify(&run);
-        assert_eq!(output.status.code(), Some(4), "{what}: {}", said(&output));
-        assert!(said(&output).contains("guard-unit-a"), "{what}, by its chain: {}", said(&output));
+        assert_eq!(output.status.code(), Some(4), "{what}: {}", output_text(&output));
+        assert!(output_text(&output).contains("guard-unit-a"), "{what}, by its chain: {}", output_text(&output));
     }
 }
 
@@ -125,8 +125,8 @@ fn what_the_launcher_noted_cannot_be_taken_out() {
     let run = recorded(dir.path(), "process_ends");
     rewrite(&run, |frame| (frame.node != NodeId::CAMPAIGN).then_some(frame));
     let output = verify(&run);
-    assert_eq!(output.status.code(), Some(4), "{}", said(&output));
-    assert!(said(&output).contains("campaign, boot 1 wrote"), "by its chain: {}", said(&output));
+    assert_eq!(output.status.code(), Some(4), "{}", output_text(&output));
+    assert!(output_text(&output).contains("campaign, boot 1 wrote"), "by its chain: {}", output_text(&output));
 }
 
 /// It is not run again into its own folder, and stays as it was.
@@ -134,26 +134,26 @@ fn what_the_launcher_noted_cannot_be_taken_out() {
 fn kept_run_is_not_overwritten() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
-    let tree = |of: &Path| files(of).into_iter().map(|file| fs::read(file).unwrap()).collect::<Vec<_>>();
+    let tree = |path: &Path| files(path).into_iter().map(|file| fs::read(file).unwrap()).collect::<Vec<_>>();
     let before = tree(dir.path());
     let out = dir.path().join("loss");
     let output = holdsafe(&["run", "loss", "--trials", "1", "--quiet", "--out", out.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains("twin/loss/1"), "which folder: {}", said(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", output_text(&output));
+    assert!(output_text(&output).contains("twin/loss/1"), "which folder: {}", output_text(&output));
     assert!(tree(dir.path()) == before, "something was written");
     assert_eq!(verify(&run).status.code(), Some(0));
     let other = holdsafe(&["run", "loss", "--trials", "1", "--seed", "2", "--quiet", "--out", out.to_str().unwrap()]);
-    assert_eq!(other.status.code(), Some(2), "{}", said(&other));
+    assert_eq!(other.status.code(), Some(2), "{}", output_text(&other));
     assert!(
-        said(&other).contains("results of another run (seed: 1, this one has 2); name another --out"),
+        output_text(&other).contains("results of another run (seed: 1, this one has 2); name another --out"),
         "{}",
-        said(&other)
+        output_text(&other)
     );
     assert!(tree(dir.path()) == before, "something was written");
     let live = run.to_str().unwrap();
     let output = holdsafe(&["live", "loss", "--out", live]);
-    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
+    assert_eq!(output.status.code(), Some(2), "{}", output_text(&output));
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", output_text(&verify(&run)));
 }
 
 #[test]
@@ -174,10 +174,10 @@ fn an_export_over_what_it_reads_is_refused() {
         (&scenario, scenario.clone()),
     ] {
         let output = holdsafe(&["export", input.to_str().unwrap(), "--out", over.to_str().unwrap()]);
-        assert_eq!(output.status.code(), Some(2), "{}: {}", over.display(), said(&output));
-        assert!(said(&output).contains("--out"), "{}", said(&output));
+        assert_eq!(output.status.code(), Some(2), "{}: {}", over.display(), output_text(&output));
+        assert!(output_text(&output).contains("--out"), "{}", output_text(&output));
     }
-    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", output_text(&verify(&run)));
     assert_eq!(fs::read(&scenario).unwrap(), fs::read(root().join("scenarios/telemetry/loss.toml")).unwrap());
 }
 
@@ -204,10 +204,10 @@ fn irregular_recording_is_refused_without_waiting() {
                 let output = bounded(&[command, run.to_str().unwrap()]);
                 let code = output.status.code();
                 assert!(!matches!(code, None | Some(124 | 137)), "{command}: {name} as {}: it waits", target.display());
-                assert_ne!(code, Some(101), "{command}: {name} as {}: {}", target.display(), said(&output));
+                assert_ne!(code, Some(101), "{command}: {name} as {}: {}", target.display(), output_text(&output));
                 if command == "verify" {
-                    assert!(matches!(code, Some(2 | 4)), "{name} as {}: {}", target.display(), said(&output));
-                    assert!(said(&output).contains("regular file"), "{}", said(&output));
+                    assert!(matches!(code, Some(2 | 4)), "{name} as {}: {}", target.display(), output_text(&output));
+                    assert!(output_text(&output).contains("regular file"), "{}", output_text(&output));
                 }
             }
             fs::remove_file(&file).unwrap();
@@ -216,7 +216,7 @@ fn irregular_recording_is_refused_without_waiting() {
     }
 }
 
-/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives its trust anchors.
+/// Lays a run of the twin out as a live one is: guards and launcher keep their own logs. Gives its trust anchors.
 fn as_live(run: &Path) -> Held {
     let (mut held, _) = store::read_held(run).unwrap();
     let all = frames(&run.join("recording")).unwrap();
@@ -224,8 +224,8 @@ fn as_live(run: &Path) -> Held {
     witnesses.sort();
     witnesses.dedup();
     for node in witnesses {
-        let own = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
-        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), own).unwrap();
+        let own_buffers = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
+        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), own_buffers).unwrap();
         held.clocks.insert(node, HeldClock::default());
     }
     rewrite(run, |frame| by_recorder(frame.node).then_some(frame));
@@ -240,20 +240,20 @@ fn handed_on(dir: &Path, scenario: &str) -> PathBuf {
     run
 }
 
-/// Makes the digests of a changed directory anew, as an attacker can.
+/// Makes the digests of a changed directory again, as an attacker can.
 fn seal_anew(run: &Path, held: &Held) {
     fs::remove_file(run.join("held.json")).unwrap();
     store::held(run, held).unwrap();
 }
 
-/// A guard's own log that ends behind its first entry, with the digests made anew.
+/// A guard's own log that ends behind its first entry, with the digests made again.
 #[test]
 fn truncated_guard_log_is_found_despite_new_digests() {
     let dir = tempfile::tempdir().unwrap();
     let run = handed_on(dir.path(), "process_ends");
     let held = as_live(&run);
-    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
-    let (_, told) = store::read_held(&run).unwrap();
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", output_text(&verify(&run)));
+    let (_, text) = store::read_held(&run).unwrap();
     let logs: Vec<PathBuf> = files(&run).into_iter().filter(|file| file.parent().unwrap().ends_with("guard")).collect();
     assert!(logs.len() > 3, "{logs:?}");
     for log in logs {
@@ -263,14 +263,14 @@ fn truncated_guard_log_is_found_despite_new_digests() {
             fs::write(&log, &whole[..cut]).unwrap();
             seal_anew(&run, &held);
             let output = verify(&run);
-            assert_eq!(output.status.code(), Some(4), "{}: {}", log.display(), said(&output));
-            assert!(said(&output).contains("by its own account"), "{}: {}", log.display(), said(&output));
+            assert_eq!(output.status.code(), Some(4), "{}: {}", log.display(), output_text(&output));
+            assert!(output_text(&output).contains("by its own account"), "{}: {}", log.display(), output_text(&output));
         }
         fs::write(&log, whole).unwrap();
     }
     seal_anew(&run, &held);
     let to = |digest: &str| holdsafe(&["verify", run.to_str().unwrap(), "--held", digest]).status.code();
-    assert_eq!((to(&told), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
+    assert_eq!((to(&text), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
 }
 
 /// A directory of a program that covered less.
@@ -285,6 +285,6 @@ fn directory_of_an_earlier_program_lists_uncovered_parts() {
     held.clocks.retain(|node, _| by_recorder(*node));
     fs::write(run.join("held.json"), serde_json::to_vec(&held).unwrap()).unwrap();
     let output = verify(&run);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    assert_eq!(said(&output).matches("not covered: ").count(), 2, "{}", said(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", output_text(&output));
+    assert_eq!(output_text(&output).matches("not covered: ").count(), 2, "{}", output_text(&output));
 }

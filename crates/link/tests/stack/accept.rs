@@ -145,7 +145,7 @@ async fn foreign_alert_does_not_end_a_relayed_session() {
     let passing = relay.clone();
     tokio::spawn(async move {
         while let Some(Input::Datagram { side, bytes }) = inputs.recv().await {
-            passing.emit(side.other(), &bytes);
+            passing.emit(side.opposite(), &bytes);
         }
     });
     let (tx, mut unit) = mpsc::channel(64);

@@ -39,15 +39,15 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
             continue;
         }
         let relay = NodeId::RELAY_TELEMETRY;
-        let forwarded = n(relay, Account::RelayIn(side)) + n(relay, Account::RelayAdded(side.other()))
+        let forwarded = n(relay, Account::RelayIn(side)) + n(relay, Account::RelayAdded(side.opposite()))
             - n(relay, Account::RelayDropped(side));
-        equal(&format!("relay, {from} to {to}"), forwarded, n(relay, Account::RelayOut(side.other())));
+        equal(&format!("relay, {from} to {to}"), forwarded, n(relay, Account::RelayOut(side.opposite())));
         let delivered = n(to, Account::Received(interface));
         equal(&format!("{to} delivered and judged"), delivered, judged_records(&accounts, to, interface));
     }
     if alive(&[NodeId::RELAY_TELEMETRY, NodeId::INSIDER_B, NodeId::UNIT_C]) {
         for (from, to, side, _) in ends.into_iter().filter(|(from, to, ..)| alive(&[*from, *to])) {
-            let (left, arrived) = crossed(&accounts, to, side.other());
+            let (left, arrived) = crossed(&accounts, to, side.opposite());
             let remark = outsiders_remark(&accounts, to);
             equal(&format!("datagrams of relay and others, {from} to {to}{remark}"), left, arrived);
         }

@@ -5,7 +5,7 @@
 
 use wire::sensor::{Camera, Class, Cluster, Detection, Modalities, Modality, PixelBox};
 
-use super::Limits;
+use super::CorroborationLimits;
 
 /// Depth inside a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Depth {
 
 /// Place of a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct DetectionPlace {
     /// Middle of the object: metres forward, metres left.
     pub middle: [f64; 2],
     /// One standard deviation on each axis, metres.
@@ -33,17 +33,17 @@ pub struct Spatial {
     /// Depth or LiDAR contradict the detection or each other.
     pub vetoed: Modalities,
     /// The place, if the available modalities agree.
-    pub place: Option<Place>,
+    pub place: Option<DetectionPlace>,
 }
 
 impl Spatial {
     /// As if `unheard` modalities bore out the claims that they contradict. Where they contradict each other there is no
     /// place still.
     pub(super) fn pass_over(&mut self, unheard: Modalities) {
-        let heard = |m: &Modality| self.vetoed.has(*m) && !unheard.has(*m);
-        let left = Modality::ALL.into_iter().filter(heard).fold(Modalities::default(), Modalities::with);
+        let heard = |m: &Modality| self.vetoed.contains(*m) && !unheard.contains(*m);
+        let left = Modality::ALL.into_iter().filter(heard).fold(Modalities::default(), Modalities::with_modality);
         for (modality, verdict) in [(Modality::Depth, &mut self.depth), (Modality::Lidar, &mut self.lidar)] {
-            if self.vetoed.has(modality) && !left.has(modality) {
+            if self.vetoed.contains(modality) && !left.contains(modality) {
                 *verdict = Some(true);
             }
         }
@@ -83,7 +83,7 @@ fn prior(class: Class) -> Prior {
 /// `depth` is absent when the product holds no value for this detection.
 pub fn judge(
     camera: &Camera,
-    limits: &Limits,
+    limits: &CorroborationLimits,
     detection: &Detection,
     depth: Option<Option<Depth>>,
     clusters: Option<&[Cluster]>,
@@ -93,7 +93,7 @@ pub fn judge(
     let surface = by_depth.map(|d| surface(camera, bounds, d.metres));
     let in_sight = |c: &&Cluster| sees(camera, bounds, c);
     let cluster = clusters.and_then(|clusters| match surface {
-        Some(at) => clusters.iter().filter(in_sight).min_by(|a, b| apart(at, a).total_cmp(&apart(at, b))),
+        Some(at) => clusters.iter().filter(in_sight).min_by(|a, b| distance(at, a).total_cmp(&distance(at, b))),
         None => clusters.iter().filter(in_sight).min_by_key(|c| c.x_mm),
     });
     let mut spatial = Spatial {
@@ -107,24 +107,24 @@ pub fn judge(
             let limit = f64::from(limits.agreement_m) + f64::from(limits.agreement_per_m) * at[0];
             // A box cut at the side says how far away the object is, but not where its middle is across.
             let across = !cut(bounds.x0, bounds.x1, camera.width);
-            if across { apart(at, c) <= limit } else { (at[0] - centroid(c)[0]).abs() <= limit }
+            if across { distance(at, c) <= limit } else { (at[0] - centroid(c)[0]).abs() <= limit }
         }
         (Some(_) | None, Some(_) | None) => true,
     };
     if !agree {
-        spatial.vetoed = spatial.vetoed.with(Modality::Depth).with(Modality::Lidar);
+        spatial.vetoed = spatial.vetoed.with_modality(Modality::Depth).with_modality(Modality::Lidar);
         return spatial;
     }
     let range = |at: [f64; 2]| at[0] - f64::from(camera.forward_m);
-    if let Some(at) = surface {
-        let fits = plausible(camera, detection, range(at));
+    if let Some(position) = surface {
+        let fits = plausible(camera, detection, range(position));
         spatial.depth = Some(fits);
-        spatial.vetoed = if fits { spatial.vetoed } else { spatial.vetoed.with(Modality::Depth) };
+        spatial.vetoed = if fits { spatial.vetoed } else { spatial.vetoed.with_modality(Modality::Depth) };
     }
     if let Some(c) = cluster {
         let fits = f64::from(c.width_mm) / 1000.0 <= 1.5 * prior(detection.class).width.1;
         spatial.lidar = Some(fits);
-        spatial.vetoed = if fits { spatial.vetoed } else { spatial.vetoed.with(Modality::Lidar) };
+        spatial.vetoed = if fits { spatial.vetoed } else { spatial.vetoed.with_modality(Modality::Lidar) };
     }
     // LiDAR measures range better; the box says where the middle is across the line of sight.
     let near = match (surface, cluster) {
@@ -136,7 +136,7 @@ pub fn judge(
         (None, Some(c)) => Some(centroid(c)),
         (None, None) => None,
     };
-    spatial.place = near.map(|at| place(camera, detection, at));
+    spatial.place = near.map(|position| place(camera, detection, position));
     spatial
 }
 
@@ -151,9 +151,9 @@ fn centroid(cluster: &Cluster) -> [f64; 2] {
     [f64::from(cluster.x_mm) / 1000.0, f64::from(cluster.y_mm) / 1000.0]
 }
 
-fn apart(at: [f64; 2], cluster: &Cluster) -> f64 {
+fn distance(place: [f64; 2], cluster: &Cluster) -> f64 {
     let [x, y] = centroid(cluster);
-    ((at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y)).sqrt()
+    ((place[0] - x) * (place[0] - x) + (place[1] - y) * (place[1] - y)).sqrt()
 }
 
 /// True if the cluster's middle is seen inside the box.
@@ -188,14 +188,14 @@ fn plausible(camera: &Camera, detection: &Detection, metres: f64) -> bool {
     fits(bounds.x0, bounds.x1, camera.width, prior.width) && fits(bounds.y0, bounds.y1, camera.height, prior.height)
 }
 
-/// From the near surface to the middle, along the line of sight.
-fn place(camera: &Camera, detection: &Detection, near: [f64; 2]) -> Place {
+/// Place between the near surface to the middle, along the line of sight.
+fn place(camera: &Camera, detection: &Detection, near: [f64; 2]) -> DetectionPlace {
     let along = (near[0] - f64::from(camera.forward_m)).max(NEAREST_M);
     let range = (along * along + near[1] * near[1]).sqrt();
     let bounds = &detection.bounds;
     let apparent = f64::from(bounds.x1.saturating_sub(bounds.x0)) * along / f64::from(camera.focal_px);
     let sides = prior(detection.class).sides;
-    let behind = (0.5 * (sides - apparent)).clamp(0.15 * sides, 0.35 * sides) * 0.8;
-    let share = behind / range;
-    Place { middle: [near[0] + along * share, near[1] + near[1] * share], sigma: 0.3 + 0.01 * range }
+    let depth = (0.5 * (sides - apparent)).clamp(0.15 * sides, 0.35 * sides) * 0.8;
+    let share = depth / range;
+    DetectionPlace { middle: [near[0] + along * share, near[1] + near[1] * share], sigma: 0.3 + 0.01 * range }
 }

@@ -11,14 +11,14 @@ pub mod thermal;
 use wire::codec::List;
 use wire::sensor::{Camera, Candidates, Class, Modalities, Modality, PixelBox};
 
-use self::geometry::{Depth, Place, Spatial};
+use self::geometry::{Depth, DetectionPlace, Spatial};
 use self::thermal::Warmth;
 use crate::fused::Disputed;
 
 /// Limits of corroboration.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Limits {
+pub struct CorroborationLimits {
     /// Detections below this score are passed over, permille.
     pub score: u16,
     /// Depth and LiDAR may disagree by this much at no distance, metres.
@@ -27,9 +27,9 @@ pub struct Limits {
     pub agreement_per_m: f32,
 }
 
-impl Default for Limits {
+impl Default for CorroborationLimits {
     fn default() -> Self {
-        Limits { score: 500, agreement_m: 1.0, agreement_per_m: 0.06 }
+        CorroborationLimits { score: 500, agreement_m: 1.0, agreement_per_m: 0.06 }
     }
 }
 
@@ -48,7 +48,8 @@ pub struct Sighting {
     pub supported: Modalities,
     /// Modalities that speak against it.
     pub vetoed: Modalities,
-    /// Of these, the ones that show no object there, and no other either: a stage that misses a frame looks the same.
+    /// Modalities among these that show no object there, and no other either: a stage that misses a frame looks the
+    /// same.
     pub absent: Modalities,
     /// True if everything that its class lets one expect was seen; false without a thermal product for a warm class.
     pub complete: bool,
@@ -58,7 +59,7 @@ pub struct Sighting {
 
 impl Sighting {
     /// True if no modality contradicts it.
-    pub fn stands(&self) -> bool {
+    pub fn is_uncontradicted(&self) -> bool {
         self.vetoed == Modalities::default()
     }
 }
@@ -80,19 +81,19 @@ pub struct Judgement {
 /// Objections of `unheard` modalities are passed over: their contradictions count as support.
 pub fn corroborate(
     camera: &Camera,
-    limits: &Limits,
+    limits: &CorroborationLimits,
     unheard: Modalities,
     candidates: &Candidates,
     disputed: Disputed,
 ) -> List<Judgement, 32> {
     let Some(detections) = &candidates.rgb else { return List::default() };
     let judged = detections.iter().enumerate().filter(|(_, d)| d.score >= limits.score);
-    judged.map(|(index, _)| judge(camera, limits, unheard, candidates, (index, disputed.has(index)))).collect()
+    judged.map(|(index, _)| judge(camera, limits, unheard, candidates, (index, disputed.contains(index)))).collect()
 }
 
 fn judge(
     camera: &Camera,
-    limits: &Limits,
+    limits: &CorroborationLimits,
     unheard: Modalities,
     candidates: &Candidates,
     (index, disputed): (usize, bool),
@@ -108,22 +109,23 @@ fn judge(
     let mut spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
     spatial.pass_over(unheard);
     let mut warmth = thermal::judge(detection, candidates.thermal.as_deref());
-    if matches!(warmth, Warmth::Contradicts | Warmth::Absent) && unheard.has(Modality::Thermal) {
+    if matches!(warmth, Warmth::Contradicts | Warmth::Absent) && unheard.contains(Modality::Thermal) {
         warmth = Warmth::Fits;
     }
     let (supported, vetoed) = sets(disputed, &spatial, warmth);
-    let thermal = Modalities::default().with(Modality::Thermal);
-    let sighting = spatial.place.filter(|_| enough(&spatial, warmth)).map(|Place { middle, sigma }| Sighting {
-        class: detection.class,
-        score: detection.score,
-        place: middle,
-        sigma,
-        supported,
-        vetoed,
-        absent: if warmth == Warmth::Absent { thermal } else { Modalities::default() },
-        complete: warmth != Warmth::Unknown,
-        bounds: Some(detection.bounds),
-    });
+    let thermal = Modalities::default().with_modality(Modality::Thermal);
+    let sighting =
+        spatial.place.filter(|_| enough(&spatial, warmth)).map(|DetectionPlace { middle, sigma }| Sighting {
+            class: detection.class,
+            score: detection.score,
+            place: middle,
+            sigma,
+            supported,
+            vetoed,
+            absent: if warmth == Warmth::Absent { thermal } else { Modalities::default() },
+            complete: warmth != Warmth::Unknown,
+            bounds: Some(detection.bounds),
+        });
     Judgement { detection: index as u8, supported, vetoed, sighting }
 }
 
@@ -137,20 +139,20 @@ fn enough(spatial: &Spatial, warmth: Warmth) -> bool {
 }
 
 fn sets(disputed: bool, spatial: &Spatial, warmth: Warmth) -> (Modalities, Modalities) {
-    let colour = Modalities::default().with(Modality::Rgb);
+    let colour = Modalities::default().with_modality(Modality::Rgb);
     let (mut supported, mut vetoed) =
         if disputed { (Modalities::default(), colour) } else { (colour, Modalities::default()) };
     for (modality, verdict) in [(Modality::Depth, spatial.depth), (Modality::Lidar, spatial.lidar)] {
         if verdict == Some(true) {
-            supported = supported.with(modality);
+            supported = supported.with_modality(modality);
         }
     }
-    for modality in [Modality::Depth, Modality::Lidar].into_iter().filter(|m| spatial.vetoed.has(*m)) {
-        vetoed = vetoed.with(modality);
+    for modality in [Modality::Depth, Modality::Lidar].into_iter().filter(|m| spatial.vetoed.contains(*m)) {
+        vetoed = vetoed.with_modality(modality);
     }
     match warmth {
-        Warmth::Fits => supported = supported.with(Modality::Thermal),
-        Warmth::Contradicts | Warmth::Absent => vetoed = vetoed.with(Modality::Thermal),
+        Warmth::Fits => supported = supported.with_modality(Modality::Thermal),
+        Warmth::Contradicts | Warmth::Absent => vetoed = vetoed.with_modality(Modality::Thermal),
         Warmth::Unknown | Warmth::Neutral => {}
     }
     (supported, vetoed)

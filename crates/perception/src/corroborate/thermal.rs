@@ -24,14 +24,14 @@ pub enum Warmth {
     Fits,
     /// No warmth where there should be some: a cold object, or a frame that the stage missed.
     Absent,
-    /// Of a wrong temperature.
+    /// Contradiction by a wrong temperature.
     Contradicts,
 }
 
 /// Judges `detection` by the warm regions of the frame.
 pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
     let Some(blobs) = blobs else { return Warmth::Unknown };
-    let own = || blobs.iter().filter(|blob| blob.bounds.shared(&detection.bounds) >= SAME);
+    let own_blobs = || blobs.iter().filter(|blob| blob.bounds.shared(&detection.bounds) >= SAME);
     let warm = |blob: &Blob| match blob.class {
         Class::Vehicle => (VEHICLE_CK.0..=VEHICLE_CK.1).contains(&blob.peak_ck),
         Class::Person => (PERSON_CK.0..=PERSON_CK.1).contains(&blob.peak_ck),
@@ -39,16 +39,16 @@ pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
     };
     match detection.class {
         class @ (Class::Vehicle | Class::Person) => {
-            if own().any(|blob| blob.class == class && warm(blob)) {
+            if own_blobs().any(|blob| blob.class == class && warm(blob)) {
                 Warmth::Fits
-            } else if own().next().is_none() {
+            } else if own_blobs().next().is_none() {
                 Warmth::Absent
             } else {
                 Warmth::Contradicts
             }
         }
         Class::Decoy | Class::Obstacle => {
-            if own().any(warm) {
+            if own_blobs().any(warm) {
                 Warmth::Contradicts
             } else {
                 Warmth::Neutral

@@ -22,7 +22,7 @@ use crate::model::ModelRef;
 
 /// Name of this process among the services.
 pub const DETECTOR: &str = "detector";
-/// Longest [`Asked`], bytes.
+/// Longest [`LoadRequest`], bytes.
 const MAX_ASKED: usize = 64 * 1024;
 /// Longest answer, bytes.
 pub const MAX_ANSWER: usize = 16 * 1024;
@@ -31,7 +31,7 @@ const IMAGE: usize = 3 * WIDTH * HEIGHT;
 
 /// The first message: the detector to load.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Asked {
+pub struct LoadRequest {
     /// The detector.
     pub brought: Brought,
     /// An ONNX Runtime library in place of the pure-Rust backend.
@@ -43,7 +43,7 @@ pub fn request(image: &[u8], least: u16) -> Vec<u8> {
     [&least.to_le_bytes(), image].concat()
 }
 
-/// An answer as a message: a byte, and detections behind 0, a reason behind 1. That to [`Asked`] has no detections.
+/// An answer as a message: a byte, and detections behind 0, a reason behind 1. That to [`LoadRequest`] has no detections.
 pub fn answer(found: Result<&List<Detection, 32>, &str>) -> Vec<u8> {
     match found {
         Ok(found) => [&[0], codec::encode(found).as_slice()].concat(),
@@ -57,7 +57,7 @@ pub fn answer(found: Result<&List<Detection, 32>, &str>) -> Vec<u8> {
 /// The reason in it, or that it is none.
 pub fn answered(message: &[u8]) -> Result<List<Detection, 32>, String> {
     match message.split_first() {
-        Some((0, found)) => codec::decode(found, MAX_ANSWER).map_err(|why| format!("its process answered {why}")),
+        Some((0, found)) => codec::decode(found, MAX_ANSWER).map_err(|error| format!("its process answered {error}")),
         Some((1, why)) => Err(String::from_utf8_lossy(why).into_owned()),
         Some(_) | None => Err("its process gave no answer".to_owned()),
     }
@@ -73,21 +73,21 @@ pub fn main() -> ExitCode {
 
 fn serve() -> Result<(), Box<dyn Error>> {
     let mut socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
-    let Some(asked) = framed::read(&mut socket, MAX_ASKED)? else { return Ok(()) };
-    let detector = match serde_json::from_slice(&asked).map_err(Into::into).and_then(load) {
+    let Some(requested) = framed::read(&mut socket, MAX_ASKED)? else { return Ok(()) };
+    let detector = match serde_json::from_slice(&requested).map_err(Into::into).and_then(load) {
         Ok(detector) => detector,
         Err(why) => return Ok(framed::write(&mut socket, &answer(Err(&why.to_string())))?),
     };
     framed::write(&mut socket, &answer(Ok(&List::default())))?;
     while let Some(message) = framed::read(&mut socket, 2 + IMAGE)? {
         let (least, image) = message.split_first_chunk().ok_or("no image in a message")?;
-        let found = detector.detect(image, u16::from_le_bytes(*least)).map_err(|why| why.to_string());
+        let found = detector.detect(image, u16::from_le_bytes(*least)).map_err(|error| error.to_string());
         framed::write(&mut socket, &answer(found.as_ref().map_err(String::as_str)))?;
     }
     Ok(())
 }
 
-fn load(Asked { brought, runtime }: Asked) -> Result<Detector, Box<dyn Error>> {
+fn load(LoadRequest { brought, runtime }: LoadRequest) -> Result<Detector, Box<dyn Error>> {
     let files = std::iter::once(&brought.model).chain(&runtime).map(|file| std::path::absolute(&file.path));
     link::confined::reader(DETECTOR, files.collect::<io::Result<_>>()?)?;
     if let Some(library) = &runtime {

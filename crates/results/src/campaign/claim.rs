@@ -25,7 +25,7 @@ pub struct Claim {
 /// Trials as a claim sees them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Of a class that the claim names.
+    /// Trials of a class that the claim names.
     pub hits: u64,
     /// INVALID, where the claim does not name that.
     pub invalid: u64,
@@ -36,7 +36,7 @@ pub struct Tally {
 /// Verdict of trials on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum ClaimVerdict {
     /// The rate is below the bound, at the level.
     Shown,
     /// It is not.
@@ -47,9 +47,9 @@ pub enum Verdict {
 
 /// A claim judged: the verdict, and one-sided bounds on the rate, each at the level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
+pub struct JudgedClaim {
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: ClaimVerdict,
     /// Lower bound, INVALID as no hit.
     pub lower: f64,
     /// Upper bound, INVALID as a hit.
@@ -58,7 +58,7 @@ pub struct Judged {
 
 impl Claim {
     /// The rate that it is about to stay below.
-    pub fn below(&self) -> f64 {
+    pub fn rate_limit(&self) -> f64 {
         self.below_percent / 100.0
     }
 
@@ -69,10 +69,10 @@ impl Claim {
 
     /// The fewest trials that show it where none is a hit.
     pub fn trials(&self) -> u64 {
-        let least = libm::log(1.0 - self.level()) / libm::log1p(-self.below());
+        let least = libm::log(1.0 - self.level()) / libm::log1p(-self.rate_limit());
         // The bound that judges has the last word on the border.
         let least = least.ceil().max(1.0) as u64;
-        (least..least.saturating_add(2)).find(|n| rate_upper(0, *n, self.level()) < self.below()).unwrap_or(least)
+        (least..least.saturating_add(2)).find(|n| rate_upper(0, *n, self.level()) < self.rate_limit()).unwrap_or(least)
     }
 
     /// Takes one more trial into account.
@@ -84,28 +84,29 @@ impl Claim {
     }
 
     /// Judges as many trials as were planned, so that `together` such judgements hold at once with its level.
-    pub fn judge(&self, tally: Tally, together: usize) -> Judged {
+    pub fn judge(&self, tally: Tally, together: usize) -> JudgedClaim {
         let level = simultaneous_level(together, self.level());
-        let (lower, upper) = (rate_lower(tally.hits, tally.n, level), rate_upper(tally.against(), tally.n, level));
-        let verdict = Verdict::of(upper < self.below(), lower >= self.below());
-        Judged { verdict, lower, upper }
+        let (lower, upper) =
+            (rate_lower(tally.hits, tally.n, level), rate_upper(tally.counted_against(), tally.n, level));
+        let verdict = ClaimVerdict::new(upper < self.rate_limit(), lower >= self.rate_limit());
+        JudgedClaim { verdict, lower, upper }
     }
 
     /// The verdict over however many trials there are at a look; at every look together it errs no oftener than its level
     /// allows.
-    pub fn at_look(&self, tally: Tally, together: usize) -> Verdict {
+    pub fn at_look(&self, tally: Tally, together: usize) -> ClaimVerdict {
         let enough = self.alpha(together).recip();
-        let shown = sequential::evidence_below(tally.against(), tally.n, self.below()) >= enough;
-        Verdict::of(shown, sequential::evidence_above(tally.hits, tally.n, self.below()) >= enough)
+        let shown = sequential::evidence_below(tally.counted_against(), tally.n, self.rate_limit()) >= enough;
+        ClaimVerdict::new(shown, sequential::evidence_above(tally.hits, tally.n, self.rate_limit()) >= enough)
     }
 
-    /// The same, with the bounds that hold at every look.
-    pub fn look(&self, tally: Tally, together: usize) -> Judged {
+    /// Verdict with the bounds that hold at every look.
+    pub fn look(&self, tally: Tally, together: usize) -> JudgedClaim {
         let alpha = self.alpha(together);
-        Judged {
+        JudgedClaim {
             verdict: self.at_look(tally, together),
             lower: sequential::lower(tally.hits, tally.n, alpha),
-            upper: sequential::upper(tally.against(), tally.n, alpha),
+            upper: sequential::upper(tally.counted_against(), tally.n, alpha),
         }
     }
 
@@ -116,26 +117,26 @@ impl Claim {
 
 impl Tally {
     /// Count against a claim: hits, and trials without evidence.
-    fn against(self) -> u64 {
+    fn counted_against(self) -> u64 {
         self.hits + self.invalid
     }
 }
 
-impl Verdict {
-    fn of(shown: bool, refuted: bool) -> Self {
+impl ClaimVerdict {
+    fn new(shown: bool, refuted: bool) -> Self {
         match (shown, refuted) {
-            (true, false) => Verdict::Shown,
-            (false, true) => Verdict::Refuted,
-            (false, false) | (true, true) => Verdict::Open,
+            (true, false) => ClaimVerdict::Shown,
+            (false, true) => ClaimVerdict::Refuted,
+            (false, false) | (true, true) => ClaimVerdict::Open,
         }
     }
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
-            Verdict::Shown => "shown",
-            Verdict::Refuted => "refuted",
-            Verdict::Open => "open",
+            ClaimVerdict::Shown => "shown",
+            ClaimVerdict::Refuted => "refuted",
+            ClaimVerdict::Open => "open",
         }
     }
 }
@@ -150,11 +151,11 @@ impl FromStr for Claim {
         let mut classes = classes.split('+').map(class).collect::<Result<Vec<_>, _>>()?;
         classes.sort();
         classes.dedup();
-        let within = |text: &str, from: f64, what: &str| match text.parse::<f64>() {
+        let parse_number = |text: &str, from: f64, name: &str| match text.parse::<f64>() {
             Ok(percent) if percent.is_finite() && percent > from && percent < 100.0 => Ok(percent),
-            Ok(_) | Err(_) => Err(format!("`{text}` is no {what}: above {from} and below 100, {example}")),
+            Ok(_) | Err(_) => Err(format!("`{text}` is no {name}: above {from} and below 100, {example}")),
         };
-        let (below_percent, level_percent) = (within(below, 0.0, "rate")?, within(level, 50.0, "level")?);
+        let (below_percent, level_percent) = (parse_number(below, 0.0, "rate")?, parse_number(level, 50.0, "level")?);
         Ok(Self { classes, below_percent, level_percent })
     }
 }
@@ -208,32 +209,35 @@ mod tests {
         {
             let claim = claim(text);
             assert_eq!(claim.trials(), trials, "{text}");
-            assert_eq!(claim.judge(tally(0, 0, trials), 1).verdict, Verdict::Shown);
-            assert_eq!(claim.judge(tally(0, 0, trials - 1), 1).verdict, Verdict::Open);
+            assert_eq!(claim.judge(tally(0, 0, trials), 1).verdict, ClaimVerdict::Shown);
+            assert_eq!(claim.judge(tally(0, 0, trials - 1), 1).verdict, ClaimVerdict::Open);
         }
     }
 
     #[test]
     fn single_claim_need_not_hold_jointly() {
         let (claim, clean) = (claim("unsafe<1%@95"), tally(0, 0, 299));
-        assert_eq!((claim.judge(clean, 1).verdict, claim.judge(clean, 2).verdict), (Verdict::Shown, Verdict::Open));
+        assert_eq!(
+            (claim.judge(clean, 1).verdict, claim.judge(clean, 2).verdict),
+            (ClaimVerdict::Shown, ClaimVerdict::Open)
+        );
         assert_eq!(
             (claim.look(tally(0, 0, 400), 1).verdict, claim.look(tally(0, 0, 400), 2).verdict),
-            (Verdict::Shown, Verdict::Open)
+            (ClaimVerdict::Shown, ClaimVerdict::Open)
         );
     }
 
     #[test]
     fn invalid_trial_neither_shows_nor_refutes() {
         let claim = claim("unsafe<10%@95");
-        assert_eq!(claim.judge(tally(0, 0, 60), 1).verdict, Verdict::Shown);
-        assert_eq!(claim.judge(tally(0, 3, 60), 1).verdict, Verdict::Open);
-        assert_eq!(claim.judge(tally(20, 0, 60), 1).verdict, Verdict::Refuted);
-        assert_eq!(claim.judge(tally(0, 20, 60), 1).verdict, Verdict::Open);
-        assert_eq!(claim.look(tally(0, 0, 60), 1).verdict, Verdict::Shown);
-        assert_eq!(claim.look(tally(0, 3, 60), 1).verdict, Verdict::Open);
-        assert_eq!(claim.look(tally(20, 0, 60), 1).verdict, Verdict::Refuted);
-        assert_eq!(claim.look(tally(0, 20, 60), 1).verdict, Verdict::Open);
+        assert_eq!(claim.judge(tally(0, 0, 60), 1).verdict, ClaimVerdict::Shown);
+        assert_eq!(claim.judge(tally(0, 3, 60), 1).verdict, ClaimVerdict::Open);
+        assert_eq!(claim.judge(tally(20, 0, 60), 1).verdict, ClaimVerdict::Refuted);
+        assert_eq!(claim.judge(tally(0, 20, 60), 1).verdict, ClaimVerdict::Open);
+        assert_eq!(claim.look(tally(0, 0, 60), 1).verdict, ClaimVerdict::Shown);
+        assert_eq!(claim.look(tally(0, 3, 60), 1).verdict, ClaimVerdict::Open);
+        assert_eq!(claim.look(tally(20, 0, 60), 1).verdict, ClaimVerdict::Refuted);
+        assert_eq!(claim.look(tally(0, 20, 60), 1).verdict, ClaimVerdict::Open);
     }
 
     #[test]

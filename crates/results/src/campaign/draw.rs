@@ -39,16 +39,16 @@ impl Distribution {
                 Value::from(libm::exp(from + (to - from) * unit(&mut rng)).clamp(*low, *high))
             }
             Distribution::Integer(low, high) => {
-                Value::from(low.wrapping_add_unsigned(below(&mut rng, high.abs_diff(*low).saturating_add(1))))
+                Value::from(low.wrapping_add_unsigned(uniform_below(&mut rng, high.abs_diff(*low).saturating_add(1))))
             }
             Distribution::Choice(values) => {
-                let at = below(&mut rng, values.len() as u64) as usize;
-                values.get(at).cloned().unwrap_or_default()
+                let index = uniform_below(&mut rng, values.len() as u64) as usize;
+                values.get(index).cloned().unwrap_or_default()
             }
         }
     }
 
-    /// Values that stand for all: the ends of a range, every choice.
+    /// Values that represent all: the ends of a range, every choice.
     pub fn ends(&self) -> Vec<Value> {
         match self {
             Distribution::Uniform(low, high) | Distribution::LogUniform(low, high) => {
@@ -69,13 +69,13 @@ fn keyed(key: &[&[u8]]) -> ChaCha8Rng {
     ChaCha8Rng::from_seed(digest.finalize().into())
 }
 
-/// From 0 up to, not including, 1.
+/// A number from 0 up to, not including, 1.
 fn unit(rng: &mut ChaCha8Rng) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// From 0 up to, not including, `n`, each exactly as likely.
-fn below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
+/// A number from 0 up to, not including, `n`, each exactly as likely.
+fn uniform_below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
     let n = n.max(1);
     let whole = u64::MAX - u64::MAX % n;
     loop {
@@ -98,8 +98,8 @@ pub fn list(text: &str) -> Vec<Value> {
 
 fn values(text: &str) -> Option<Vec<Value>> {
     let table: toml::Table = toml::from_str(&format!("v = [{text}]")).ok()?;
-    let alone = (table.len() == 1).then_some(table)?;
-    alone.get("v")?.as_array()?.iter().map(|value| serde_json::to_value(value).ok()).collect()
+    let single_map = (table.len() == 1).then_some(table)?;
+    single_map.get("v")?.as_array()?.iter().map(|value| serde_json::to_value(value).ok()).collect()
 }
 
 impl FromStr for Distribution {
@@ -172,17 +172,17 @@ impl From<Distribution> for String {
 mod tests {
     use super::*;
 
-    fn of(text: &str) -> Distribution {
+    fn parse_distribution(text: &str) -> Distribution {
         text.parse().unwrap()
     }
 
     fn many(text: &str) -> Vec<Value> {
-        (0..2_000u64).map(|i| of(text).draw(&[&i.to_le_bytes()])).collect()
+        (0..2_000u64).map(|i| parse_distribution(text).draw(&[&i.to_le_bytes()])).collect()
     }
 
     #[test]
     fn draw_depends_on_key_and_its_boundaries() {
-        let draw = of("uniform:0:1");
+        let draw = parse_distribution("uniform:0:1");
         assert_eq!(draw.draw(&[b"ab", b"c"]), draw.draw(&[b"ab", b"c"]));
         assert_ne!(draw.draw(&[b"ab", b"c"]), draw.draw(&[b"a", b"bc"]));
     }
@@ -203,16 +203,16 @@ mod tests {
 
     #[test]
     fn widest_integer_range_can_be_drawn() {
-        let widest = of(&format!("integer:{}:{}", i64::MIN, i64::MAX));
+        let widest = parse_distribution(&format!("integer:{}:{}", i64::MIN, i64::MAX));
         assert!(widest.draw(&[b"a"]).is_i64() && widest.draw(&[b"a"]) != widest.draw(&[b"b"]));
     }
 
     #[test]
     fn a_distribution_is_written_as_it_is_read() {
         for text in ["uniform:0.2:0.9", "loguniform:0.001:10", "integer:1:9", "choice:1|2.5|\"up\"|true"] {
-            assert_eq!(of(&of(text).to_string()), of(text));
+            assert_eq!(parse_distribution(&parse_distribution(text).to_string()), parse_distribution(text));
         }
-        assert_eq!(of("choice:up|1"), of("choice:\"up\"|1"));
+        assert_eq!(parse_distribution("choice:up|1"), parse_distribution("choice:\"up\"|1"));
         for text in
             ["uniform", "normal:0:1", "uniform:1:0", "uniform:0:inf", "loguniform:0:1", "integer:1:2.5", "choice:a"]
         {

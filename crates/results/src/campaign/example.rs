@@ -7,12 +7,12 @@ use scenario::Settings;
 use serde_json::Value;
 
 use super::draw::Distribution;
-use super::{Content, PLAN_VERSION, Plan, PlanVariation, Terms};
+use super::{InputDigest, PLAN_VERSION, Plan, PlanVariation, Terms};
 use crate::mode::Mode;
 
 /// Two variations of `trials` each, with one draw and no claim.
 pub fn plan(trials: u64) -> Plan {
-    let content = Content { scenario: "a".into(), policy: "b".into(), platform: "c".into() };
+    let content = InputDigest { scenario: "a".into(), policy: "b".into(), platform: "c".into() };
     let variation = |share: f64| PlanVariation {
         scenario: "loss".into(),
         cell: None,

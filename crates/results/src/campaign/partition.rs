@@ -30,7 +30,8 @@ impl FromStr for Partition {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(i, of)| Some((i.parse::<u64>().ok()?, of.parse::<u64>().ok()?)));
+        let parts =
+            text.split_once('/').and_then(|(i, name)| Some((i.parse::<u64>().ok()?, name.parse::<u64>().ok()?)));
         match parts {
             Some((i, of)) if (1..=of).contains(&i) && of <= MAX_TRIALS => Ok(Self { part: i - 1, of }),
             Some(_) | None => Err(format!("a partition is i/N, from 1/N to N/N, N at most {MAX_TRIALS}")),

@@ -9,7 +9,7 @@ const MAX_FINDING: usize = 200;
 /// One trial of a campaign.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct TrialRow {
     /// Its number in the campaign.
     pub trial: u64,
     /// The class that the oracle gave.
@@ -30,7 +30,7 @@ pub struct Row {
     pub refused: u64,
     /// Losses of authority or freedom without an injected fault or true hazard.
     pub false_trips: u32,
-    /// In nominal control, microseconds.
+    /// Latency in nominal control, microseconds.
     pub nominal_us: u64,
     /// Simulated, microseconds.
     pub sim_us: u64,
@@ -39,9 +39,9 @@ pub struct Row {
     pub finding: Option<String>,
 }
 
-impl Row {
-    /// Of a trial that has just been judged, by its number in the campaign.
-    pub fn of(trial: u64, done: &Trial) -> Self {
+impl TrialRow {
+    /// Row of a trial that has just been judged, by its number in the campaign.
+    pub fn from_trial(trial: u64, done: &Trial) -> Self {
         let us = |ms: f64| (ms * 1e3).round().max(0.0) as u64;
         let latency = &done.latency_ms;
         Self {
@@ -71,10 +71,10 @@ mod tests {
         let mut done = Trial::example(3, Outcome::HoldSafe);
         done.latency_ms.to_hold_safe = Some(0.1 + 0.2);
         done.findings = vec!["P3 ".repeat(200)];
-        let row = Row::of(7, &done);
+        let row = TrialRow::from_trial(7, &done);
         assert_eq!((row.latency_us, row.refused, row.sim_us), ([Some(3_000), Some(300), None], 10, 10_000_000));
         assert_eq!(row.finding.as_ref().map(|f| f.chars().count()), Some(MAX_FINDING));
-        let again: Row = serde_json::from_str(&serde_json::to_string(&row).unwrap()).unwrap();
-        assert_eq!(again, row);
+        let repeated: TrialRow = serde_json::from_str(&serde_json::to_string(&row).unwrap()).unwrap();
+        assert_eq!(repeated, row);
     }
 }

@@ -13,7 +13,7 @@ fn draws_depend_on_trial_and_variation_only() {
     assert_ne!(one.drawn(0, 3), one.drawn(0, 4));
     let mut other = plan(10);
     other.terms.seed = 6;
-    // The same trial's seed in a campaign of another seed.
+    // Seeds of one trial differ between campaigns of other seeds.
     assert_eq!(other.seed(4), one.seed(3));
     assert_ne!(other.drawn(0, 4), one.drawn(0, 3));
     // One more draw leaves the others as they were.
@@ -24,26 +24,28 @@ fn draws_depend_on_trial_and_variation_only() {
 
 #[test]
 fn differing_plans_name_expected_and_got() {
-    let told = |change: &dyn Fn(&mut Plan)| {
+    let error_text = |change: &dyn Fn(&mut Plan)| {
         let mut other = plan(10);
         change(&mut other);
         plan(10).difference(&other).map(|difference| difference.to_string())
     };
-    assert_eq!(told(&|_| {}), None);
-    assert_eq!(told(&|p| p.terms.seed = 8).unwrap(), "seed: expected 7, got 8");
-    assert_eq!(told(&|p| p.terms.trials = 11).unwrap(), "trials: expected 10, got 11");
-    let program = told(&|p| p.terms.program = "other".into()).unwrap();
+    assert_eq!(error_text(&|_| {}), None);
+    assert_eq!(error_text(&|p| p.terms.seed = 8).unwrap(), "seed: expected 7, got 8");
+    assert_eq!(error_text(&|p| p.terms.trials = 11).unwrap(), "trials: expected 10, got 11");
+    let program = error_text(&|p| p.terms.program = "other".into()).unwrap();
     assert!(program.starts_with("program (SHA-256 of its sources): expected ") && program.ends_with(", got other"));
-    let scenario = told(&|p| p.variations[1].content.scenario = "z".into()).unwrap();
+    let scenario = error_text(&|p| p.variations[1].content.scenario = "z".into()).unwrap();
     assert_eq!(scenario, "scenario text of `loss @ loss.0.share=1.0`: expected a, got z");
-    let policy = told(&|p| p.variations[0].content.policy = "z".into()).unwrap();
+    let policy = error_text(&|p| p.variations[0].content.policy = "z".into()).unwrap();
     assert_eq!(policy, "policy of `loss @ loss.0.share=0.5`: expected default b, got default z");
-    assert!(told(&|p| p.variations[0].content.platform = "z".into()).unwrap().starts_with("platform or bounds of"));
-    assert!(told(&|p| p.variations[0].expected.clear()).unwrap().starts_with("the rest of"));
-    assert_eq!(told(&|p| p.variations.truncate(1)).unwrap(), "number of variations: expected 2, got 1");
-    let claim = told(&|p| p.terms.claim = "unsafe<1%@95".parse().ok()).unwrap();
+    assert!(
+        error_text(&|p| p.variations[0].content.platform = "z".into()).unwrap().starts_with("platform or bounds of")
+    );
+    assert!(error_text(&|p| p.variations[0].expected.clear()).unwrap().starts_with("the rest of"));
+    assert_eq!(error_text(&|p| p.variations.truncate(1)).unwrap(), "number of variations: expected 2, got 1");
+    let claim = error_text(&|p| p.terms.claim = "unsafe<1%@95".parse().ok()).unwrap();
     assert_eq!(claim, "claim: expected none, got unsafe<1%@95");
-    let draws = told(&|p| p.terms.draws.clear()).unwrap();
+    let draws = error_text(&|p| p.terms.draws.clear()).unwrap();
     assert_eq!(draws, "draws: expected loss.0.at_s=uniform:3:5, got none");
 }
 
@@ -60,8 +62,8 @@ fn digest_covers_all_but_the_program() {
     assert_ne!(digest(&|p| p.variations[1].content.platform = "z".into()), same);
     let mut odd = plan(10);
     odd.variations[0].set = Settings::one("loss.0.share", Value::from(0.1 + 0.2));
-    let again: Plan = serde_json::from_str(&serde_json::to_string(&odd).unwrap()).unwrap();
-    assert_eq!((again.digest(), again), (odd.digest(), odd));
+    let repeated: Plan = serde_json::from_str(&serde_json::to_string(&odd).unwrap()).unwrap();
+    assert_eq!((repeated.digest(), repeated), (odd.digest(), odd));
 }
 
 #[test]

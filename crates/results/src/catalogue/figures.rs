@@ -8,12 +8,12 @@ use std::fmt::Write as _;
 
 use evidence::trial::Outcome;
 use scenario::{Platform, Requirement, Scenario};
-use topology::{Host, Member, Role, Topology};
+use topology::{Host, Member, MemberRole, Topology};
 use wire::bounds::Bounds;
 use wire::core::Topic;
 use wire::id::NodeId;
 
-use super::{Catalogue, Row};
+use super::{Catalogue, ThreatRow};
 
 const HEAD: &str = "# The paper's figures, from what runs here
 
@@ -69,8 +69,8 @@ fn domains(topology: &Topology, platforms: &[Platform]) -> String {
         let _ = match platforms.iter().find(|platform| platform.name.as_str() == domain) {
             Some(Platform { title, bounds, .. }) => {
                 let Bounds { freshness_ms: tf, to_degraded_ms: td, to_hold_safe_ms: th, .. } = bounds.to_bounds();
-                let told = format!("{domain}: {}<br/>Tf {tf} ms, Td {td} ms, Th {th} ms", title.as_str());
-                writeln!(text, "    pattern ==>|world, plant, bounds| {domain}[\"{told}\"]")
+                let line = format!("{domain}: {}<br/>Tf {tf} ms, Td {td} ms, Th {th} ms", title.as_str());
+                writeln!(text, "    pattern ==>|world, plant, bounds| {domain}[\"{line}\"]")
             }
             None => writeln!(text, "    pattern -.-> {domain}[\"{domain}: not built\"]"),
         };
@@ -80,15 +80,15 @@ fn domains(topology: &Topology, platforms: &[Platform]) -> String {
 
 /// Function of a part of the pattern, and its place on the way from the world to the operator. The world is a domain's
 /// own.
-fn part(role: &Role) -> Option<(u8, &'static str)> {
+fn part(role: &MemberRole) -> Option<(u8, &'static str)> {
     Some(match role {
-        Role::Sim(_) => return None,
-        Role::Perception(_) => (1, "perception: stages, corroboration, tracks"),
-        Role::Autonomy(_) => (2, "autonomy: state machine, authority"),
-        Role::Gateway(_) => (3, "gateway: trust boundary"),
-        Role::Console(_) => (4, "console: display, operator"),
-        Role::Recorder => (5, "recorder: chained, sealed log"),
-        Role::Adversary(_) => (6, "adversary: in between"),
+        MemberRole::Sim(_) => return None,
+        MemberRole::Perception(_) => (1, "perception: stages, corroboration, tracks"),
+        MemberRole::Autonomy(_) => (2, "autonomy: state machine, authority"),
+        MemberRole::Gateway(_) => (3, "gateway: trust boundary"),
+        MemberRole::Console(_) => (4, "console: display, operator"),
+        MemberRole::Recorder => (5, "recorder: chained, sealed log"),
+        MemberRole::Adversary(_) => (6, "adversary: in between"),
     })
 }
 
@@ -164,13 +164,13 @@ fn channels(text: &mut String, members: &[&Member]) {
     }
 }
 
-/// One line a row, those of one interface together: interface, row, its scenarios, the classes that these expect.
+/// One line a row, grouped by interface: interface, row, its scenarios, the classes that these expect.
 fn mapping(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
-    let mut by_interface: BTreeMap<&str, Vec<(&Row, Vec<&Scenario>)>> = BTreeMap::new();
+    let mut by_interface: BTreeMap<&str, Vec<(&ThreatRow, Vec<&Scenario>)>> = BTreeMap::new();
     for row in catalogue.row.iter().filter(|row| row.requirement == Requirement::CommunicationTrust) {
-        let of = row.of(scenarios);
-        if !of.is_empty() {
-            by_interface.entry(&row.interface).or_default().push((row, of));
+        let named = row.scenarios_naming(scenarios);
+        if !named.is_empty() {
+            by_interface.entry(&row.interface).or_default().push((row, named));
         }
     }
     let mut text = "flowchart LR\n".to_owned();

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Catalogue, Row};
+use super::{Catalogue, ThreatRow};
 use scenario::{Scenario, TechniqueId};
 
 pub(super) fn page(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
@@ -38,7 +38,8 @@ pub(super) fn page(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
     table(&mut text, &["id", "evidence", "scenarios", "tests and commands", "open"]);
     for row in &catalogue.row {
         let evidence: Vec<&str> = row.evidence.iter().map(|e| e.name()).collect();
-        let named: Vec<String> = row.of(scenarios).iter().map(|s| format!("`{}`", s.name.as_str())).collect();
+        let named: Vec<String> =
+            row.scenarios_naming(scenarios).iter().map(|s| format!("`{}`", s.name.as_str())).collect();
         let tests = row.tests.iter().map(|test| format!("`{}`", test.trim_start_matches("tests/")));
         let commands = row.commands.iter().map(|command| format!("`{command}`"));
         let shown = |cells: Vec<String>| if cells.is_empty() { "–".to_owned() } else { cells.join(", ") };
@@ -57,7 +58,7 @@ pub(super) fn page(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
 }
 
 /// ICS, Enterprise and ATLAS apart, in this order; approximate matches are marked.
-fn techniques(row: &Row) -> String {
+fn techniques(row: &ThreatRow) -> String {
     let group = |technique: &&TechniqueId| match technique.as_str() {
         id if id.starts_with("AML.") => 2,
         id if id.starts_with("T0") => 0,
@@ -80,6 +81,6 @@ fn table(text: &mut String, columns: &[&str]) {
 }
 
 fn line(text: &mut String, cells: &[String]) {
-    let told = writeln!(text, "| {} |", cells.join(" | "));
-    told.expect("invariant: a string takes what is written to it");
+    let result = writeln!(text, "| {} |", cells.join(" | "));
+    result.expect("invariant: a string takes what is written to it");
 }

@@ -123,17 +123,17 @@ pub struct Quiet {
 pub struct Defects {
     /// Checks disabled.
     pub n: usize,
-    /// Of these noticed: some trial left its expected classes only because of it.
+    /// Number of these that were noticed: some trial left its expected classes only because of it.
     pub found: usize,
     /// The undetected ones.
     pub survivors: Vec<String>,
 }
 
 impl Quiet {
-    /// Of the same trials with the check and without it.
-    pub fn of(with: &Summary, without: &Summary) -> Self {
-        let hours = with.sim_seconds / 3600.0;
-        let each = |of: fn(&Summary) -> f64| [of(with), of(without)];
+    /// Comparison of equal trials with the check and without it.
+    pub fn from_summaries(summary: &Summary, ablated_summary: &Summary) -> Self {
+        let hours = summary.sim_seconds / 3600.0;
+        let each = |value: fn(&Summary) -> f64| [value(summary), value(ablated_summary)];
         Self {
             hours,
             false_trips_per_hour: each(|s| s.false_trips_per_hour),
@@ -239,8 +239,8 @@ pub fn ablation_table(ablation: &Ablation) -> String {
     }
     for overlap in &ablation.overlaps {
         let [a, b] = &overlap.checks;
-        let (attack, without) = (attack(&overlap.scenario, overlap.cell.as_ref()), outcomes(&overlap.without));
-        text.push_str(&format!("only together: {a} and {b}: {attack}: {without}\n"));
+        let (attack, ablated) = (attack(&overlap.scenario, overlap.cell.as_ref()), outcomes(&overlap.without));
+        text.push_str(&format!("only together: {a} and {b}: {attack}: {ablated}\n"));
     }
     let Defects { n, found, survivors } = &ablation.defects;
     let survivors = if survivors.is_empty() { "none".to_owned() } else { survivors.join(", ") };
@@ -259,15 +259,15 @@ fn row(check: &CheckRow) -> Vec<String> {
         Worth::Pair => "in a pair",
         Worth::None => "none",
     };
-    let through = check.attacks.iter().filter(gained).count();
-    let only = check.attacks.len() - through;
+    let passed = check.attacks.iter().filter(gained).count();
+    let only = check.attacks.len() - passed;
     let quiet = |of: fn(&Quiet) -> [f64; 2], digits: usize| {
         check.quiet.as_ref().map(of).map_or_else(|| "-".to_owned(), |[a, b]| format!("{a:.digits$} / {b:.digits$}"))
     };
     vec![
         check.check.clone(),
         worth.to_owned(),
-        through.to_string(),
+        passed.to_string(),
         format!("{only} of {}", check.attacks.len() + check.unchanged),
         percent(check.unchanged_upper_95),
         if check.noticed { "yes" } else { "no" }.to_owned(),
@@ -284,9 +284,9 @@ fn gained(attack: &&AttackRow) -> bool {
 
 fn line(row: &AttackRow) -> String {
     let Paired { n, difference, interval_95: [low, high], p_holm, .. } = row.paired;
-    let through = format!("through {} of {n}", row.gain.through);
+    let gain = format!("through {} of {n}", row.gain.through);
     let interval = format!("{difference:.2} ({low:.2} to {high:.2}), p {p_holm:.1e}");
-    format!("{}: {}: {through}: {interval}", attack(&row.scenario, row.cell.as_ref()), outcomes(&row.without))
+    format!("{}: {}: {gain}: {interval}", attack(&row.scenario, row.cell.as_ref()), outcomes(&row.without))
 }
 
 fn attack(scenario: &str, cell: Option<&String>) -> String {
@@ -308,14 +308,14 @@ mod tests {
             with: BTreeMap::from([(Outcome::Rejected, 20)]),
             without: BTreeMap::from([(Outcome::Undetected, through)]),
             gain,
-            paired: Paired::of(20, through, 0),
+            paired: Paired::from_counts(20, through, 0),
         }
     }
 
     #[test]
     fn check_benefit_is_alone_paired_or_none() {
         let compared = Compared { seed: 1, build: String::new(), attacks: 1, trials: 20, screened: 3 };
-        let row = |name: &str, through| CheckRow::new(name.to_owned(), vec![attack_row(through)], None);
+        let row = |name: &str, passed| CheckRow::new(name.to_owned(), vec![attack_row(passed)], None);
         let overlap = Overlap {
             checks: ["b".to_owned(), "x".to_owned()],
             scenario: "replay".to_owned(),

@@ -27,7 +27,7 @@ pub struct AcceptedRate {
 
 impl AcceptedRate {
     /// The accepted classes of a scenario, by the classes of its trials.
-    pub fn of(scenario: &Scenario, outcomes: &Outcomes) -> Vec<AcceptedRate> {
+    pub fn from_outcomes(scenario: &Scenario, outcomes: &Outcomes) -> Vec<AcceptedRate> {
         let rate = |accepted: &scenario::Accepted| Self::judge(*accepted.class, accepted.below_percent.get(), outcomes);
         scenario.accepted.iter().map(rate).collect()
     }

@@ -80,9 +80,9 @@ pub struct InjectionRow {
     pub injection: String,
     /// Moments.
     pub n: u64,
-    /// Those that were noticed, with an exact two-sided 95 % interval.
+    /// Share of noticed injections, with an exact two-sided 95 % interval.
     pub noticed: Share,
-    /// The same of the moments after which the vehicle moved by a metre or more.
+    /// Share among the moments after which the vehicle moved by a metre or more.
     pub noticed_moving: Share,
     /// Median time to notice over all moments, seconds; absent where fewer than half were noticed.
     pub median_s: Option<f64>,
@@ -111,8 +111,8 @@ pub struct Assessed<'a> {
 
 impl AssessObject {
     /// The result of an assessment.
-    pub fn new(of: Assessed<'_>, result: &Assessment) -> Self {
-        let Assessed { file, sha256, log, map, platform, seed } = of;
+    pub fn new(assessed: Assessed<'_>, result: &Assessment) -> Self {
+        let Assessed { file, sha256, log, map, platform, seed } = assessed;
         Self {
             schema_version: SCHEMA_VERSION,
             file,
@@ -128,8 +128,8 @@ impl AssessObject {
             restarts: result.restarts,
             facts: result.facts.clone(),
             remarks: result.remarks.clone(),
-            tests: result.trips.iter().map(TestRow::of).collect(),
-            injections: result.injected.iter().map(InjectionRow::of).collect(),
+            tests: result.trips.iter().map(TestRow::from_tripped).collect(),
+            injections: result.injected.iter().map(InjectionRow::from_injected).collect(),
             window_s: *map.inject.window_s.as_ref(),
             not_assessed: not_assessed(),
         }
@@ -142,7 +142,7 @@ fn not_assessed() -> Vec<String> {
 }
 
 impl TestRow {
-    fn of(tripped: &Tripped) -> Self {
+    fn from_tripped(tripped: &Tripped) -> Self {
         let hours = tripped.at_risk_s / 3600.0;
         let judged = tripped.judged;
         Self {
@@ -151,20 +151,20 @@ impl TestRow {
             trips: tripped.trips,
             failing_s: if judged { tripped.failing_s } else { 0.0 },
             at_risk_s: if judged { tripped.at_risk_s } else { 0.0 },
-            per_hour: EventRate::of(tripped.trips, hours).filter(|_| judged),
+            per_hour: EventRate::new(tripped.trips, hours).filter(|_| judged),
             first: tripped.first.clone(),
         }
     }
 }
 
 impl InjectionRow {
-    fn of(injected: &Injected) -> Self {
+    fn from_injected(injected: &Injected) -> Self {
         let middle = injected.n as usize / 2;
         Self {
             injection: injected.injection.name(),
             n: injected.n,
-            noticed: Share::of(injected.noticed, injected.n),
-            noticed_moving: Share::of(injected.noticed_moving, injected.moving),
+            noticed: Share::new(injected.noticed, injected.n),
+            noticed_moving: Share::new(injected.noticed_moving, injected.moving),
             median_s: injected.after_s.get(middle).copied(),
             longest_s: injected.after_s.last().copied(),
             by: injected.by.iter().map(|(check, n)| (check.name().to_owned(), *n)).collect(),
@@ -174,7 +174,7 @@ impl InjectionRow {
 
 /// The tables for a terminal.
 pub fn assess_table(object: &AssessObject) -> String {
-    let stopped = object.stopped.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+    let stopped = object.stopped.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
     format!(
         "{} ({}), platform {}, seed {}: read to byte {} of {}{stopped}\n{}\n\nOpen loop: the guards judge the recording and nothing reacts to \
          them. {:.1} s judged{}.\n{}\n\nInjections of {} s into copies of the recording, at seeded moments from which on no guard fails \

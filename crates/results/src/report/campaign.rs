@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Share, rate_upper, simultaneous_level};
 
 use super::run::LatencySummary;
-use crate::campaign::claim::{Judged, LOOK, Tally, Verdict};
-use crate::campaign::row::Row;
+use crate::campaign::claim::{ClaimVerdict, JudgedClaim, LOOK, Tally};
+use crate::campaign::row::TrialRow;
 use crate::campaign::{Plan, PlanVariation, Terms};
 pub use table::campaign_table;
 
@@ -39,14 +39,14 @@ pub struct CampaignObject {
     pub terms: Terms,
     /// Variations by verdict on the claim; `None` without a claim or where trials are missing.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub claim: Option<Claims>,
+    pub claim: Option<ClaimVerdicts>,
     /// A row a variation.
     pub rows: Vec<CampaignRow>,
 }
 
 /// Verdicts on a claim over all variations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Claims {
+pub struct ClaimVerdicts {
     /// Variations for which it is shown.
     pub shown: usize,
     /// For which it is refuted.
@@ -112,11 +112,11 @@ pub struct CampaignRow {
 /// Exact bounds on rates, for a number of trials that was fixed beforehand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateBounds {
-    /// Of every class that came out, its share with its two-sided 95 % interval; INVALID stays in n.
+    /// Share of every class that came out, with its two-sided 95 % interval; INVALID stays in n.
     pub shares: BTreeMap<Outcome, Share>,
     /// One-sided upper 95 % bound on the unsafe rate, over the valid trials.
     pub unsafe_upper_95: f64,
-    /// The same with INVALID counted as unsafe.
+    /// The bound with INVALID counted as unsafe.
     pub unsafe_upper_95_invalid_counted: f64,
     /// The first, so that it holds together with that of every other variation (Bonferroni).
     pub unsafe_upper_95_simultaneous: f64,
@@ -125,18 +125,18 @@ pub struct RateBounds {
 /// Verdict on the claim in one variation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {
-    /// In a sequential campaign with missing trials: the trials up to the last complete look, on which the bounds rest. The verdict there is
-    /// that the claim is open, or no trial would be missing. Absent where they rest on all.
+    /// Number of trials up to the last complete look of a sequential campaign with missing trials, on which the bounds rest. The verdict
+    /// there is that the claim is open, or no trial would be missing. Absent where they rest on all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub looked_at: Option<u64>,
     /// Trials of the classes that it names.
     pub hits: u64,
     /// INVALID trials: hits where it is to be shown, none where it is to be refuted.
     pub invalid: u64,
-    /// By itself.
-    pub alone: Judged,
+    /// Verdict without correction for the others.
+    pub alone: JudgedClaim,
     /// Together with all other variations.
-    pub together: Judged,
+    pub together: JudgedClaim,
 }
 
 /// The trials of one variation as they come in.
@@ -167,7 +167,7 @@ pub struct Tallies {
 
 impl Fold {
     /// Takes trial `i` of the plan's variation in.
-    pub fn take(&mut self, plan: &Plan, variation: &PlanVariation, i: u64, row: Row) {
+    pub fn take(&mut self, plan: &Plan, variation: &PlanVariation, i: u64, row: TrialRow) {
         self.n += 1;
         *self.outcomes.entry(row.outcome).or_insert(0) += 1;
         if row.outcome.is_unexpected(&variation.expected) {
@@ -227,14 +227,15 @@ impl CampaignObject {
         let (trials, planned): (u64, u64) =
             (rows.iter().map(|(r, _)| r.n).sum(), rows.iter().map(|(r, _)| r.planned).sum());
         let (complete, together) = (trials == planned, rows.len());
-        let settle = |(mut row, of): (CampaignRow, Tallies)| {
-            let look = of.look.filter(|_| plan.terms.sequential && row.n < row.planned);
+        let settle = |(mut row, tallies): (CampaignRow, Tallies)| {
+            let look = tallies.look.filter(|_| plan.terms.sequential && row.n < row.planned);
             if complete {
-                row.bounds = (!plan.terms.sequential).then(|| RateBounds::of(&row.outcomes, row.n, together));
+                row.bounds =
+                    (!plan.terms.sequential).then(|| RateBounds::from_outcomes(&row.outcomes, row.n, together));
             }
             row.claim = match complete || (plan.terms.sequential && row.n == row.planned) {
-                true => ClaimRow::of(plan, of.all, together),
-                false => look.and_then(|look| ClaimRow::of(plan, look, together)),
+                true => ClaimRow::from_tally(plan, tallies.all, together),
+                false => look.and_then(|look| ClaimRow::from_tally(plan, look, together)),
             };
             row.claim = row.claim.map(|claim| ClaimRow { looked_at: look.map(|look| look.n), ..claim });
             row
@@ -248,18 +249,18 @@ impl CampaignObject {
             planned,
             plan: plan.digest(),
             terms: plan.terms.clone(),
-            claim: (complete && plan.terms.claim.is_some()).then(|| Claims::of(&rows)),
+            claim: (complete && plan.terms.claim.is_some()).then(|| ClaimVerdicts::from_rows(&rows)),
             rows,
         }
     }
 }
 
 impl RateBounds {
-    fn of(outcomes: &Outcomes, n: u64, together: usize) -> Self {
+    fn from_outcomes(outcomes: &Outcomes, n: u64, together: usize) -> Self {
         let count = |class| outcomes.get(&class).copied().unwrap_or(0);
         let (broken, invalid) = (count(Outcome::Unsafe), count(Outcome::Invalid));
         Self {
-            shares: outcomes.iter().map(|(class, hits)| (*class, Share::of(*hits, n))).collect(),
+            shares: outcomes.iter().map(|(class, hits)| (*class, Share::new(*hits, n))).collect(),
             unsafe_upper_95: rate_upper(broken, n - invalid, LEVEL),
             unsafe_upper_95_invalid_counted: rate_upper(broken + invalid, n, LEVEL),
             unsafe_upper_95_simultaneous: rate_upper(broken, n - invalid, simultaneous_level(together, LEVEL)),
@@ -268,7 +269,7 @@ impl RateBounds {
 }
 
 impl ClaimRow {
-    fn of(plan: &Plan, tally: Tally, together: usize) -> Option<Self> {
+    fn from_tally(plan: &Plan, tally: Tally, together: usize) -> Option<Self> {
         let claim = plan.terms.claim.as_ref()?;
         let judge =
             |together| if plan.terms.sequential { claim.look(tally, together) } else { claim.judge(tally, together) };
@@ -282,16 +283,16 @@ impl ClaimRow {
     }
 }
 
-impl Claims {
-    /// Of the variations with a verdict.
-    pub(super) fn of(rows: &[CampaignRow]) -> Self {
+impl ClaimVerdicts {
+    /// Counts over the variations with a verdict.
+    pub(super) fn from_rows(rows: &[CampaignRow]) -> Self {
         let all = || rows.iter().filter_map(|row| row.claim);
         let count = |verdict| all().filter(|claim| claim.alone.verdict == verdict).count();
         Self {
-            shown: count(Verdict::Shown),
-            refuted: count(Verdict::Refuted),
-            open: count(Verdict::Open),
-            shown_together: all().all(|claim| claim.together.verdict == Verdict::Shown),
+            shown: count(ClaimVerdict::Shown),
+            refuted: count(ClaimVerdict::Refuted),
+            open: count(ClaimVerdict::Open),
+            shown_together: all().all(|claim| claim.together.verdict == ClaimVerdict::Shown),
         }
     }
 }
@@ -308,7 +309,7 @@ mod tests {
             let (variation, mut fold) = (&plan.variations[v], Fold::default());
             for i in 0..n {
                 let number = plan.number(v, i);
-                fold.take(plan, variation, i, Row::of(number, &Trial::example(plan.seed(i), outcome(i))));
+                fold.take(plan, variation, i, TrialRow::from_trial(number, &Trial::example(plan.seed(i), outcome(i))));
             }
             fold.row(plan, v, variation, plan.terms.trials)
         };
@@ -324,7 +325,7 @@ mod tests {
     #[test]
     fn single_claim_needs_fewer_trials_than_joint() {
         let object = campaign(&claiming("unsafe<1%@95", false), 299, |_| Outcome::HoldSafe);
-        let claims = Claims { shown: 2, refuted: 0, open: 0, shown_together: false };
+        let claims = ClaimVerdicts { shown: 2, refuted: 0, open: 0, shown_together: false };
         assert_eq!((object.complete, object.claim), (true, Some(claims)));
         let bounds = object.rows[0].bounds.as_ref().unwrap();
         assert!(bounds.unsafe_upper_95 < 0.01 && bounds.unsafe_upper_95_simultaneous > 0.01);
@@ -348,14 +349,14 @@ mod tests {
         let object = campaign(&plan, 130, outcome);
         let claim = object.rows[0].claim.unwrap();
         assert_eq!((object.complete, object.claim, claim.looked_at, claim.hits), (false, None, Some(100), 1));
-        let there = Tally { hits: 1, invalid: 0, n: 100 };
-        assert_eq!(claim.alone, plan.terms.claim.as_ref().unwrap().look(there, 1));
+        let tally = Tally { hits: 1, invalid: 0, n: 100 };
+        assert_eq!(claim.alone, plan.terms.claim.as_ref().unwrap().look(tally, 1));
         let table = campaign_table(&object);
         assert!(table.contains("of 2 variations: shown for 0, refuted for 0, open at the last look for 2"), "{table}");
         let gap = |i: u64| if i < 70 { i } else { i + 1 };
         let (variation, mut fold) = (&plan.variations[0], Fold::default());
         for i in (0..130).map(gap) {
-            fold.take(&plan, variation, i, Row::of(i, &Trial::example(plan.seed(i), outcome(i))));
+            fold.take(&plan, variation, i, TrialRow::from_trial(i, &Trial::example(plan.seed(i), outcome(i))));
         }
         assert_eq!(fold.look.map(|look| look.n), Some(50), "trial 70 is missing");
     }
@@ -375,7 +376,7 @@ mod tests {
         let object = campaign(&claiming("unsafe<5%@95", true), 299, |_| Outcome::HoldSafe);
         assert!(object.rows[0].bounds.is_none());
         let claim = object.rows[0].claim.unwrap();
-        assert_eq!((claim.alone.verdict, claim.hits), (Verdict::Shown, 0));
+        assert_eq!((claim.alone.verdict, claim.hits), (ClaimVerdict::Shown, 0));
         assert!(claim.alone.upper > rate_upper(0, 299, 0.95), "looking often has its price");
     }
 

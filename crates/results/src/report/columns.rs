@@ -15,7 +15,7 @@ use parquet::schema::types::Type;
 use scenario::Settings;
 use serde_json::Value;
 
-use crate::campaign::row::Row;
+use crate::campaign::row::TrialRow;
 use crate::campaign::{Plan, PlanVariation};
 
 /// Rows of a row group.
@@ -42,7 +42,7 @@ struct Record<'p> {
     variation: &'p PlanVariation,
     seed: u64,
     set: BTreeMap<String, Value>,
-    row: Row,
+    row: TrialRow,
 }
 
 struct Column {
@@ -86,7 +86,7 @@ impl<'p, W: Write + Send> TrialTable<'p, W> {
     /// # Errors
     ///
     /// The writer's error.
-    pub fn put(&mut self, v: usize, i: u64, row: Row) -> Result<(), TableError> {
+    pub fn put(&mut self, v: usize, i: u64, row: TrialRow) -> Result<(), TableError> {
         let Some(variation) = self.plan.variations.get(v) else { return Ok(()) };
         let drawn = self.plan.drawn(v, i);
         let set =
@@ -241,7 +241,13 @@ mod tests {
         let mut table = TrialTable::new(&mut bytes, plan).unwrap();
         for v in 0..plan.variations.len() {
             for i in 0..n {
-                table.put(v, i, Row::of(plan.number(v, i), &Trial::example(plan.seed(i), Outcome::HoldSafe))).unwrap();
+                table
+                    .put(
+                        v,
+                        i,
+                        TrialRow::from_trial(plan.number(v, i), &Trial::example(plan.seed(i), Outcome::HoldSafe)),
+                    )
+                    .unwrap();
             }
         }
         table.finish().unwrap();
@@ -264,9 +270,8 @@ mod tests {
         let shares = [0.5, 0.5, 0.5, 1.0, 1.0, 1.0].map(Field::Double);
         assert_eq!(column(bytes.clone(), "set.loss.0.share"), shares);
         let drawn = column(bytes.clone(), "set.loss.0.at_s");
-        let at =
-            plan.drawn(1, 2).iter().find(|(path, _)| *path == "loss.0.at_s").and_then(|(_, v)| v.as_f64()).unwrap();
-        assert_eq!(drawn[5], Field::Double(at));
+        let x = plan.drawn(1, 2).iter().find(|(path, _)| *path == "loss.0.at_s").and_then(|(_, v)| v.as_f64()).unwrap();
+        assert_eq!(drawn[5], Field::Double(x));
         let words = column(bytes.clone(), "set.loss.0.direction");
         assert!(words.iter().all(|w| [Field::Str("up".into()), Field::Str("7".into())].contains(w)), "{words:?}");
         assert_eq!(column(bytes.clone(), "to_degraded_ms")[0], Field::Double(7.0));

@@ -1,7 +1,7 @@
 //! Sensor at fault × guard named, over the trials of `evaluate --worlds`.
 //!
 //! At fault is what the scenario itself says: the sensor of each `[[fault]]`, `process` for a `[[kill]]`, the interface for any other attack; several
-//! of these are one row of their own, joined by `+`. Named is the guard of the first cause of loss after the earliest injection, by the unit's own
+//! of these are one further row, joined by `+`. Named is the guard of the first cause of loss after the earliest injection, by the unit's own
 //! words (`lost:drift`, `unrecovered:lease`): the guards `localisation` and `drift` hold fix and odometry against each other and do not say which is
 //! wrong. INVALID trials are left out.
 
@@ -21,9 +21,9 @@ pub type Named = BTreeMap<String, u64>;
 /// The matrix, in own scenes and in drawn worlds apart.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Confusion {
-    /// In the scenarios' own scenes.
+    /// Rows in the scenarios' own scenes.
     pub own: Vec<ConfusionRow>,
-    /// In drawn worlds.
+    /// Rows in drawn worlds.
     pub drawn: Vec<ConfusionRow>,
 }
 
@@ -34,9 +34,9 @@ pub struct ConfusionRow {
     pub at_fault: String,
     /// Trials that were carried out.
     pub n: u64,
-    /// Those that name a guard, by its name.
+    /// Rows that name a guard, by its name.
     pub named: Named,
-    /// Those that name none.
+    /// Rows that name no guard.
     pub none: u64,
 }
 
@@ -60,11 +60,11 @@ pub(super) fn at_fault(scenario: &Scenario) -> String {
 pub(super) fn named(trial: &Trial) -> Option<Guard> {
     let from_ms = trial.injections.iter().map(|injection| injection.from_ms).min().unwrap_or(0) as f64;
     let after = trial.transitions.iter().filter(|transition| transition.t_ms >= from_ms);
-    let of = |cause: &str| {
+    let row_of = |cause: &str| {
         let is = |guard: &Guard| [Cause::Lost(*guard), Cause::Unrecovered(*guard)].iter().any(|c| c.label() == cause);
         Guard::ALL.into_iter().find(is)
     };
-    after.filter_map(|transition| of(&transition.cause)).next()
+    after.filter_map(|transition| row_of(&transition.cause)).next()
 }
 
 /// Counts of the guards that the trials name, INVALID ones left out.
@@ -79,7 +79,7 @@ pub(super) fn count(trials: &[&Trial]) -> Named {
 
 impl Confusion {
     /// Over these rows.
-    pub fn of(rows: &[WorldsRow]) -> Self {
+    pub fn from_rows(rows: &[WorldsRow]) -> Self {
         Self { own: summed(rows, |row| &row.own), drawn: summed(rows, |row| &row.drawn) }
     }
 }
@@ -134,7 +134,7 @@ mod tests {
         scenario::load(&scenario::find(&root, name).unwrap()).unwrap()
     }
 
-    /// Of changes at these times, with an injection at 4 s.
+    /// Trial with changes at these times, with an injection at 4 s.
     fn trial(outcome: Outcome, causes: &[(f64, &str)]) -> Trial {
         let mut trial = Trial::example(1, outcome);
         let row = |(t_ms, cause): &(f64, &str)| TransitionRow {
@@ -144,8 +144,9 @@ mod tests {
             cause: (*cause).to_owned(),
         };
         trial.transitions = causes.iter().map(row).collect();
-        let what = serde_json::Value::Null;
-        trial.injections = vec![InjectionRow { what, from_ms: 4_000, fate: FateName::Noticed, at_ms: None, by: None }];
+        let value = serde_json::Value::Null;
+        trial.injections =
+            vec![InjectionRow { what: value, from_ms: 4_000, fate: FateName::Noticed, at_ms: None, by: None }];
         trial
     }
 
@@ -159,10 +160,10 @@ mod tests {
         assert_eq!(named(&[]), None);
     }
 
-    /// Several sensors are a row of their own.
+    /// Several sensors are their own row.
     #[test]
     fn scenario_says_what_is_at_fault() {
-        let told = [
+        let expected_rows = [
             ("localisation_drift", "localisation"),
             ("odometry_scale", "odometry"),
             ("track_starvation", "depth+lidar"),
@@ -171,7 +172,7 @@ mod tests {
             ("autonomy_ends", "process"),
             ("nominal", "none"),
         ];
-        for (name, expected) in told {
+        for (name, expected) in expected_rows {
             assert_eq!(at_fault(&shipped(name)), expected, "{name}");
         }
     }
@@ -180,20 +181,21 @@ mod tests {
     fn matrix_counts_rows_of_one_fault_together() {
         let drift = trial(Outcome::HoldSafe, &[(4_300.0, "lost:drift")]);
         let (none, invalid) = (trial(Outcome::Undetected, &[]), trial(Outcome::Invalid, &[(5_000.0, "lost:rgb")]));
-        let row =
-            |name: &str, own: &[Trial]| WorldsRow::new(&shipped(name), None, own, &[("yard", &drift), ("yard", &none)]);
+        let row = |name: &str, own_trials: &[Trial]| {
+            WorldsRow::new(&shipped(name), None, own_trials, &[("yard", &drift), ("yard", &none)])
+        };
         let rows = [
             row("localisation_drift", &[drift.clone(), none.clone()]),
             row("localisation_jump", &[drift.clone(), invalid]),
             row("loss", std::slice::from_ref(&none)),
         ];
-        let confusion = Confusion::of(&rows);
-        let told = |rows: &[ConfusionRow]| {
-            let of = |row: &ConfusionRow| (row.at_fault.clone(), row.named.get("drift").copied(), row.none, row.n);
-            rows.iter().map(of).collect::<Vec<_>>()
+        let confusion = Confusion::from_rows(&rows);
+        let render = |rows: &[ConfusionRow]| {
+            let cell = |row: &ConfusionRow| (row.at_fault.clone(), row.named.get("drift").copied(), row.none, row.n);
+            rows.iter().map(cell).collect::<Vec<_>>()
         };
         let expected = [("localisation".to_owned(), Some(2), 1, 3), ("telemetry-link".to_owned(), None, 1, 1)];
-        assert_eq!(told(&confusion.own), expected);
+        assert_eq!(render(&confusion.own), expected);
         assert_eq!(confusion.drawn[0].n, 4);
         let table = confusion_table(&confusion);
         assert!(table.contains("own scene:") && table.contains("worlds:") && !table.contains("rgb"), "{table}");

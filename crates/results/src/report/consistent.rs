@@ -19,14 +19,14 @@ impl RunObject {
     pub fn contradiction(&self) -> Option<String> {
         let all: Vec<&Trial> = self.trials.iter().collect();
         let of_cell = |cell: &str| all.iter().copied().filter(|t| t.cell.as_deref() == Some(cell)).collect::<Vec<_>>();
-        let whole = self.summary.against(&all).map(|what| format!("{}: {what}", self.scenario));
+        let whole = self.summary.difference(&all).map(|name| format!("{}: {name}", self.scenario));
         let mission = || {
-            let differs = self.mission != MissionSummary::of(&self.trials);
+            let differs = self.mission != MissionSummary::from_trials(&self.trials);
             differs.then(|| format!("{}: the mission's summary does not follow from its trials", self.scenario))
         };
         let cells = || {
             let mut cells = self.cells.iter();
-            cells.find_map(|row| Some(format!("{}: {}", row.cell, row.summary.against(&of_cell(&row.cell))?)))
+            cells.find_map(|row| Some(format!("{}: {}", row.cell, row.summary.difference(&of_cell(&row.cell))?)))
         };
         whole.or_else(mission).or_else(cells)
     }
@@ -34,13 +34,13 @@ impl RunObject {
 
 impl Summary {
     /// The difference between this and the summary folded of `trials`.
-    fn against(&self, trials: &[&Trial]) -> Option<String> {
+    fn difference(&self, trials: &[&Trial]) -> Option<String> {
         let folded = Summary {
             false_trips_per_hour: self.false_trips_per_hour,
             false_trips_per_hour_upper_95: self.false_trips_per_hour_upper_95,
             nominal_share: self.nominal_share,
             cpu_seconds: self.cpu_seconds,
-            ..Summary::of(trials)
+            ..Summary::from_trials(trials)
         };
         if self.outcomes != folded.outcomes {
             return Some(format!(
@@ -53,7 +53,7 @@ impl Summary {
     }
 
     /// The difference between its counts, its bounds, and the number of `unexpected` trials beside it.
-    fn within(&self, expected: &[Outcome], unexpected: u64, spoilt: u64) -> Option<String> {
+    fn count_difference(&self, expected: &[Outcome], unexpected: u64, spoilt: u64) -> Option<String> {
         let count = |class: Outcome| self.outcomes.get(&class).copied().unwrap_or_default();
         let (n, harmful, invalid) = (self.n as u64, count(Outcome::Unsafe), count(Outcome::Invalid));
         let bounds = || {
@@ -78,23 +78,23 @@ impl Matrix {
     /// The first contradiction within its rows.
     pub fn contradiction(&self) -> Option<String> {
         let runs = self.rows.iter().flat_map(|row| &row.runs);
-        let within = runs.clone().find_map(|run| {
-            let within = run.summary.within(&run.expected, run.unexpected, 0);
-            Some(format!("{}: {}", run.scenario, within.or_else(|| run.summary.false_rate(&run.accepted))?))
+        let text = runs.clone().find_map(|run| {
+            let text = run.summary.count_difference(&run.expected, run.unexpected, 0);
+            Some(format!("{}: {}", run.scenario, text.or_else(|| run.summary.false_rate(&run.accepted))?))
         });
-        within.or_else(|| judged(self.as_expected, runs.map(MatrixRun::is_as_expected)))
+        text.or_else(|| judged(self.as_expected, runs.map(MatrixRun::is_as_expected)))
     }
 }
 
 impl Reference {
     /// The first contradiction within its rows.
     pub fn contradiction(&self) -> Option<String> {
-        let within = self.rows.iter().find_map(|row| {
+        let text = self.rows.iter().find_map(|row| {
             let spoilt = row.not_judged_ms.len() as u64;
-            let within = row.summary.within(&row.expected, row.unexpected, spoilt);
-            Some(format!("{}: {}", row.scenario, within.or_else(|| row.summary.false_rate(&row.accepted))?))
+            let text = row.summary.count_difference(&row.expected, row.unexpected, spoilt);
+            Some(format!("{}: {}", row.scenario, text.or_else(|| row.summary.false_rate(&row.accepted))?))
         });
-        within.or_else(|| judged(self.as_expected, self.rows.iter().map(ReferenceRow::is_as_expected)))
+        text.or_else(|| judged(self.as_expected, self.rows.iter().map(ReferenceRow::is_as_expected)))
     }
 }
 
@@ -165,11 +165,16 @@ mod tests {
     #[test]
     fn counts_and_bounds_of_a_row_agree() {
         let (summary, expected) = (run().summary, [Outcome::HoldSafe]);
-        assert_eq!(summary.within(&expected, 0, 0), None);
-        assert!(summary.within(&expected, 1, 0).unwrap().contains("1 unexpected, its classes have 0 (HOLD_SAFE 4)"));
+        assert_eq!(summary.count_difference(&expected, 0, 0), None);
+        assert!(
+            summary
+                .count_difference(&expected, 1, 0)
+                .unwrap()
+                .contains("1 unexpected, its classes have 0 (HOLD_SAFE 4)")
+        );
         let changed = Summary { outcomes: Outcomes::from([(Outcome::Unsafe, 4)]), ..summary.clone() };
-        assert!(changed.within(&[Outcome::Unsafe], 0, 0).unwrap().contains("bounds"), "{changed:?}");
+        assert!(changed.count_difference(&[Outcome::Unsafe], 0, 0).unwrap().contains("bounds"), "{changed:?}");
         let changed = Summary { n: 3, ..summary };
-        assert!(changed.within(&expected, 0, 0).unwrap().contains("3 trials, its classes have 4"));
+        assert!(changed.count_difference(&expected, 0, 0).unwrap().contains("3 trials, its classes have 4"));
     }
 }

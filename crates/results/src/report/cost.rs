@@ -18,15 +18,20 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of `values`; zeros of none.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Spread {
+    /// Spread of `values`; zeros of none.
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Spread {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
-        let at = |i: usize| values.get(i).copied().unwrap_or_default();
-        Spread { n: values.len(), min: at(0), median: at(values.len() / 2), max: at(values.len().saturating_sub(1)) }
+        let value = |i: usize| values.get(i).copied().unwrap_or_default();
+        Spread {
+            n: values.len(),
+            min: value(0),
+            median: value(values.len() / 2),
+            max: value(values.len().saturating_sub(1)),
+        }
     }
 
-    /// Least, middle and greatest with so many digits behind the point.
+    /// Least, middle and greatest with a given number of digits behind the point.
     pub fn text(&self, digits: usize) -> String {
         format!("{:.digits$} / {:.digits$} / {:.digits$}", self.min, self.median, self.max)
     }
@@ -69,7 +74,7 @@ pub struct TwinCost {
     pub sim_seconds: f64,
     /// Simulated seconds a CPU second of the twin.
     pub per_cpu_second: Spread,
-    /// The same of bare rapier.
+    /// Rate of bare rapier.
     pub bare_per_cpu_second: Spread,
     /// CPU of the twin over CPU of bare rapier, round by round.
     pub ratio: Spread,
@@ -77,15 +82,15 @@ pub struct TwinCost {
     pub watching: Spread,
     /// Simulated seconds a CPU second, where the first trial is run again and every core follows the known run.
     pub along_per_cpu_second: Spread,
-    /// The same where it is forked from the known run 3 s before its end: of the whole trial, which is judged whole.
+    /// Rate of a run forked from the known run 3 s before its end: of the whole trial, which is judged whole.
     pub forked_per_cpu_second: Spread,
-    /// The same, of these 3 s alone.
+    /// Rate of these 3 s alone.
     pub suffix_per_cpu_second: Spread,
     /// CPU microseconds of the twin.
     pub twin_us: Spread,
     /// CPU microseconds of bare rapier.
     pub bare_us: Spread,
-    /// By stage; they add up to the median of `twin_us`.
+    /// Costs by stage; they add up to the median of `twin_us`.
     pub stages: Vec<StageCost>,
     /// CPU microseconds of one signature.
     pub sign_us: Spread,
@@ -116,9 +121,9 @@ pub fn cost_table(cost: &TwinCost) -> String {
     for row in cost.stages.iter().chain([&StageCost::new("all", twin, twin), &signing, &verifying]) {
         table.add_row([row.stage.clone(), format!("{:.1}", row.us), format!("{:.1} %", row.share * 100.0)]);
     }
-    let what = if cost.rendered { "rendered, with detector" } else { "unrendered" };
+    let name = if cost.rendered { "rendered, with detector" } else { "unrendered" };
     format!(
-        "{} ({what}): {} rounds of {} trials, {:.0} simulated s each\n{table}\n\
+        "{} ({name}): {} rounds of {} trials, {:.0} simulated s each\n{table}\n\
          twin: {} simulated s per CPU s\nbare rapier on the same course: {}\nCPU of the twin over bare rapier: {}\n\
          the first trial again, every core along with the known run: {}\n\
          forked 3 s before its end and judged whole: {} of the trial, {} of these 3 s\n\
@@ -150,7 +155,7 @@ mod tests {
 
     #[test]
     fn spread_ignores_order_and_is_zero_if_empty() {
-        assert_eq!(Spread::of([3.0, 1.0, 2.0]), Spread { n: 3, min: 1.0, median: 2.0, max: 3.0 });
-        assert_eq!(Spread::of([]), Spread::default());
+        assert_eq!(Spread::from_values([3.0, 1.0, 2.0]), Spread { n: 3, min: 1.0, median: 2.0, max: 3.0 });
+        assert_eq!(Spread::from_values([]), Spread::default());
     }
 }

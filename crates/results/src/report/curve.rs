@@ -118,43 +118,43 @@ impl CurveObject {
 impl CurveLine {
     /// A line over these points.
     pub fn new(cell: Option<String>, policy: &str, points: Vec<CurvePoint>) -> Self {
-        let reading = Reading::of(&points);
+        let reading = Reading::from_points(&points);
         Self { cell, policy: policy.to_owned(), points, reading }
     }
 }
 
 /// The claims of a trial without a teammate in bad faith, and of results from before these were counted.
 fn no_claims() -> Share {
-    Share::of(0, 0)
+    Share::new(0, 0)
 }
 
 impl CurvePoint {
-    /// Of the trials at `value`; `expected` are the classes that it may end in, none where any may.
+    /// Point of the trials at `value`; `expected` are the classes that it may end in, none where any may.
     pub fn new(value: f64, curve: &Curve, expected: &[Outcome], trials: &[&Trial]) -> Self {
         let n = trials.len() as u64;
-        let summary = Summary::of(trials);
-        let among = |classes: &[Outcome]| trials.iter().filter(|t| classes.contains(&t.outcome)).count() as u64;
+        let summary = Summary::from_trials(trials);
+        let count_in = |classes: &[Outcome]| trials.iter().filter(|t| classes.contains(&t.outcome)).count() as u64;
         let believed_m = |t: &Trial| t.claims.map(|claims| f64::from(claims.believed_mm) / 1000.0);
         let misled = |t: &Trial| curve.harm_beyond_m.is_some_and(|m| believed_m(t).is_some_and(|off| off > m.get()));
         let harmed = |t: &Trial| curve.harm.contains(&t.outcome) || (t.outcome != Outcome::Invalid && misled(t));
         let count = |test: &dyn Fn(&Trial) -> bool| trials.iter().filter(|t| test(t)).count() as u64;
         let claims = trials.iter().filter_map(|t| t.claims);
-        let (said, accepted) = claims.fold((0, 0), |(said, accepted), c| (said + c.said, accepted + c.accepted));
+        let (stated, accepted) = claims.fold((0, 0), |(stated, accepted), c| (stated + c.said, accepted + c.accepted));
         let mut refused = BTreeMap::new();
         for (reason, count) in trials.iter().flat_map(|t| &t.dropped) {
             *refused.entry(reason.clone()).or_insert(0) += count;
         }
         Self {
             value,
-            detected: Share::of(count(&|t| curve.detected.contains(&t.outcome) && !harmed(t)), n),
-            harmed: Share::of(count(&harmed), n),
-            claims_accepted: Share::of(accepted, said),
-            believed_m: Sample::of(trials.iter().filter_map(|t| believed_m(t))),
-            outcomes: summary.outcomes.iter().map(|(class, hits)| (*class, Share::of(*hits, n))).collect(),
+            detected: Share::new(count(&|t| curve.detected.contains(&t.outcome) && !harmed(t)), n),
+            harmed: Share::new(count(&harmed), n),
+            claims_accepted: Share::new(accepted, stated),
+            believed_m: Sample::from_values(trials.iter().filter_map(|t| believed_m(t))),
+            outcomes: summary.outcomes.iter().map(|(class, hits)| (*class, Share::new(*hits, n))).collect(),
             latency_ms: summary.latency_ms,
             accepted: trials.iter().map(|t| t.accepted).sum(),
             refused,
-            unexpected: if expected.is_empty() { 0 } else { n - among(expected) },
+            unexpected: if expected.is_empty() { 0 } else { n - count_in(expected) },
             distinct_decisions: summary.distinct_decisions,
         }
     }
@@ -166,13 +166,13 @@ impl CurvePoint {
 }
 
 impl Reading {
-    fn of(points: &[CurvePoint]) -> Self {
+    fn from_points(points: &[CurvePoint]) -> Self {
         let first = points.iter().find(|p| p.caught());
         let missed = points.iter().rposition(|p| !p.caught());
         Self {
             smallest_detected_before_harm: first.map(|p| p.value),
             detected_there_lower_95: first.map(|p| p.detected.lower_95),
-            always_detected_from: points.get(missed.map_or(0, |at| at + 1)).map(|p| p.value),
+            always_detected_from: points.get(missed.map_or(0, |index| index + 1)).map(|p| p.value),
             largest_undetected: points.iter().rfind(|p| p.detected.hits < p.detected.n).map(|p| p.value),
             smallest_harmful: points.iter().find(|p| p.harmed.hits > 0).map(|p| p.value),
         }
@@ -247,10 +247,10 @@ fn claims(point: &CurvePoint) -> String {
 
 fn reading(reading: &Reading, unit: &str) -> String {
     let value = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |v| format!("{v} {unit}"));
-    let there = reading.detected_there_lower_95;
-    let there = there.map_or_else(String::new, |low| format!(" (share noticed there above {low:.3})"));
+    let detected = reading.detected_there_lower_95;
+    let share_text = detected.map_or_else(String::new, |low| format!(" (share noticed there above {low:.3})"));
     format!(
-        "smallest detected before harm: {}{there}; always from: {}; largest undetected: {}; smallest harmful: {}",
+        "smallest detected before harm: {}{share_text}; always from: {}; largest undetected: {}; smallest harmful: {}",
         value(reading.smallest_detected_before_harm),
         value(reading.always_detected_from),
         value(reading.largest_undetected),
@@ -262,7 +262,7 @@ fn reading(reading: &Reading, unit: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A point of ten trials, so many of them detected, so many harmed, the rest unnoticed.
+    /// A point of ten trials, a given number of them detected, some harmed, the rest unnoticed.
     fn point(value: f64, detected: u64, harmed: u64) -> CurvePoint {
         let class = |seed| match seed {
             s if s < detected => Outcome::HoldSafe,

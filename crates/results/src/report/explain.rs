@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use evidence::{Micros, SCHEMA_VERSION};
-use explain::{Explanation, Stage, WhyNot};
+use explain::{Explanation, LinkStage, WhyNot};
 use serde::Serialize;
 
 /// Explanations of one run, as one object.
@@ -23,7 +23,7 @@ pub struct ExplainObject {
 }
 
 impl ExplainObject {
-    /// Of the run with this name.
+    /// Object for the run with this name.
     pub fn new(
         run: &str,
         flaw: Option<String>,
@@ -37,23 +37,23 @@ impl ExplainObject {
 
 /// The chain of one change of mode, a line a link.
 pub fn explained(explanation: &Explanation) -> String {
-    told(explanation, |at| format!("{} ms", at / 1000), |at| format!("{} ms", ms(at)))
+    write_with(explanation, |time| format!("{} ms", time / 1000), |time| format!("{} ms", ms(time)))
 }
 
-/// The same with times of the run in seconds, as a recording's window has them.
+/// The explanation with times of the run in seconds, as a recording's window has them.
 pub fn explained_in_seconds(explanation: &Explanation) -> String {
-    let seconds = |at: Micros| format!("{:.4} s", at as f64 / 1e6);
-    told(explanation, seconds, seconds)
+    let seconds = |time: Micros| format!("{:.4} s", time as f64 / 1e6);
+    write_with(explanation, seconds, seconds)
 }
 
-/// The same with the time of the change and those of its links written so.
-fn told(explanation: &Explanation, change: fn(Micros) -> String, link: fn(Micros) -> String) -> String {
+/// The explanation with the time of the change and the times of its links written so.
+fn write_with(explanation: &Explanation, change: fn(Micros) -> String, link: fn(Micros) -> String) -> String {
     let Explanation { at_us, from, to, cause, chain, split, .. } = explanation;
     let mut text = format!("{}: {} to {} ({})\n", change(*at_us), from.name(), to.name(), cause.label());
     for step in chain {
-        let (stage, at, by) = (stage_name(step.stage), link(step.at_us), step.by.name());
+        let (stage, time, author) = (stage_name(step.stage), link(step.at_us), step.by.name());
         // Writing to a string does not fail.
-        let _ = writeln!(text, "  {stage:10} {at:>15}  {by:10}  {}", step.what);
+        let _ = writeln!(text, "  {stage:10} {time:>15}  {author:10}  {}", step.what);
     }
     let parts = [
         ("origin to change", Some(split.noticed_us)),
@@ -87,13 +87,13 @@ pub fn diagram(explanation: &Explanation) -> String {
 }
 
 /// Conditions that keep it out of a mode.
-pub fn kept_out(why: &WhyNot) -> String {
-    let (at, mode, since) = (ms(why.at_us), why.mode.name(), ms(why.since_us));
-    let mut text = format!("at {at} ms it is {mode}, since {since} ms\n");
-    if why.blocks.is_empty() {
+pub fn kept_out(not: &WhyNot) -> String {
+    let (time, mode, since) = (ms(not.at_us), not.mode.name(), ms(not.since_us));
+    let mut text = format!("at {time} ms it is {mode}, since {since} ms\n");
+    if not.blocks.is_empty() {
         let _ = writeln!(text, "  that is the mode asked about");
     }
-    for block in &why.blocks {
+    for block in &not.blocks {
         let _ = writeln!(text, "  {block}");
     }
     text
@@ -106,16 +106,16 @@ fn ms(us: Micros) -> String {
 }
 
 /// The name of a kind of link.
-pub fn stage_name(stage: Stage) -> &'static str {
+pub fn stage_name(stage: LinkStage) -> &'static str {
     match stage {
-        Stage::Cause => "cause",
-        Stage::Refusals => "refusals",
-        Stage::Health => "health",
-        Stage::Guard => "guard",
-        Stage::Transition => "transition",
-        Stage::Authority => "authority",
-        Stage::Actuation => "actuation",
-        Stage::Display => "display",
+        LinkStage::Cause => "cause",
+        LinkStage::Refusals => "refusals",
+        LinkStage::Health => "health",
+        LinkStage::Guard => "guard",
+        LinkStage::Transition => "transition",
+        LinkStage::Authority => "authority",
+        LinkStage::Actuation => "actuation",
+        LinkStage::Display => "display",
     }
 }
 

@@ -70,7 +70,7 @@ pub struct ComparisonRow {
     pub guest_failed: u64,
     /// Trials without evidence.
     pub invalid: u64,
-    /// From the injection to standing (bare) or to HOLD_SAFE (guarded), ms.
+    /// Time from the injection to standing (bare) or to HOLD_SAFE (guarded), ms.
     pub to_safe_ms: Sample,
     /// Way driven, m.
     pub driven_m: Sample,
@@ -94,7 +94,7 @@ pub struct ComparisonTotal {
     pub conduct: String,
     /// Variations with an attack.
     pub variations: u64,
-    /// Of those, with at least one harmful trial.
+    /// Number of these with at least one harmful trial.
     pub harmed: u64,
     /// Harmful trials of all with evidence. Rows share seeds, so that no bound on a rate is drawn from them together.
     pub harmful: u64,
@@ -124,13 +124,13 @@ impl ComparisonRow {
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
         let count = |class: Outcome| outcomes.get(&class).copied().unwrap_or_default();
         let (failed, invalid) = (count(Outcome::GuestFailed), count(Outcome::Invalid));
-        let harmful = Share::of(count(Outcome::Unsafe) + count(Outcome::Late), trials.len() as u64 - failed - invalid);
+        let harmful = Share::new(count(Outcome::Unsafe) + count(Outcome::Late), trials.len() as u64 - failed - invalid);
         let guests = || trials.iter().filter_map(|trial| trial.guest.as_ref());
         let steps: u64 = guests().map(|row| u64::from(row.steps)).sum();
         let limited: u64 = guests().map(|row| u64::from(row.limited)).sum();
         let to_safe: Vec<f64> = trials.iter().filter_map(|trial| trial.latency_ms.to_hold_safe).collect();
         let driven: Vec<f64> = trials.iter().filter_map(|trial| Some(trial.mission.as_ref()?.driven_m)).collect();
-        let example = trials.iter().find(|trial| is_harmful(trial.outcome)).map(told);
+        let example = trials.iter().find(|trial| is_harmful(trial.outcome)).map(trial_line);
         Self {
             guest: guest.to_owned(),
             conduct,
@@ -141,9 +141,9 @@ impl ComparisonRow {
             harmful,
             guest_failed: failed,
             invalid,
-            to_safe_ms: Sample::of(to_safe),
-            driven_m: Sample::of(driven),
-            progress: ProgressSummary::of(trials),
+            to_safe_ms: Sample::from_values(to_safe),
+            driven_m: Sample::from_values(driven),
+            progress: ProgressSummary::from_trials(trials),
             limited: if steps == 0 { 0.0 } else { limited as f64 / steps as f64 },
             false_trips: trials.iter().map(|trial| u64::from(trial.false_trips)).sum(),
             example,
@@ -160,7 +160,7 @@ fn is_harmful(outcome: Outcome) -> bool {
     matches!(outcome, Outcome::Unsafe | Outcome::Late)
 }
 
-fn told(trial: &Trial) -> String {
+fn trial_line(trial: &Trial) -> String {
     format!("seed {}: {}", trial.seed, trial.findings.first().map_or("no finding", String::as_str))
 }
 
@@ -173,20 +173,20 @@ impl Comparison {
                 continue;
             }
             let of_both = rows.iter().filter(|other| other.is_of(&row.guest, &row.conduct));
-            let (quiet, own): (Vec<&ComparisonRow>, Vec<&ComparisonRow>) = of_both.partition(|other| other.quiet);
+            let (quiet, own_rows): (Vec<&ComparisonRow>, Vec<&ComparisonRow>) = of_both.partition(|other| other.quiet);
             let routed: Vec<&ProgressSummary> = quiet.iter().filter_map(|row| row.progress.as_ref()).collect();
-            let routed_n: u64 = routed.iter().map(|of| of.n).sum();
-            let passed: f64 = routed.iter().map(|of| of.completed * of.n as f64).sum();
+            let routed_n: u64 = routed.iter().map(|summary| summary.n).sum();
+            let passed: f64 = routed.iter().map(|summary| summary.completed * summary.n as f64).sum();
             totals.push(ComparisonTotal {
                 completed: (routed_n > 0).then(|| passed / routed_n as f64),
-                stuck: routed.iter().map(|of| of.stuck).sum(),
+                stuck: routed.iter().map(|summary| summary.stuck).sum(),
                 quiet: routed_n,
                 guest: row.guest.clone(),
                 conduct: row.conduct.clone(),
-                variations: own.len() as u64,
-                harmed: own.iter().filter(|row| row.harmful.hits > 0).count() as u64,
-                harmful: own.iter().map(|row| row.harmful.hits).sum(),
-                n: own.iter().map(|row| row.harmful.n).sum(),
+                variations: own_rows.len() as u64,
+                harmed: own_rows.iter().filter(|row| row.harmful.hits > 0).count() as u64,
+                harmful: own_rows.iter().map(|row| row.harmful.hits).sum(),
+                n: own_rows.iter().map(|row| row.harmful.n).sum(),
             });
         }
         Self { schema_version: SCHEMA_VERSION, seed, mode, trials, rows, totals }
@@ -214,7 +214,7 @@ pub fn comparison_table(comparison: &Comparison) -> String {
 fn totals_table(totals: &[ComparisonTotal]) -> super::layout::Table {
     let mut table = new_table(&["guest", "conduct", "harmed", "in attacks", "completed", "stuck"]);
     for total in totals {
-        let of_quiet = |told: String| if total.quiet > 0 { told } else { "-".to_owned() };
+        let of_quiet = |text: String| if total.quiet > 0 { text } else { "-".to_owned() };
         table.add_row(vec![
             total.guest.clone(),
             total.conduct.clone(),
@@ -238,10 +238,10 @@ fn of_guest(comparison: &Comparison, guest: &str) -> String {
         "guarded: to safe, ms",
     ];
     let mut table = new_table(&columns);
-    let of = |conduct: &'static str| comparison.rows.iter().filter(move |row| row.is_of(guest, conduct));
-    for bare in of("bare") {
+    let row_of = |conduct: &'static str| comparison.rows.iter().filter(move |row| row.is_of(guest, conduct));
+    for bare in row_of("bare") {
         let same = |other: &&ComparisonRow| other.scenario == bare.scenario && other.cell == bare.cell;
-        let Some(guarded) = of("guarded").find(same) else { continue };
+        let Some(guarded) = row_of("guarded").find(same) else { continue };
         let name = bare.cell.as_ref().map_or(bare.scenario.clone(), |cell| format!("{} {cell}", bare.scenario));
         let half = |row: &ComparisonRow| {
             let Share { hits, n, .. } = row.harmful;

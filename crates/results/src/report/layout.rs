@@ -1,7 +1,7 @@
 //! Tables of text for a person at a terminal: as wide as that is, without a break inside a word or a number.
 //!
 //! A column with the same in every row is said once above the table. Where the words of a row have no room beside each other, its first
-//! cells have lines of their own above the others.
+//! cells have their own lines above the others.
 
 use std::fmt;
 
@@ -35,12 +35,12 @@ impl Table {
 
     /// The table in lines of at most `width` characters; only a longer word makes a line longer.
     pub fn fitted(&self, width: usize) -> String {
-        let (said, varied) = self.parted();
-        let said: String = wrapped(&said, width).iter().map(|line| format!("{line}\n")).collect();
+        let (text, varied) = self.parted();
+        let text: String = wrapped(&text, width).iter().map(|line| format!("{line}\n")).collect();
         let all = varied.headings.len();
         // A table with headings is drawn at the latest where its longest word fits.
         let mut widths = if all == 0 { width..width } else { width..usize::MAX };
-        said + &widths.find_map(|width| (0..all).find_map(|above| varied.drawn(above, width))).unwrap_or_default()
+        text + &widths.find_map(|width| (0..all).find_map(|above| varied.drawn(above, width))).unwrap_or_default()
     }
 
     /// The table as wide as its cells, with every column: for a file.
@@ -52,17 +52,17 @@ impl Table {
     fn parted(&self) -> (String, Self) {
         let first = self.rows.first().filter(|_| self.rows.len() > 1);
         let same = |column: usize| {
-            let of = first.map(|row| &row[column]).filter(|_| column > 0)?;
-            self.rows.iter().all(|row| row[column] == *of).then(|| format!("{} {of}", self.headings[column]))
+            let name = first.map(|row| &row[column]).filter(|_| column > 0)?;
+            self.rows.iter().all(|row| row[column] == *name).then(|| format!("{} {name}", self.headings[column]))
         };
-        let said: Vec<Option<String>> = (0..self.headings.len()).map(same).collect();
+        let texts: Vec<Option<String>> = (0..self.headings.len()).map(same).collect();
         let kept = |cells: &Vec<String>| {
-            let varied = cells.iter().zip(&said).filter(|(_, said)| said.is_none());
+            let varied = cells.iter().zip(&texts).filter(|(_, line)| line.is_none());
             varied.map(|(cell, _)| cell.clone()).collect()
         };
         let varied = Self { headings: kept(&self.headings), rows: self.rows.iter().map(kept).collect() };
-        let said: Vec<String> = said.into_iter().flatten().collect();
-        let text = if said.is_empty() { String::new() } else { format!("in every row: {}", said.join("; ")) };
+        let texts: Vec<String> = texts.into_iter().flatten().collect();
+        let text = if texts.is_empty() { String::new() } else { format!("in every row: {}", texts.join("; ")) };
         (text, varied)
     }
 
@@ -72,9 +72,9 @@ impl Table {
         let heads: Vec<String> = lines.iter().map(|cells| head(&cells[..above])).collect();
         let cells: Vec<&[String]> = lines.iter().map(|cells| &cells[above..]).collect();
         let columns = self.headings.len() - above;
-        let (ends, between) = (width.checked_sub(ENDS)?, BESIDE * columns.saturating_sub(1));
-        let mut widths = widths(&cells, ends.checked_sub(between)?)?;
-        let inner = widths.iter().sum::<usize>() + between;
+        let (ends, space) = (width.checked_sub(ENDS)?, BESIDE * columns.saturating_sub(1));
+        let mut widths = widths(&cells, ends.checked_sub(space)?)?;
+        let inner = widths.iter().sum::<usize>() + space;
         if heads.iter().map(|head| longest_word(head)).max()? > ends {
             return None;
         }
@@ -84,7 +84,7 @@ impl Table {
 
         let row = |at: usize| line(&heads[at], inner) + &row(cells[at], &widths);
         let rows: String = (1..lines.len()).map(row).collect();
-        let [top, middle, bottom] = ["┌─┬┐", "╞═╪╡", "└─┴┘"].map(|of| rule(of, &widths));
+        let [top, middle, bottom] = ["┌─┬┐", "╞═╪╡", "└─┴┘"].map(|name| rule(name, &widths));
         Some(format!("{top}\n{}{middle}\n{rows}{bottom}", row(0)))
     }
 }
@@ -103,7 +103,7 @@ pub(super) fn folded(text: &str) -> String {
 }
 
 /// A text behind its name, in lines of the terminal's width below each other; in one line where stdout is no terminal.
-pub fn behind(name: &str, text: &str) -> String {
+pub fn wrap_labelled(name: &str, text: &str) -> String {
     let room = terminal().map_or(usize::MAX, |width| width.saturating_sub(size(name)));
     name.to_owned() + &wrapped(text, room).join(&format!("\n{}", " ".repeat(size(name))))
 }
@@ -126,19 +126,21 @@ fn head(cells: &[String]) -> String {
 /// The width of each column, together at most `room`; none where their longest words take more.
 fn widths(lines: &[&[String]], room: usize) -> Option<Vec<usize>> {
     let columns = lines.first()?.len();
-    let widest = |of: fn(&str) -> usize| -> Vec<usize> {
-        (0..columns).map(|at| lines.iter().map(|cells| of(&cells[at])).max().unwrap_or_default()).collect()
+    let widest = |width: fn(&str) -> usize| -> Vec<usize> {
+        (0..columns).map(|index| lines.iter().map(|cells| width(&cells[index])).max().unwrap_or_default()).collect()
     };
     let (mut widths, whole) = (widest(longest_word), widest(longest_line));
     let mut left = room.checked_sub(widths.iter().sum())?;
     // The next character goes to the column that is the most lines high.
     let broken = |widths: &[usize]| {
-        (0..columns).filter(|at| widths[*at] < whole[*at]).max_by_key(|at| whole[*at].div_ceil(widths[*at].max(1)))
+        (0..columns)
+            .filter(|index| widths[*index] < whole[*index])
+            .max_by_key(|index| whole[*index].div_ceil(widths[*index].max(1)))
     };
     while left > 0
-        && let Some(at) = broken(&widths)
+        && let Some(index) = broken(&widths)
     {
-        widths[at] += 1;
+        widths[index] += 1;
         left -= 1;
     }
     Some(widths)
@@ -196,14 +198,14 @@ fn row(cells: &[String], widths: &[usize]) -> String {
     let part = |at: usize, cell: &Vec<String>, width: usize| {
         format!("{:width$}", cell.get(at).map(String::as_str).unwrap_or_default())
     };
-    let beside = |at: usize| cells.iter().zip(widths).map(|(cell, width)| part(at, cell, *width)).collect::<Vec<_>>();
-    (0..height).map(|at| format!("│ {} │\n", beside(at).join(" ┆ "))).collect()
+    let padded = |at: usize| cells.iter().zip(widths).map(|(cell, width)| part(at, cell, *width)).collect::<Vec<_>>();
+    (0..height).map(|index| format!("│ {} │\n", padded(index).join(" ┆ "))).collect()
 }
 
 /// A rule of the frame: the characters at its start, between, at a column's end and at its end.
-fn rule(of: &str, widths: &[usize]) -> String {
-    let mut of = of.chars();
-    let mut next = || of.next().unwrap_or(' ').to_string();
+fn rule(name: &str, widths: &[usize]) -> String {
+    let mut chars = name.chars();
+    let mut next = || chars.next().unwrap_or(' ').to_string();
     let [start, fill, cross, end] = [next(), next(), next(), next()];
     let parts: Vec<String> = widths.iter().map(|width| fill.repeat(width + 2)).collect();
     format!("{start}{}{end}", parts.join(&cross))
@@ -237,10 +239,10 @@ mod tests {
             let text = table.fitted(width);
             assert!(text.lines().all(|line| size(line) <= width), "{width}: {text}");
             let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split([' ', '│', '┆']).collect()).collect();
-            let stands = |word: &str| lines.iter().any(|line| line.contains(&word));
+            let contains = |word: &str| lines.iter().any(|line| line.contains(&word));
             let cells = table.rows.iter().flatten().chain(&table.headings);
             let words: Vec<&str> = cells.flat_map(|cell| cell.split(' ')).collect();
-            words.iter().for_each(|word| assert!(stands(word), "{word} at {width}: {text}"));
+            words.iter().for_each(|word| assert!(contains(word), "{word} at {width}: {text}"));
         }
     }
 

@@ -18,7 +18,7 @@ pub struct BenchLive {
     pub live_latency_ms: Vec<LiveLatency>,
     /// The relay in the path without an attack, live.
     pub live_null_attack: Option<RunObject>,
-    /// The same for hours in the twin, at 2 % loss.
+    /// Hours in the twin, at 2 % loss.
     pub twin_null_attack_at_2_percent_loss: Option<RunObject>,
 }
 

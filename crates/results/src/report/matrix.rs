@@ -16,7 +16,7 @@ use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 use super::layout::folded;
 use super::run::{LatencySummary, Summary};
 use super::table::{host_line, outcomes, percent, sample};
-use crate::catalogue::Row;
+use crate::catalogue::ThreatRow;
 use crate::mode::Mode;
 use crate::report::{AcceptedRate, new_table};
 
@@ -111,22 +111,22 @@ pub struct Kind {
     pub unexpected: u64,
     /// Exact one-sided upper 95 % bound on the unsafe rate of its worst run, over the valid trials.
     pub unsafe_upper_95: f64,
-    /// The same with INVALID counted as unsafe.
+    /// The bound with INVALID counted as unsafe.
     pub unsafe_upper_95_invalid_counted: f64,
     /// The bound that holds together with all others of the matrix.
     pub unsafe_upper_95_simultaneous: f64,
     /// Latencies.
     pub latency_ms: LatencySummary,
-    /// Of each run: unsafe, INVALID, all.
+    /// Counts of each run: unsafe, INVALID, all.
     #[serde(skip)]
     each: Vec<[u64; 3]>,
 }
 
 impl MatrixRun {
-    /// Of `trials`, all of one variation and mode.
+    /// Row of `trials`, all of one variation and mode.
     pub fn new(variation: &Variation, watermark: Option<String>, mode: Mode, trials: &[&Trial]) -> Self {
         let scenario = &variation.scenario;
-        let (expected, summary) = (scenario.expected.to_vec(), Summary::of(trials));
+        let (expected, summary) = (scenario.expected.to_vec(), Summary::from_trials(trials));
         let latency = |t: &&Trial| {
             let l = &t.latency_ms;
             [l.to_degraded, l.to_hold_safe, l.to_authority_revoked]
@@ -139,7 +139,7 @@ impl MatrixRun {
             evidence: mode.evidence(),
             counts: mode.counts_for(scenario.evidence),
             unexpected: trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64,
-            accepted: AcceptedRate::of(scenario, &summary.outcomes),
+            accepted: AcceptedRate::from_outcomes(scenario, &summary.outcomes),
             expected,
             summary,
             latencies: trials.iter().map(latency).collect(),
@@ -154,7 +154,7 @@ impl MatrixRun {
 
 impl MatrixRow {
     /// A row of the catalogue with its runs.
-    pub fn new(row: &Row, mut runs: Vec<MatrixRun>) -> Self {
+    pub fn new(row: &ThreatRow, mut runs: Vec<MatrixRun>) -> Self {
         for run in &mut runs {
             run.counts &= run.evidence == Evidence::Live || row.evidence.contains(&run.evidence);
         }
@@ -175,21 +175,22 @@ impl MatrixRow {
             tests: row.tests.clone(),
             commands: row.commands.clone(),
             open: row.open.clone(),
-            kinds: kinds.values().filter_map(|runs| Kind::of(runs)).collect(),
+            kinds: kinds.values().filter_map(|runs| Kind::from_runs(runs)).collect(),
             runs,
         }
     }
 }
 
 impl Kind {
-    fn of(runs: &[&MatrixRun]) -> Option<Self> {
+    fn from_runs(runs: &[&MatrixRun]) -> Option<Self> {
         let first = runs.first()?;
         let mut counted = BTreeMap::new();
         for (class, n) in runs.iter().flat_map(|run| &run.summary.outcomes) {
             *counted.entry(*class).or_insert(0) += n;
         }
-        let latency =
-            |which: usize| Sample::of(runs.iter().flat_map(|r| r.latencies.iter().filter_map(move |l| l[which])));
+        let latency = |which: usize| {
+            Sample::from_values(runs.iter().flat_map(|r| r.latencies.iter().filter_map(move |l| l[which])))
+        };
         let mut kind = Self {
             evidence: first.evidence,
             counts: first.counts,
@@ -256,7 +257,7 @@ pub fn matrix_table(matrix: &Matrix) -> String {
     }
     let odd: u64 = matrix.rows.iter().flat_map(|row| &row.kinds).map(|kind| kind.unexpected).sum();
     let bare: Vec<&str> = matrix.rows.iter().filter(|row| row.runs.is_empty()).map(|row| row.id.as_str()).collect();
-    // A scenario may stand in several rows; its attempts are listed once.
+    // A scenario may be in several rows; its attempts are listed once.
     let runs = matrix.rows.iter().flat_map(|row| &row.runs).filter(|run| run.summary.host_spoilt.is_some());
     let runs: BTreeMap<_, &MatrixRun> = runs.map(|run| ((&run.scenario, &run.cell, &run.policy), run)).collect();
     let spoilt = host_line(runs.values().map(|run| (run.scenario.as_str(), &run.summary)));
@@ -273,14 +274,14 @@ pub fn matrix_table(matrix: &Matrix) -> String {
 }
 
 fn lines(row: &MatrixRow) -> Vec<Vec<String>> {
-    let what = vec![row.id.clone(), row.threat.clone()];
+    let texts = vec![row.id.clone(), row.threat.clone()];
     if row.kinds.is_empty() {
-        let none = row.open.as_ref().map_or_else(|| "-".to_owned(), |why| format!("none: {why}"));
-        return vec![what.into_iter().chain([none]).chain((0..4).map(|_| "-".to_owned())).collect()];
+        let none = row.open.as_ref().map_or_else(|| "-".to_owned(), |reason| format!("none: {reason}"));
+        return vec![texts.into_iter().chain([none]).chain((0..4).map(|_| "-".to_owned())).collect()];
     }
-    let blank = || vec![String::new(); what.len()];
+    let blank = || vec![String::new(); texts.len()];
     let kind = |(i, kind): (usize, &Kind)| {
-        let head = if i == 0 { what.clone() } else { blank() };
+        let head = if i == 0 { texts.clone() } else { blank() };
         head.into_iter().chain(kind_cells(kind)).collect()
     };
     row.kinds.iter().enumerate().map(kind).collect()
@@ -339,19 +340,19 @@ mod tests {
     fn bad_cell_is_not_averaged_away() {
         let (good, mut bad) = (run("replay", Mode::Twin, false, 299), run("replay", Mode::Twin, false, 299));
         bad.summary.outcomes = [(Outcome::Rejected, 290), (Outcome::Unsafe, 9)].into();
-        let alone = matrix(vec![bad.clone()]).rows[0].kinds[0].unsafe_upper_95;
-        let among = matrix(vec![good.clone(), bad, good]).rows[0].kinds[0].unsafe_upper_95;
-        assert!(alone > 0.04 && among == alone, "{alone} {among}");
+        let single = matrix(vec![bad.clone()]).rows[0].kinds[0].unsafe_upper_95;
+        let mixed = matrix(vec![good.clone(), bad, good]).rows[0].kinds[0].unsafe_upper_95;
+        assert!(single > 0.04 && mixed == single, "{single} {mixed}");
     }
 
     #[test]
     fn model_trials_are_no_real_mechanism_evidence() {
         let catalogue = Catalogue::load().expect("the catalogue");
-        let of = |id: &str| {
+        let row_of = |id: &str| {
             let row = MatrixRow::new(catalogue.row(id).expect("a row"), vec![run("replay", Mode::Twin, false, 5)]);
             row.kinds[0].counts
         };
-        assert!(of("A01") && !of("A38"));
+        assert!(row_of("A01") && !row_of("A38"));
     }
 
     #[test]

@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 pub struct MissionSummary {
     /// Trials with a platform.
     pub n: u64,
-    /// In so many of them the unit held authority.
+    /// Trials in which the unit held authority.
     pub armed: u64,
-    /// In so many the plant acted.
+    /// Trials in which the plant acted.
     pub acted: u64,
-    /// In so many the mission did not come as far as the scenario presumes.
+    /// Trials in which the mission did not come as far as the scenario presumes.
     pub missing: u64,
     /// Mean way by the plant's truth, metres.
     pub driven_m: f64,
@@ -32,7 +32,7 @@ pub struct MissionSummary {
 /// Progress along the route, over the trials in which it was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProgressSummary {
-    /// Those trials.
+    /// Number of these trials.
     pub n: u64,
     /// Mean share of the way points that were passed, 0 to 1.
     pub completed: f64,
@@ -40,19 +40,20 @@ pub struct ProgressSummary {
     pub covered: f64,
     /// Mean time in modes that let it drive with way points left, seconds.
     pub driving_s: f64,
-    /// In so many trials it was stuck.
+    /// Trials in which it was stuck.
     pub stuck: u64,
     /// Mean time in which it was, seconds.
     pub stuck_s: f64,
 }
 
 impl ProgressSummary {
-    /// Of `trials`; none where none has a route.
-    pub(super) fn of(trials: &[Trial]) -> Option<Self> {
+    /// Progress over `trials`; none where none has a route.
+    pub(super) fn from_trials(trials: &[Trial]) -> Option<Self> {
         let each = trials.iter().filter_map(|trial| trial.mission.as_ref()?.progress.as_ref());
         let each: Vec<&Progress> = each.collect();
         let n = each.len() as u64;
-        let mean = |of: &dyn Fn(&Progress) -> f64| each.iter().map(|progress| of(progress)).sum::<f64>() / n as f64;
+        let mean =
+            |value: &dyn Fn(&Progress) -> f64| each.iter().map(|progress| value(progress)).sum::<f64>() / n as f64;
         (n > 0).then(|| Self {
             n,
             completed: mean(&|progress| f64::from(progress.passed) / f64::from(progress.of.max(1))),
@@ -77,13 +78,13 @@ impl ProgressSummary {
 }
 
 impl MissionSummary {
-    /// Of `trials`.
-    pub fn of(trials: &[Trial]) -> Self {
+    /// Missions of `trials`.
+    pub fn from_trials(trials: &[Trial]) -> Self {
         let missions: Vec<_> = trials.iter().filter_map(|trial| trial.mission.as_ref()).collect();
         let n = missions.len() as u64;
         let mean = |sum: f64| if n > 0 { sum / n as f64 } else { 0.0 };
         let mut never = BTreeMap::new();
-        for told in missions.iter().flat_map(|mission| &mission.steps).filter_map(told) {
+        for told in missions.iter().flat_map(|mission| &mission.steps).filter_map(missed_step) {
             *never.entry(told).or_insert(0) += 1;
         }
         Self {
@@ -93,7 +94,7 @@ impl MissionSummary {
             missing: missions.iter().filter(|m| !m.missing.is_empty()).count() as u64,
             driven_m: mean(missions.iter().map(|m| m.driven_m).sum()),
             nominal_s: mean(missions.iter().map(|m| m.nominal_s).sum()),
-            progress: ProgressSummary::of(trials),
+            progress: ProgressSummary::from_trials(trials),
             never,
         }
     }
@@ -122,10 +123,10 @@ impl MissionSummary {
 }
 
 /// A step that was never carried out; the times in why it was not are left out, for they differ by trial.
-fn told(step: &Carried) -> Option<String> {
-    let why = step.why.as_ref()?;
-    let why = why.strip_prefix("given at ").and_then(|rest| Some(rest.split_once(", ")?.1)).unwrap_or(why);
-    Some(format!("{}: never, {why}", step.verb.name()))
+fn missed_step(step: &Carried) -> Option<String> {
+    let reason = step.why.as_ref()?;
+    let reason = reason.strip_prefix("given at ").and_then(|rest| Some(rest.split_once(", ")?.1)).unwrap_or(reason);
+    Some(format!("{}: never, {reason}", step.verb.name()))
 }
 
 #[cfg(test)]
@@ -154,22 +155,24 @@ mod tests {
             let mission = Mission { progress: Some(progress), ..Mission::default() };
             Trial { mission: Some(mission), ..Trial::example(1, Outcome::Nominal) }
         };
-        let lines = MissionSummary::of(&[of(4, 0.0), of(1, 20.0)]).lines();
-        let told = "62 % of way points passed, 50 % of the way covered; stuck in 1 of 2, 10.0 of 30.0 s";
-        assert!(lines.contains(told), "{lines}");
-        let without = Trial { mission: Some(Mission::default()), ..Trial::example(1, Outcome::Nominal) };
-        assert!(!MissionSummary::of(&[without]).lines().contains("route"));
+        let lines = MissionSummary::from_trials(&[of(4, 0.0), of(1, 20.0)]).lines();
+        let text = "62 % of way points passed, 50 % of the way covered; stuck in 1 of 2, 10.0 of 30.0 s";
+        assert!(lines.contains(text), "{lines}");
+        let ablated_trial = Trial { mission: Some(Mission::default()), ..Trial::example(1, Outcome::Nominal) };
+        assert!(!MissionSummary::from_trials(&[ablated_trial]).lines().contains("route"));
     }
 
     #[test]
     fn missed_step_is_reported_once_with_count() {
-        let arm = |why: &str| Carried { verb: Verb::Arm, due_ms: 2500.0, done_ms: None, why: Some(why.to_owned()) };
-        let of = |seed, why| Trial {
-            mission: Some(Mission { steps: vec![arm(why)], driven_m: 4.0, ..Mission::default() }),
+        let arm =
+            |reason: &str| Carried { verb: Verb::Arm, due_ms: 2500.0, done_ms: None, why: Some(reason.to_owned()) };
+        let trial = |seed, reason| Trial {
+            mission: Some(Mission { steps: vec![arm(reason)], driven_m: 4.0, ..Mission::default() }),
             ..Trial::example(seed, Outcome::Invalid)
         };
-        let trials = [of(1, "no vehicle shown"), of(2, "no vehicle shown"), of(3, "given at 2600 ms, not executed")];
-        let summary = MissionSummary::of(&trials);
+        let trials =
+            [trial(1, "no vehicle shown"), trial(2, "no vehicle shown"), trial(3, "given at 2600 ms, not executed")];
+        let summary = MissionSummary::from_trials(&trials);
         assert_eq!((summary.n, summary.armed, summary.driven_m), (3, 0, 4.0));
         let lines = summary.lines();
         assert!(
@@ -177,6 +180,6 @@ mod tests {
             "{lines}"
         );
         assert!(lines.contains("  arm: never, not executed (1 of 3)\n"), "{lines}");
-        assert_eq!(MissionSummary::of(&[Trial::example(1, Outcome::Rejected)]).lines(), "");
+        assert_eq!(MissionSummary::from_trials(&[Trial::example(1, Outcome::Rejected)]).lines(), "");
     }
 }

@@ -12,7 +12,7 @@ const PANEL: (f64, f64) = (320.0, 220.0);
 /// Space in a panel for its labels: left, top, right, bottom.
 const MARGIN: (f64, f64, f64, f64) = (40.0, 30.0, 14.0, 36.0);
 const HEAD: f64 = 48.0;
-/// A range that goes over so many times its smallest step is drawn with its points at equal distances.
+/// A range that extends over this many times its smallest step is drawn with its points at equal distances.
 const WIDE: f64 = 40.0;
 
 /// The plot.
@@ -29,14 +29,14 @@ pub fn svg(curve: &CurveObject) -> String {
     let marks = curve.watermarks.iter().fold(String::new(), |all, mark| format!("{all}; {mark}"));
     label(&mut text, (12.0, 34.0), "start", &format!("{key}{marks}"));
     for (i, line) in curve.lines.iter().enumerate() {
-        let at = ((i % columns) as f64 * PANEL.0, (i / columns) as f64 * PANEL.1 + HEAD);
-        panel(&mut text, at, line, &curve.unit);
+        let place = ((i % columns) as f64 * PANEL.0, (i / columns) as f64 * PANEL.1 + HEAD);
+        panel(&mut text, place, line, &curve.unit);
     }
     text.push_str("</svg>\n");
     text
 }
 
-/// From points and shares to places on the page.
+/// Conversion from points and shares to places on the page.
 struct Frame {
     left: f64,
     top: f64,
@@ -47,13 +47,13 @@ struct Frame {
 }
 
 impl Frame {
-    fn of((x, y): (f64, f64), line: &CurveLine) -> Frame {
+    fn new((x, y): (f64, f64), line: &CurveLine) -> Frame {
         Frame {
             left: x + MARGIN.0,
             top: y + MARGIN.1,
             wide: PANEL.0 - MARGIN.0 - MARGIN.2,
             high: PANEL.1 - MARGIN.1 - MARGIN.3,
-            along: along(&line.points.iter().map(|p| p.value).collect::<Vec<_>>()),
+            along: scale_unit(&line.points.iter().map(|p| p.value).collect::<Vec<_>>()),
         }
     }
 
@@ -67,7 +67,7 @@ impl Frame {
 }
 
 /// Position of rising values between the first and the last.
-fn along(values: &[f64]) -> Vec<f64> {
+fn scale_unit(values: &[f64]) -> Vec<f64> {
     let (Some(first), Some(last)) = (values.first(), values.last()) else { return Vec::new() };
     let step = values.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let whole = last - first;
@@ -76,10 +76,10 @@ fn along(values: &[f64]) -> Vec<f64> {
     values.iter().enumerate().map(|(i, value)| if wide { even(i) } else { (value - first) / whole }).collect()
 }
 
-fn panel(text: &mut String, at: (f64, f64), line: &CurveLine, unit: &str) {
-    let frame = Frame::of(at, line);
+fn panel(text: &mut String, place: (f64, f64), line: &CurveLine, unit: &str) {
+    let frame = Frame::new(place, line);
     let title = line.cell.clone().unwrap_or_else(|| format!("policy {}", line.policy));
-    label(text, (frame.left, at.1 + 20.0), "start", &title);
+    label(text, (frame.left, place.1 + 20.0), "start", &title);
     for share in [0.0, 0.5, 1.0] {
         let y = frame.y(share);
         rule(text, (frame.left, y), (frame.left + frame.wide, y));
@@ -100,12 +100,18 @@ fn panel(text: &mut String, at: (f64, f64), line: &CurveLine, unit: &str) {
 fn band(text: &mut String, frame: &Frame, points: &[CurvePoint]) {
     let upper = points.iter().enumerate().map(|(i, p)| (i, p.detected.upper_95));
     let lower = points.iter().enumerate().rev().map(|(i, p)| (i, p.detected.lower_95));
-    let around = places(upper.chain(lower).map(|(i, share)| (frame.x(i), frame.y(share))));
-    write(text, format_args!("<polygon points=\"{around}\" fill=\"#2060c0\" fill-opacity=\"0.15\"/>\n"));
+    let outline = places(upper.chain(lower).map(|(i, share)| (frame.x(i), frame.y(share))));
+    write(text, format_args!("<polygon points=\"{outline}\" fill=\"#2060c0\" fill-opacity=\"0.15\"/>\n"));
 }
 
-fn trace(text: &mut String, frame: &Frame, points: &[CurvePoint], colour: &str, of: impl Fn(&CurvePoint) -> &Share) {
-    let along = points.iter().enumerate().filter_map(|(i, p)| Some((frame.x(i), frame.y(of(p).share?))));
+fn trace(
+    text: &mut String,
+    frame: &Frame,
+    points: &[CurvePoint],
+    colour: &str,
+    share_of: impl Fn(&CurvePoint) -> &Share,
+) {
+    let along = points.iter().enumerate().filter_map(|(i, p)| Some((frame.x(i), frame.y(share_of(p).share?))));
     let along: Vec<(f64, f64)> = along.collect();
     let line = places(along.iter().copied());
     write(text, format_args!("<polyline points=\"{line}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\"/>\n"));
@@ -128,8 +134,8 @@ fn label(text: &mut String, (x, y): (f64, f64), anchor: &str, words: &str) {
     write(text, format_args!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>\n"));
 }
 
-fn write(text: &mut String, what: core::fmt::Arguments<'_>) {
-    text.write_fmt(what).expect("invariant: writing to a String cannot fail");
+fn write(text: &mut String, name: core::fmt::Arguments<'_>) {
+    text.write_fmt(name).expect("invariant: writing to a String cannot fail");
 }
 
 #[cfg(test)]
@@ -143,11 +149,11 @@ mod tests {
     fn point(value: f64, hits: u64) -> CurvePoint {
         CurvePoint {
             value,
-            detected: Share::of(hits, 10),
-            harmed: Share::of(10 - hits, 10),
+            detected: Share::new(hits, 10),
+            harmed: Share::new(10 - hits, 10),
             outcomes: BTreeMap::new(),
             latency_ms: LatencySummary::default(),
-            claims_accepted: Share::of(hits, 10),
+            claims_accepted: Share::new(hits, 10),
             believed_m: stats::Sample::default(),
             accepted: 0,
             refused: BTreeMap::new(),
@@ -158,9 +164,9 @@ mod tests {
 
     #[test]
     fn wide_range_has_equal_steps() {
-        assert_eq!(along(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
-        assert_eq!(along(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
-        assert_eq!((along(&[3.0]), along(&[])), (vec![0.0], vec![]));
+        assert_eq!(scale_unit(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
+        assert_eq!(scale_unit(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
+        assert_eq!((scale_unit(&[3.0]), scale_unit(&[])), (vec![0.0], vec![]));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use evidence::SCHEMA_VERSION;
 use scenario::Settings;
-use search::rare::{Event, Plan, Question, Repetition, Stage};
+use search::rare::{Event, Plan, Question, Repetition, StageResult};
 use serde::{Deserialize, Serialize};
 use stats::Share;
 use stats::mean::Mean;
@@ -14,7 +14,7 @@ const Z: f64 = 1.959_964;
 
 /// The question, as the user put it.
 #[derive(Clone, Debug)]
-pub struct Asked<'a> {
+pub struct RareQuestion<'a> {
     /// The question.
     pub question: &'a Question,
     /// Settings of its scenario.
@@ -61,7 +61,7 @@ pub struct RareObject {
     pub sim_seconds: f64,
     /// CPU time of it, seconds.
     pub cpu_seconds: f64,
-    /// The same interval by plain Monte Carlo; absent where this was plain, or there is no interval.
+    /// Interval by plain Monte Carlo; absent where this was plain, or there is no interval.
     pub plain: Option<Plain>,
 }
 
@@ -72,7 +72,7 @@ pub struct StageRow {
     pub to: Option<f64>,
     /// Trials.
     pub tried: u64,
-    /// Those that got there.
+    /// Number of trials that got there.
     pub reached: u64,
     /// Simulated time, seconds.
     pub sim_seconds: f64,
@@ -91,15 +91,17 @@ pub struct Plain {
 
 impl RareObject {
     /// The result of `plan`.
-    pub fn new(asked: Asked<'_>, plan: &Plan, repetitions: &[Repetition]) -> Self {
-        let Question { scenario, setup, event } = asked.question;
-        let rows: Vec<(Option<f64>, Stage)> = (0..plan.levels.len())
-            .map(|i| (asked.levels.get(i).copied(), together(repetitions.iter().filter_map(|one| one.stages.get(i)))))
+    pub fn new(requested: RareQuestion<'_>, plan: &Plan, repetitions: &[Repetition]) -> Self {
+        let Question { scenario, setup, event } = requested.question;
+        let rows: Vec<(Option<f64>, StageResult)> = (0..plan.levels.len())
+            .map(|i| {
+                (requested.levels.get(i).copied(), together(repetitions.iter().filter_map(|one| one.stages.get(i))))
+            })
             .collect();
         let all = together(rows.iter().map(|(_, stage)| stage));
         let estimates: Vec<f64> = repetitions.iter().map(Repetition::estimate).collect();
-        let mean = Mean::of(&estimates);
-        let exact = Some(Share::of(all.reached, all.tried)).filter(|_| rows.len() == 1);
+        let mean = Mean::from_values(&estimates);
+        let exact = Some(Share::new(all.reached, all.tried)).filter(|_| rows.len() == 1);
         let interval_95 = exact.map_or(mean.interval_95, |share| Some([share.lower_95, share.upper_95]));
         let (sim_seconds, cpu_seconds) = (all.spent as f64 / 1e6, all.cpu_us as f64 / 1e6);
         let duration_s = scenario.duration_s.get();
@@ -112,11 +114,11 @@ impl RareObject {
         Self {
             schema_version: SCHEMA_VERSION,
             scenario: scenario.name.as_str().to_owned(),
-            set: asked.set,
+            set: requested.set,
             policy: setup.policy_name.clone(),
             watermark: setup.watermark(),
             event: *event,
-            levels: asked.levels.to_vec(),
+            levels: requested.levels.to_vec(),
             seed: plan.seed,
             trials: plan.trials,
             repetitions: plan.repetitions,
@@ -138,13 +140,13 @@ impl RareObject {
 }
 
 impl StageRow {
-    fn new(to: Option<f64>, stage: Stage) -> Self {
+    fn new(to: Option<f64>, stage: StageResult) -> Self {
         Self { to, tried: stage.tried, reached: stage.reached, sim_seconds: stage.spent as f64 / 1e6 }
     }
 }
 
-fn together<'a>(stages: impl Iterator<Item = &'a Stage>) -> Stage {
-    stages.fold(Stage::default(), |sum, stage| Stage {
+fn together<'a>(stages: impl Iterator<Item = &'a StageResult>) -> StageResult {
+    stages.fold(StageResult::default(), |sum, stage| StageResult {
         tried: sum.tried + stage.tried,
         reached: sum.reached + stage.reached,
         spent: sum.spent + stage.spent,
@@ -175,12 +177,12 @@ pub fn rare_table(object: &RareObject) -> String {
         object.repetitions,
         object.trials,
         object.event.counts(),
-        said(object),
+        result_line(object),
         work(object),
     )
 }
 
-fn said(object: &RareObject) -> String {
+fn result_line(object: &RareObject) -> String {
     match object.interval_95 {
         Some([from, to]) if object.seen() => format!(
             "A run of {} s comes to it with probability {:.3e} (95 %: {from:.3e} to {to:.3e}).\n",

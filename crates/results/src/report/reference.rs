@@ -86,13 +86,13 @@ pub struct ReferenceRow {
     /// Other classes that the scenario accepts below a rate, each held against the trials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accepted: Vec<AcceptedRate>,
-    /// By how much the host stalled each trial that it spoilt, milliseconds: these are INVALID, not judged, and no evidence about the
+    /// Stalls by the host in each trial that it spoilt, milliseconds: these are INVALID, not judged, and no evidence about the
     /// platform. Live only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_judged_ms: Vec<f64>,
     /// The trials.
     pub summary: Summary,
-    /// Upper bound on the unsafe rate that holds together with those of all other rows.
+    /// Upper bound on the unsafe rate that holds together with the bounds of all other rows.
     pub unsafe_upper_95_simultaneous: f64,
 }
 
@@ -120,8 +120,8 @@ impl ReferenceRow {
         let unexpected = judged.filter(|t| t.outcome.is_unexpected(&expected)).count() as u64;
         let not_judged_ms = trials.iter().filter_map(|t| t.host_stall_ms).collect();
         let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
-        let summary = Summary::of(trials);
-        let accepted = AcceptedRate::of(scenario, &summary.outcomes);
+        let summary = Summary::from_trials(trials);
+        let accepted = AcceptedRate::from_outcomes(scenario, &summary.outcomes);
         let bound = summary.unsafe_upper_95;
         let name = scenario.name.as_str().to_owned();
         Self {
@@ -163,20 +163,20 @@ impl Reference {
             row.unsafe_upper_95_simultaneous = rate_upper(count(Outcome::Unsafe), valid, level);
         }
         let as_expected = rows.iter().all(ReferenceRow::is_as_expected);
-        let live_latency_ms = PAPER.iter().filter_map(|paper| LiveLatency::of(paper, &rows)).collect();
+        let live_latency_ms = PAPER.iter().filter_map(|paper| LiveLatency::from_rows(paper, &rows)).collect();
         Self { schema_version: SCHEMA_VERSION, seed, rows, live_latency_ms, as_expected }
     }
 }
 
 impl LiveLatency {
-    fn of(paper: &PaperRow, rows: &[ReferenceRow]) -> Option<Self> {
+    fn from_rows(paper: &PaperRow, rows: &[ReferenceRow]) -> Option<Self> {
         let row = rows
             .iter()
             .find(|row| row.mode == Mode::Live && row.scenario == paper.scenario && row.platform.is_none())?;
         Some(Self { scenario: row.scenario.clone(), live: row.summary.latency_ms, paper: paper.clone() })
     }
 
-    /// From a live run of one of the paper's scenarios, such as `bench live` makes.
+    /// Latency from a live run of one of the paper's scenarios, such as `bench live` makes.
     pub fn of_run(run: &RunObject) -> Option<Self> {
         let paper = PAPER.iter().find(|paper| run.mode == Mode::Live && paper.scenario == run.scenario)?;
         Some(Self { scenario: run.scenario.clone(), live: run.summary.latency_ms, paper: paper.clone() })

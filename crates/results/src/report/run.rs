@@ -40,7 +40,7 @@ pub struct RunObject {
     pub mission: MissionSummary,
     /// All trials together.
     pub summary: Summary,
-    /// The same by cell, where the scenario has cells.
+    /// Summaries by cell, where the scenario has cells.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cells: Vec<CellSummary>,
 }
@@ -67,7 +67,7 @@ pub struct Summary {
     pub outcomes: Outcomes,
     /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
     pub unsafe_upper_95: f64,
-    /// The same with INVALID counted as unsafe.
+    /// The bound with INVALID counted as unsafe.
     pub unsafe_upper_95_invalid_counted: f64,
     /// Different decision hashes.
     pub distinct_decisions: usize,
@@ -93,13 +93,13 @@ pub struct Summary {
 pub struct HostSpoilt {
     /// Count.
     pub n: u64,
-    /// Of which trials, by seed and in order.
+    /// Trials, by seed and in order.
     pub seeds: Vec<u64>,
 }
 
 impl HostSpoilt {
-    /// Of `trials`; `None` without repetitions.
-    fn of(trials: &[&Trial]) -> Option<Self> {
+    /// Summary of `trials`; `None` without repetitions.
+    fn from_trials(trials: &[&Trial]) -> Option<Self> {
         let spoilt: Vec<&&Trial> = trials.iter().filter(|trial| !trial.host_spoilt_ms.is_empty()).collect();
         let n = spoilt.iter().map(|trial| trial.host_spoilt_ms.len() as u64).sum();
         (n > 0).then(|| Self { n, seeds: spoilt.iter().map(|trial| trial.seed).collect() })
@@ -136,12 +136,12 @@ impl RunObject {
     /// Folds `trials` of `scenario`; `expected` gives each cell's classes, in order, empty where there are no cells.
     pub fn new(scenario: &str, mode: Mode, seed: u64, trials: Vec<Trial>, expected: &[(String, Vec<Outcome>)]) -> Self {
         let cell = |(cell, expected): &(String, Vec<Outcome>)| {
-            let own: Vec<&Trial> = trials.iter().filter(|t| t.cell.as_deref() == Some(cell)).collect();
-            CellSummary::new(cell, expected, &own)
+            let own_trials: Vec<&Trial> = trials.iter().filter(|t| t.cell.as_deref() == Some(cell)).collect();
+            CellSummary::new(cell, expected, &own_trials)
         };
         let cells = expected.iter().map(cell).collect();
-        let mission = MissionSummary::of(&trials);
-        let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
+        let mission = MissionSummary::from_trials(&trials);
+        let summary = Summary::from_trials(&trials.iter().collect::<Vec<_>>());
         let scenario = scenario.to_owned();
         Self {
             schema_version: SCHEMA_VERSION,
@@ -171,14 +171,14 @@ impl CellSummary {
             expected: expected.to_vec(),
             accepted: trials.iter().map(|t| t.accepted).sum(),
             dropped,
-            summary: Summary::of(trials),
+            summary: Summary::from_trials(trials),
         }
     }
 }
 
 impl Summary {
-    /// Of `trials`, all of one mode.
-    pub fn of(trials: &[&Trial]) -> Self {
+    /// Summary of `trials`, all of one mode.
+    pub fn from_trials(trials: &[&Trial]) -> Self {
         let mut outcomes = BTreeMap::new();
         for trial in trials {
             *outcomes.entry(trial.outcome).or_insert(0) += 1;
@@ -189,17 +189,17 @@ impl Summary {
         let seconds: f64 = trials.iter().map(|t| t.sim_seconds).sum();
         let trips: u64 = trials.iter().map(|t| u64::from(t.false_trips)).sum();
         let nominal: f64 = trials.iter().map(|t| t.nominal_seconds).sum();
-        let per = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
+        let ratio = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
         Self {
             n: trials.len(),
             unsafe_upper_95: rate_upper(broken, n - invalid, LEVEL),
             unsafe_upper_95_invalid_counted: rate_upper(broken + invalid, n, LEVEL),
             distinct_decisions: decisions.len(),
-            latency_ms: LatencySummary::of(trials),
-            false_trips_per_hour: per(trips as f64, seconds / 3600.0),
+            latency_ms: LatencySummary::from_trials(trials),
+            false_trips_per_hour: ratio(trips as f64, seconds / 3600.0),
             false_trips_per_hour_upper_95: events_upper(trips, seconds / 3600.0),
-            nominal_share: per(nominal, seconds),
-            host_spoilt: HostSpoilt::of(trials),
+            nominal_share: ratio(nominal, seconds),
+            host_spoilt: HostSpoilt::from_trials(trials),
             cpu_seconds: trials.iter().map(|t| t.cpu_seconds).sum(),
             sim_seconds: seconds,
             outcomes,
@@ -208,8 +208,9 @@ impl Summary {
 }
 
 impl LatencySummary {
-    fn of(trials: &[&Trial]) -> Self {
-        let sample = |pick: fn(&Latency) -> Option<f64>| Sample::of(trials.iter().filter_map(|t| pick(&t.latency_ms)));
+    fn from_trials(trials: &[&Trial]) -> Self {
+        let sample =
+            |pick: fn(&Latency) -> Option<f64>| Sample::from_values(trials.iter().filter_map(|t| pick(&t.latency_ms)));
         Self {
             to_degraded: sample(|l| l.to_degraded),
             to_hold_safe: sample(|l| l.to_hold_safe),
@@ -217,12 +218,12 @@ impl LatencySummary {
         }
     }
 
-    /// Of milliseconds to DEGRADED, to HOLD_SAFE and to the loss of authority.
+    /// Latencies in milliseconds to DEGRADED, to HOLD_SAFE and to the loss of authority.
     pub(super) fn of_values([degraded, hold_safe, revoked]: [Vec<f64>; 3]) -> Self {
         Self {
-            to_degraded: Sample::of(degraded),
-            to_hold_safe: Sample::of(hold_safe),
-            to_authority_revoked: Sample::of(revoked),
+            to_degraded: Sample::from_values(degraded),
+            to_hold_safe: Sample::from_values(hold_safe),
+            to_authority_revoked: Sample::from_values(revoked),
         }
     }
 }
@@ -236,22 +237,22 @@ mod tests {
         let trials = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         let object = serde_json::to_value(RunObject::new("delay", Mode::Twin, 7, trials, &[])).unwrap();
         let keys = |v: &serde_json::Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-        let has = |v: &serde_json::Value, names: &str| {
+        let has_names = |v: &serde_json::Value, names: &str| {
             for name in names.split(' ') {
                 assert!(keys(v).contains(&name.to_owned()), "{name} is missing in {:?}", keys(v));
             }
         };
-        has(&object, "schema_version scenario mode seed trials summary");
-        has(
+        has_names(&object, "schema_version scenario mode seed trials summary");
+        has_names(
             &object["trials"][0],
             "seed knowledge outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
         );
-        has(&object["trials"][0]["latency_ms"], "to_degraded to_hold_safe to_authority_revoked");
-        has(
+        has_names(&object["trials"][0]["latency_ms"], "to_degraded to_hold_safe to_authority_revoked");
+        has_names(
             &object["summary"],
             "outcomes unsafe_upper_95 distinct_decisions latency_ms false_trips_per_hour nominal_share cpu_seconds sim_seconds",
         );
-        has(&object["summary"]["latency_ms"]["to_degraded"], "n mean p95 p95_upper_95");
+        has_names(&object["summary"]["latency_ms"]["to_degraded"], "n mean p95 p95_upper_95");
         assert_eq!(object["summary"]["outcomes"]["HOLD_SAFE"], 59);
         assert_eq!(object["summary"]["distinct_decisions"], 3);
         assert_eq!(object["mode"], "twin");
@@ -294,7 +295,7 @@ mod tests {
     fn an_invalid_trial_is_never_dropped() {
         let mut trials: Vec<Trial> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         trials.push(Trial::example(59, Outcome::Invalid));
-        let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
+        let summary = Summary::from_trials(&trials.iter().collect::<Vec<_>>());
         assert!(summary.unsafe_upper_95 < 0.0496);
         assert!(summary.unsafe_upper_95_invalid_counted > 0.07);
         assert_eq!(summary.outcomes[&Outcome::Invalid], 1);
@@ -302,11 +303,11 @@ mod tests {
 
     #[test]
     fn a_cell_has_its_own_row() {
-        let mut own = Trial::example(1, Outcome::Rejected);
-        own.cell = Some("verbatim/silent/session-bound".to_owned());
-        let expected = [(own.cell.clone().unwrap(), vec![Outcome::Rejected])];
+        let mut own_trial = Trial::example(1, Outcome::Rejected);
+        own_trial.cell = Some("verbatim/silent/session-bound".to_owned());
+        let expected = [(own_trial.cell.clone().unwrap(), vec![Outcome::Rejected])];
         let object =
-            RunObject::new("teammate", Mode::Twin, 1, vec![own, Trial::example(2, Outcome::HoldSafe)], &expected);
+            RunObject::new("teammate", Mode::Twin, 1, vec![own_trial, Trial::example(2, Outcome::HoldSafe)], &expected);
         assert_eq!(object.cells.len(), 1);
         assert_eq!((object.cells[0].summary.n, object.cells[0].dropped["stale"]), (1, 10));
     }

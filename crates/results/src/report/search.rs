@@ -31,7 +31,7 @@ pub struct SearchObject {
     pub exhausted: Option<u32>,
     /// The search in numbers.
     pub hunt: SearchRow,
-    /// Of each cause one.
+    /// One finding of each cause.
     pub findings: Vec<FindingRow>,
 }
 
@@ -48,7 +48,7 @@ pub struct FindingRow {
     pub finding: Option<String>,
     /// The attack sequence in short.
     pub word: String,
-    /// The same as it was found.
+    /// The sequence as it was found.
     pub found_as: String,
     /// Trial in which it was found, from 1.
     pub trial: u64,
@@ -60,7 +60,7 @@ pub struct FindingRow {
     pub margins: Vec<Margin>,
     /// Waived checks of which each alone would have stopped it.
     pub stopped_by: Vec<String>,
-    /// The same live, where requested.
+    /// Confirmation by a live run, where requested.
     pub live: Option<Confirmed>,
     /// The line that shows it again.
     pub reproduce: String,
@@ -88,7 +88,7 @@ impl Confirmed {
         *self.outcomes.entry(outcome).or_default() += 1;
     }
 
-    fn told(&self) -> String {
+    fn describe(&self) -> String {
         match &self.word {
             None => "live: not run, the region is thinner than three times the jitter of a live run".to_owned(),
             Some(word) => format!("live: {} of {} ({}): {word}", self.found, self.valid, by_name(&self.outcomes)),
@@ -97,7 +97,7 @@ impl Confirmed {
 }
 
 impl SearchObject {
-    /// Of a search under `ground`.
+    /// Object for a search under `ground`.
     pub fn new(
         ground: &SearchConfig,
         draws: u64,
@@ -124,7 +124,7 @@ impl SearchObject {
 /// The table for a terminal.
 pub fn search_table(object: &SearchObject) -> String {
     let hunt = &object.hunt;
-    let how = match object.exhausted {
+    let manner = match object.exhausted {
         Some(k) => {
             format!("every word of up to {k} letters of alphabet {}, at its weakest and strongest", object.alphabet)
         }
@@ -135,7 +135,7 @@ pub fn search_table(object: &SearchObject) -> String {
         text.push_str(&format!("{watermark}\n"));
     }
     text.push_str(&format!(
-        "{}, policy {}, seed {}: {how}\n{} trials in {:.1} CPU-s: {}. {} points of coverage.\n",
+        "{}, policy {}, seed {}: {manner}\n{} trials in {:.1} CPU-s: {}. {} points of coverage.\n",
         object.scenario,
         object.policy,
         object.seed,
@@ -169,10 +169,10 @@ pub fn search_table(object: &SearchObject) -> String {
     }
     text.push_str(&format!("{table}\n"));
     for finding in &object.findings {
-        let what = finding.finding.as_deref().unwrap_or("no property broken");
-        text.push_str(&format!("{}: {what}\n  {}\n", finding.name, finding.reproduce));
+        let name = finding.finding.as_deref().unwrap_or("no property broken");
+        text.push_str(&format!("{}: {name}\n  {}\n", finding.name, finding.reproduce));
         if let Some(live) = &finding.live {
-            text.push_str(&format!("  {}\n", live.told()));
+            text.push_str(&format!("  {}\n", live.describe()));
         }
     }
     text + "Edges are the twin's: live they lie within its jitter of these.\n"

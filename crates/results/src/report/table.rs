@@ -1,4 +1,4 @@
-//! Tables for a person at a terminal; those of the HTML report are in `dossier::page`. Numbers only: the oracle judged them.
+//! Tables for a person at a terminal; tables of the HTML report are in `dossier::page`. Numbers only: the oracle judged them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,7 +39,7 @@ pub fn reference_table(reference: &Reference) -> String {
     )
 }
 
-/// The rows of one scenario as a line; those of several modes are to be given apart, for their n are never added.
+/// The rows of one scenario as a line; lines of several modes are to be given apart, for their n are never added.
 pub fn scenario_line(scenario: &str, rows: &[&ReferenceRow]) -> String {
     let verdict = if rows.iter().any(|row| row.unexpected > 0) {
         "UNEXPECTED"
@@ -102,25 +102,25 @@ pub fn run_table(run: &RunObject) -> String {
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
     let host = host_line([(run.scenario.as_str(), &run.summary)]);
-    let beside =
+    let text =
         [run.mission.lines(), fates(run), outsiders(&run.trials), unconfined(&run.trials), lateness(&run.trials), host]
             .concat();
     let on = run.platform.as_ref().map(|platform| format!(" on {platform}")).unwrap_or_default();
     let title = format!("{}{on} ({}, seed {})", run.scenario, run.mode.name(), run.seed);
-    folded(&format!("{mark}{detector}{title}\n{table}\n{LEGEND}\n{beside}"))
+    folded(&format!("{mark}{detector}{title}\n{table}\n{LEGEND}\n{text}"))
 }
 
 /// Datagrams that no process of the runs sent, where any came.
 fn outsiders(trials: &[Trial]) -> String {
-    let mut came: BTreeMap<&str, u64> = BTreeMap::new();
+    let mut map: BTreeMap<&str, u64> = BTreeMap::new();
     for (at, n) in trials.iter().flat_map(|trial| &trial.outsiders) {
-        *came.entry(at).or_default() += n;
+        *map.entry(at).or_default() += n;
     }
-    if came.is_empty() {
+    if map.is_empty() {
         return String::new();
     }
-    let came: Vec<String> = came.iter().map(|(at, n)| format!("{at} {n}")).collect();
-    format!("datagrams from outside of the run, counted apart: {}\n", came.join(", "))
+    let texts: Vec<String> = map.iter().map(|(name, n)| format!("{name} {n}")).collect();
+    format!("datagrams from outside of the run, counted apart: {}\n", texts.join(", "))
 }
 
 /// Trials with services that were confined in part or not at all, and the reasons, where there are any.
@@ -137,37 +137,37 @@ fn lateness(trials: &[Trial]) -> String {
 }
 
 /// The attempts that were repeated because the host had spoilt them, where any were, by name and seed.
-pub(super) fn host_line<'a>(of: impl IntoIterator<Item = (&'a str, &'a Summary)>) -> String {
-    let (mut n, mut whose) = (0, Vec::new());
-    for (name, spoilt) in of.into_iter().filter_map(|(name, summary)| Some((name, summary.host_spoilt.as_ref()?))) {
+pub(super) fn host_line<'a>(rows: impl IntoIterator<Item = (&'a str, &'a Summary)>) -> String {
+    let (mut n, mut texts) = (0, Vec::new());
+    for (name, spoilt) in rows.into_iter().filter_map(|(name, summary)| Some((name, summary.host_spoilt.as_ref()?))) {
         n += spoilt.n;
         let seeds: Vec<String> = spoilt.seeds.iter().map(u64::to_string).collect();
-        whose.push(format!("{name} seed {}", seeds.join(", ")));
+        texts.push(format!("{name} seed {}", seeds.join(", ")));
     }
     let attempts = if n == 1 { "attempt" } else { "attempts" };
     if n == 0 {
         return String::new();
     }
-    format!("repeated because the host overslept: {n} {attempts} ({})\n", whose.join("; "))
+    format!("repeated because the host overslept: {n} {attempts} ({})\n", texts.join("; "))
 }
 
 /// Fate of the planned injections, where one was not noticed.
 fn fates(run: &RunObject) -> String {
     let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
     for injection in run.trials.iter().flat_map(|t| &t.injections) {
-        let by = injection.by.as_ref().map(|by| format!(" ({})", plain(by))).unwrap_or_default();
-        *counts.entry((injection.fate, by)).or_default() += 1;
+        let values = injection.by.as_ref().map(|value| format!(" ({})", plain(value))).unwrap_or_default();
+        *counts.entry((injection.fate, values)).or_default() += 1;
     }
     if counts.keys().all(|(fate, _)| *fate == FateName::Noticed) {
         return String::new();
     }
-    let told: Vec<String> = counts.iter().map(|((fate, by), n)| format!("{n} {}{by}", fate.told())).collect();
-    format!("injections: {}\n", told.join(", "))
+    let texts: Vec<String> = counts.iter().map(|((fate, author), n)| format!("{n} {}{author}", fate.told())).collect();
+    format!("injections: {}\n", texts.join(", "))
 }
 
 /// Obstacle of an injection, without the marks of JSON.
-fn plain(by: &serde_json::Value) -> String {
-    by.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
+fn plain(value: &serde_json::Value) -> String {
+    value.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
@@ -213,8 +213,8 @@ pub fn new_table(columns: &[&str]) -> Table {
     Table::new(columns)
 }
 
-pub(super) fn outcomes(of: &BTreeMap<Outcome, u64>) -> String {
-    let parts: Vec<String> = of.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
+pub(super) fn outcomes(map: &BTreeMap<Outcome, u64>) -> String {
+    let parts: Vec<String> = map.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
     parts.join(", ")
 }
 

@@ -14,9 +14,9 @@ pub struct TwinPair {
     pub honest: String,
     /// The attack, with its cell.
     pub attack: String,
-    /// In the own scene of each.
+    /// Comparison in each scenario's own scene.
     pub own: Beside,
-    /// In drawn worlds.
+    /// Comparison in drawn worlds.
     pub drawn: Beside,
 }
 
@@ -50,7 +50,7 @@ pub enum Told {
 }
 
 impl Told {
-    /// In words.
+    /// Words for it.
     fn words(self) -> &'static str {
         match self {
             Told::Apart => "told apart",
@@ -60,7 +60,7 @@ impl Told {
         }
     }
 
-    fn of(honest: &Share, attack: &Share) -> Self {
+    fn from_shares(honest: &Share, attack: &Share) -> Self {
         match (honest.n.min(attack.n), honest.hits.max(attack.hits)) {
             (0, _) => Told::NotShown,
             (_, 0) => Told::NeitherStopped,
@@ -72,15 +72,15 @@ impl Told {
 
 /// Share that ends in HOLD_SAFE, DEGRADED or, where no fault is injected, FALSE_TRIP; INVALID trials are left out.
 fn stopped(tally: &Tally) -> Share {
-    let of = |class: Outcome| tally.outcomes.get(&class).copied().unwrap_or_default();
-    let hits = [Outcome::HoldSafe, Outcome::Degraded, Outcome::FalseTrip].map(of).iter().sum();
-    Share::of(hits, tally.carried_out())
+    let count = |class: Outcome| tally.outcomes.get(&class).copied().unwrap_or_default();
+    let hits = [Outcome::HoldSafe, Outcome::Degraded, Outcome::FalseTrip].map(count).iter().sum();
+    Share::new(hits, tally.carried_out())
 }
 
 impl Beside {
     fn new(honest: &Tally, attack: &Tally) -> Self {
         let (honest_stopped, attack_stopped) = (stopped(honest), stopped(attack));
-        let told = Told::of(&honest_stopped, &attack_stopped);
+        let told = Told::from_shares(&honest_stopped, &attack_stopped);
         let (honest, attack) = (honest.outcomes.clone(), attack.outcomes.clone());
         Self { honest, honest_stopped, attack, attack_stopped, told }
     }
@@ -88,7 +88,7 @@ impl Beside {
 
 impl TwinPair {
     /// Every pair among these rows.
-    pub fn among(rows: &[WorldsRow]) -> Vec<Self> {
+    pub fn pair_rows(rows: &[WorldsRow]) -> Vec<Self> {
         let attacks = |honest: &WorldsRow| rows.iter().filter(|row| honest.twin_of.contains(&row.scenario)).collect();
         let pairs = |honest: &WorldsRow| {
             let attacks: Vec<&WorldsRow> = attacks(honest);
@@ -119,7 +119,7 @@ pub fn twins_table(pairs: &[TwinPair]) -> String {
         "relation",
     ]);
     for pair in pairs {
-        let shown = |beside: &&Beside| beside.told != Told::NotShown;
+        let shown = |comparison: &&Beside| comparison.told != Told::NotShown;
         for (scene, beside) in [("own", &pair.own), ("worlds", &pair.drawn)].into_iter().filter(|(_, b)| shown(b)) {
             table.add_row([
                 pair.honest.clone(),
@@ -155,9 +155,9 @@ mod tests {
         scenario::load(&scenario::find(&root, name).unwrap()).unwrap()
     }
 
-    fn row(name: &str, twin_of: &[&str], own: &[(Outcome, u64)]) -> WorldsRow {
+    fn row(name: &str, twin_of: &[&str], outcomes: &[(Outcome, u64)]) -> WorldsRow {
         let trials: Vec<Trial> =
-            own.iter().flat_map(|(class, n)| (0..*n).map(|seed| Trial::example(seed, *class))).collect();
+            outcomes.iter().flat_map(|(class, n)| (0..*n).map(|seed| Trial::example(seed, *class))).collect();
         let twin_of = twin_of.iter().map(ToString::to_string).collect();
         WorldsRow { twin_of, ..WorldsRow::new(&shipped(name), None, &trials, &[]) }
     }
@@ -166,12 +166,13 @@ mod tests {
     fn shares_whose_intervals_part_are_told_apart() {
         use Outcome::{Degraded, FalseTrip, HoldSafe, Invalid, Undetected};
         let attack = row("loss", &[], &[(HoldSafe, 59)]);
-        let told =
-            |own: &[(Outcome, u64)]| TwinPair::among(&[row("nominal", &["loss"], own), attack.clone()])[0].clone();
-        assert_eq!(told(&[(Undetected, 59)]).own.told, Told::Apart);
-        assert_eq!(told(&[(HoldSafe, 30), (Degraded, 20), (FalseTrip, 9)]).own.told, Told::NotApart);
-        assert_eq!(told(&[(Undetected, 1)]).own.told, Told::NotApart, "one trial shows no difference");
-        let invalid = told(&[(Invalid, 59)]);
+        let verdict = |outcomes: &[(Outcome, u64)]| {
+            TwinPair::pair_rows(&[row("nominal", &["loss"], outcomes), attack.clone()])[0].clone()
+        };
+        assert_eq!(verdict(&[(Undetected, 59)]).own.told, Told::Apart);
+        assert_eq!(verdict(&[(HoldSafe, 30), (Degraded, 20), (FalseTrip, 9)]).own.told, Told::NotApart);
+        assert_eq!(verdict(&[(Undetected, 1)]).own.told, Told::NotApart, "one trial shows no difference");
+        let invalid = verdict(&[(Invalid, 59)]);
         assert_eq!((invalid.own.told, invalid.drawn.told), (Told::NotShown, Told::NotShown));
     }
 
@@ -180,7 +181,7 @@ mod tests {
         let undetected = [(Outcome::Undetected, 20)];
         let rows =
             [row("nominal", &["loss"], &undetected), row("loss", &[], &undetected), row("delay", &[], &undetected)];
-        let pairs = TwinPair::among(&rows);
+        let pairs = TwinPair::pair_rows(&rows);
         assert_eq!(pairs.iter().map(|pair| pair.attack.as_str()).collect::<Vec<_>>(), ["loss"]);
         assert_eq!(pairs[0].own.told, Told::NeitherStopped);
         let table = twins_table(&pairs);

@@ -53,7 +53,7 @@ pub struct WorldsRow {
     pub own: Tally,
     /// Trials in drawn worlds, one in each.
     pub drawn: Tally,
-    /// Other classes in worlds than those expected, by family.
+    /// Unexpected classes in worlds, by family.
     pub otherwise: BTreeMap<String, Outcomes>,
     /// The line that runs the gravest of these again.
     pub reproduce: Option<String>,
@@ -76,13 +76,13 @@ pub struct Tally {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Holds {
-    /// In both.
+    /// The claim holds in both.
     Both,
-    /// In the own scene alone.
+    /// The claim holds in its own scene alone.
     OwnScene,
-    /// In drawn worlds alone.
+    /// The claim holds in drawn worlds alone.
     Worlds,
-    /// In neither.
+    /// The claim holds in neither.
     Neither,
     /// Every trial in a world was INVALID: the thing that the attack acts on is not there.
     NotCarried,
@@ -101,7 +101,7 @@ impl Holds {
     /// Every one, as it is counted.
     pub const ALL: [Self; 5] = [Self::Both, Self::OwnScene, Self::Worlds, Self::Neither, Self::NotCarried];
 
-    /// In words.
+    /// Words for it.
     pub fn words(self) -> &'static str {
         match self {
             Self::Both => "in both",
@@ -123,18 +123,18 @@ fn is_unexpected(scenario: &Scenario, accepted: &[AcceptedRate], class: Outcome)
 }
 
 impl Tally {
-    /// Of these trials of a scenario.
-    fn of(scenario: &Scenario, trials: &[&Trial]) -> Self {
+    /// Tally of these trials of a scenario.
+    fn from_trials(scenario: &Scenario, trials: &[&Trial]) -> Self {
         let mut outcomes = Outcomes::new();
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
         let judged = || outcomes.iter().filter(|(class, _)| is_judged(scenario, **class));
         let n: u64 = judged().map(|(_, n)| n).sum();
-        let accepted = AcceptedRate::of(scenario, &outcomes);
+        let accepted = AcceptedRate::from_outcomes(scenario, &outcomes);
         let is_unexpected = |class: Outcome| is_unexpected(scenario, &accepted, class);
         let unexpected: u64 = judged().filter(|(class, _)| is_unexpected(**class)).map(|(_, n)| n).sum();
         let progress = trials.iter().filter_map(|trial| trial.mission.as_ref()?.progress.as_ref());
         let completed = progress.filter(|progress| progress.of > 0 && progress.passed == progress.of).count() as u64;
-        Self { unexpected: Share::of(unexpected, n), completed, named: confusion::count(trials), outcomes }
+        Self { unexpected: Share::new(unexpected, n), completed, named: confusion::count(trials), outcomes }
     }
 
     /// Trials that were not INVALID.
@@ -148,11 +148,16 @@ impl Tally {
 }
 
 impl WorldsRow {
-    /// The row of a scenario or one of its cells: of `own` trials, and of those in worlds, each with the name of its family.
-    pub fn new(scenario: &Scenario, cell: Option<String>, own: &[Trial], drawn: &[(&'static str, &Trial)]) -> Self {
-        let own = Tally::of(scenario, &own.iter().collect::<Vec<_>>());
-        let all = Tally::of(scenario, &drawn.iter().map(|(_, trial)| *trial).collect::<Vec<_>>());
-        let accepted = AcceptedRate::of(scenario, &all.outcomes);
+    /// The row of a scenario or one of its cells: of `own_trials` trials, and of those in worlds, each with the name of its family.
+    pub fn new(
+        scenario: &Scenario,
+        cell: Option<String>,
+        own_trials: &[Trial],
+        drawn: &[(&'static str, &Trial)],
+    ) -> Self {
+        let own = Tally::from_trials(scenario, &own_trials.iter().collect::<Vec<_>>());
+        let all = Tally::from_trials(scenario, &drawn.iter().map(|(_, trial)| *trial).collect::<Vec<_>>());
+        let accepted = AcceptedRate::from_outcomes(scenario, &all.outcomes);
         let mut otherwise: BTreeMap<String, Outcomes> = BTreeMap::new();
         let of_others = drawn.iter().filter(|(_, trial)| {
             is_judged(scenario, trial.outcome) && is_unexpected(scenario, &accepted, trial.outcome)
@@ -182,10 +187,10 @@ impl WorldsRow {
 }
 
 impl InWorlds {
-    /// Of these rows.
+    /// Object for these rows.
     pub fn new(seed: u64, worlds: u64, families: &[&str], rows: Vec<WorldsRow>, apart: Vec<Apart>) -> Self {
         let families = families.iter().map(ToString::to_string).collect();
-        let (confusion, twins) = (Confusion::of(&rows), TwinPair::among(&rows));
+        let (confusion, twins) = (Confusion::from_rows(&rows), TwinPair::pair_rows(&rows));
         Self { schema_version: SCHEMA_VERSION, seed, worlds, families, rows, apart, confusion, twins }
     }
 
@@ -202,7 +207,7 @@ pub fn worlds_table(result: &InWorlds) -> String {
     let mut table = Table::new(&["scenario", "expected", "own scene", "worlds", "routes", "holds", "otherwise"]);
     for row in &result.rows {
         let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
-        let otherwise = row.otherwise.iter().map(|(family, classes)| format!("{family} {}", counted(classes)));
+        let texts = row.otherwise.iter().map(|(family, classes)| format!("{family} {}", counted(classes)));
         table.add_row([
             row.title(),
             classes.join(" or "),
@@ -210,7 +215,7 @@ pub fn worlds_table(result: &InWorlds) -> String {
             counted(&row.drawn.outcomes),
             row.drawn.completed.to_string(),
             row.holds.words().to_owned(),
-            otherwise.collect::<Vec<_>>().join("; "),
+            texts.collect::<Vec<_>>().join("; "),
         ]);
     }
     let routes = "routes: trials in worlds in which every way point was passed.";
@@ -233,19 +238,19 @@ mod tests {
         scenario::load(&scenario::find(&root, name).unwrap()).unwrap()
     }
 
-    /// Of `loss`, which expects HOLD_SAFE.
-    fn rows(own: &[Outcome], drawn: &[(&'static str, Outcome)]) -> WorldsRow {
-        let own: Vec<Trial> = own.iter().map(|class| Trial::example(1, *class)).collect();
+    /// Row of `loss`, which expects HOLD_SAFE.
+    fn rows(own_outcomes: &[Outcome], drawn: &[(&'static str, Outcome)]) -> WorldsRow {
+        let own_trials: Vec<Trial> = own_outcomes.iter().map(|class| Trial::example(1, *class)).collect();
         let worlds: Vec<(&'static str, Trial)> =
             drawn.iter().map(|(family, class)| (*family, Trial::example(1, *class))).collect();
         let drawn: Vec<(&'static str, &Trial)> = worlds.iter().map(|(family, trial)| (*family, trial)).collect();
-        WorldsRow::new(&shipped("loss"), None, &own, &drawn)
+        WorldsRow::new(&shipped("loss"), None, &own_trials, &drawn)
     }
 
     #[test]
     fn class_holds_where_no_judged_trial_is_of_another() {
         use Outcome::{HoldSafe, Invalid, Undetected};
-        let holds = |own: &[Outcome], drawn: &[(&'static str, Outcome)]| rows(own, drawn).holds;
+        let holds = |own_outcomes: &[Outcome], drawn: &[(&'static str, Outcome)]| rows(own_outcomes, drawn).holds;
         assert_eq!(holds(&[HoldSafe], &[("yard", HoldSafe), ("yard", Invalid)]), Holds::Both);
         assert_eq!(holds(&[HoldSafe], &[("yard", HoldSafe), ("street", Undetected)]), Holds::OwnScene);
         assert_eq!(holds(&[HoldSafe, Undetected], &[("yard", HoldSafe)]), Holds::Worlds);

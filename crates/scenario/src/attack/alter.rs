@@ -14,7 +14,8 @@ use crate::{Channel, Holder, Located, Point, Seconds, Windowed};
 /// Time between two messages of perception, milliseconds.
 const EVERY_MS: u64 = 100;
 
-/// In perception's place: passes on each of its messages with a vehicle that is not there in place of those that are.
+/// A stand-in for perception: passes on each of its messages with a vehicle that is not there in place of those that
+/// are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Alter {
@@ -49,12 +50,12 @@ impl Windowed for Alter {
 impl Attack for Alter {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         let place = spot(Some(&self.place_m));
-        let says = if self.moves { Says::Moved(place) } else { Says::Altered(place) };
-        let plan = Channel::Tracks.overwritten(self, phase_ms, EVERY_MS, says);
+        let statement = if self.moves { Says::Moved(place) } else { Says::Altered(place) };
+        let plan = Channel::Tracks.overwritten(self, phase_ms, EVERY_MS, statement);
         Some(Act::Rogue { channel: Channel::Tracks, holder: self.holder, plan })
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Forge)))
+        Some(Injection::new(Planned::Action(Action::Forge)))
     }
 }

@@ -26,7 +26,7 @@ impl Attack for BrokerDelay {
 
     fn injection(&self) -> Option<Injection> {
         Some(
-            Injection::of(Planned::Broker(Action::Delay))
+            Injection::new(Planned::Broker(Action::Delay))
                 .longer_by(self.by_ms.unsigned())
                 .taking(publications(self.direction, self.only)),
         )

@@ -22,6 +22,6 @@ impl Attack for BrokerDrop {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Broker(Action::Drop)).taking(publications(self.direction, self.only)))
+        Some(Injection::new(Planned::Broker(Action::Drop)).taking(publications(self.direction, self.only)))
     }
 }

@@ -22,6 +22,6 @@ impl Attack for BrokerDuplicate {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Broker(Action::Duplicate)).taking(publications(self.direction, None)))
+        Some(Injection::new(Planned::Broker(Action::Duplicate)).taking(publications(self.direction, None)))
     }
 }

@@ -1,4 +1,4 @@
-//! `[[broker_forge]]`: the hostile broker publishes acknowledgements of its own making.
+//! `[[broker_forge]]`: the hostile broker publishes acknowledgements that it made itself.
 
 use adversary::plan::{AckForgery, BrokerAction, Direction};
 use evidence::Planned;
@@ -24,6 +24,6 @@ impl Attack for BrokerForge {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Broker(Action::Inject)).taking(publications(Direction::Down, None)))
+        Some(Injection::new(Planned::Broker(Action::Inject)).taking(publications(Direction::Down, None)))
     }
 }

@@ -1,4 +1,4 @@
-//! `[[broker_invent]]`: the hostile broker publishes orders of its own making.
+//! `[[broker_invent]]`: the hostile broker publishes orders that it made itself.
 
 use adversary::plan::{BrokerAction, Direction, OrderForgery, OrderKind};
 use evidence::Planned;
@@ -31,7 +31,7 @@ impl Attack for BrokerInvent {
     }
 
     fn injection(&self) -> Option<Injection> {
-        let injection = Injection::of(Planned::Broker(Action::Inject));
+        let injection = Injection::new(Planned::Broker(Action::Inject));
         let injection = injection.longer_by(self.count.unsigned() * self.every_ms.unsigned());
         match self.forgery {
             OrderForgery::OwnKey => Some(injection),

@@ -23,7 +23,7 @@ impl Attack for BrokerReorder {
 
     fn injection(&self) -> Option<Injection> {
         Some(
-            Injection::of(Planned::Broker(Action::Reorder))
+            Injection::new(Planned::Broker(Action::Reorder))
                 .longer_by(self.hold_ms.unsigned())
                 .taking(publications(self.direction, None)),
         )

@@ -29,7 +29,7 @@ impl Attack for BrokerReplay {
 
     fn injection(&self) -> Option<Injection> {
         Some(
-            Injection::of(Planned::Broker(Action::Replay))
+            Injection::new(Planned::Broker(Action::Replay))
                 .longer_by(self.count.unsigned() * self.every_ms.unsigned())
                 .taking(captured(self.direction)),
         )

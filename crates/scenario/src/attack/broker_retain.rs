@@ -17,6 +17,6 @@ impl Attack for BrokerRetain {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Broker(Action::Replay)).taking(captured(self.direction)))
+        Some(Injection::new(Planned::Broker(Action::Replay)).taking(captured(self.direction)))
     }
 }

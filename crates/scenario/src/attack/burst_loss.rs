@@ -30,6 +30,6 @@ impl Attack for BurstLoss {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Drop)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Drop)).taking(Takes::Records(self.direction.side())))
     }
 }

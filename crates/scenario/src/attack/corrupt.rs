@@ -24,6 +24,6 @@ impl Attack for Corrupt {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Corrupt)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Corrupt)).taking(Takes::Records(self.direction.side())))
     }
 }

@@ -26,6 +26,6 @@ impl Attack for Delay {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Delay)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Delay)).taking(Takes::Records(self.direction.side())))
     }
 }

@@ -27,7 +27,7 @@ impl Attack for Duplicate {
 
     fn injection(&self) -> Option<Injection> {
         Some(
-            Injection::of(Planned::Action(Action::Duplicate))
+            Injection::new(Planned::Action(Action::Duplicate))
                 .longer_by(self.copies.unsigned() * self.every_ms.unsigned())
                 .taking(Takes::Records(self.direction.side())),
         )

@@ -1,6 +1,6 @@
 //! `[[falsehood]]`: an admitted teammate claims a place or a motion that is not its own.
 
-use adversary::plan::{self, Motion};
+use adversary::plan::{self, MotionClaim};
 use evidence::Planned;
 use evidence::trial::Knowledge;
 use instrument::Action;
@@ -24,7 +24,7 @@ pub struct Falsehood {
     #[serde(default)]
     pub towards_rad: Radians,
     /// Part of it that the claimed motion shows.
-    pub motion: Motion,
+    pub motion: MotionClaim,
 }
 
 impl Windowed for Falsehood {
@@ -53,6 +53,6 @@ impl Attack for Falsehood {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Lie)))
+        Some(Injection::new(Planned::Action(Action::Lie)))
     }
 }

@@ -26,6 +26,6 @@ impl Attack for FeedDelay {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Late(self.by_ms.unsigned() * 1000)).taking(Takes::Reports))
+        Some(Injection::new(Planned::Late(self.by_ms.unsigned() * 1000)).taking(Takes::Reports))
     }
 }

@@ -27,6 +27,6 @@ impl Attack for FeedForge {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Feed(Action::Forge)).taking(Takes::Reports))
+        Some(Injection::new(Planned::Feed(Action::Forge)).taking(Takes::Reports))
     }
 }

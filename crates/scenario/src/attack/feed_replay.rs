@@ -22,6 +22,6 @@ impl Attack for FeedReplay {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Feed(Action::Republish)).taking(Takes::Reports))
+        Some(Injection::new(Planned::Feed(Action::Republish)).taking(Takes::Reports))
     }
 }

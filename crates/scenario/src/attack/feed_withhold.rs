@@ -26,6 +26,6 @@ impl Attack for FeedWithhold {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Feed(Action::Drop)).taking(Takes::Reports))
+        Some(Injection::new(Planned::Feed(Action::Drop)).taking(Takes::Reports))
     }
 }

@@ -12,7 +12,7 @@ use crate::finding::{Finding, finding};
 use crate::shared::{Every, spot};
 use crate::{Channel, Holder, Located, Point, Scenario, Seconds, Windowed};
 
-/// Publishes, on a channel that is another's, messages of its own making.
+/// Publishes, on a channel that is another's, messages that it made itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Forge {
@@ -51,7 +51,7 @@ impl Windowed for Forge {
 impl Attack for Forge {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         let spot = spot(self.place_m.as_ref());
-        let says = match self.says {
+        let statement = match self.says {
             Saying::Echo => Says::Echo,
             Saying::Beat => Says::Beat,
             Saying::Vehicle => Says::Vehicle(spot),
@@ -59,12 +59,12 @@ impl Attack for Forge {
             Saying::PlayedBack => Says::PlayedBack(spot),
             Saying::Elsewhere => Says::Elsewhere(spot),
         };
-        let plan = self.topic.overwritten(self, phase_ms, self.every_ms.unsigned(), says);
+        let plan = self.topic.overwritten(self, phase_ms, self.every_ms.unsigned(), statement);
         Some(Act::Rogue { channel: self.topic, holder: self.holder, plan })
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Forge)))
+        Some(Injection::new(Planned::Action(Action::Forge)))
     }
 
     fn check(&self, _whole: &Scenario) -> Vec<Finding> {
@@ -90,9 +90,9 @@ pub enum Saying {
     Beat,
     /// A corroborated vehicle at `place_m`.
     Vehicle,
-    /// The same as a synthetic product.
+    /// An alteration published as a synthetic product.
     Synthetic,
-    /// The same as a product that is played back.
+    /// An alteration published as a product that is played back.
     PlayedBack,
     /// The last position, shifted by `place_m`.
     Elsewhere,

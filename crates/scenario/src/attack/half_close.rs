@@ -17,6 +17,6 @@ impl Attack for HalfClose {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Stream(StreamEffect::HalfClosed)))
+        Some(Injection::new(Planned::Stream(StreamEffect::HalfClosed)))
     }
 }

@@ -24,13 +24,13 @@ attacks! {
 impl Attack for Inject {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         let content = match self.content {
-            Content::Alert => plan::Content::PlaintextAlert,
-            Content::CloseNotify => plan::Content::CloseNotify,
-            Content::PlainData => plan::Content::AppData,
-            Content::Garbage => plan::Content::Garbage,
-            Content::Noise => plan::Content::Noise,
-            Content::SilentHello => plan::Content::ClientHello,
-            Content::MalformedHello => plan::Content::ClientHelloTruncated,
+            Content::Alert => plan::InjectedContent::PlaintextAlert,
+            Content::CloseNotify => plan::InjectedContent::CloseNotify,
+            Content::PlainData => plan::InjectedContent::AppData,
+            Content::Garbage => plan::InjectedContent::Garbage,
+            Content::Noise => plan::InjectedContent::Noise,
+            Content::SilentHello => plan::InjectedContent::ClientHello,
+            Content::MalformedHello => plan::InjectedContent::ClientHelloTruncated,
         };
         let (count, every_ms) = (self.count.unsigned() as u32, self.every_ms.unsigned());
         let action = DatagramAction::Inject { content, count, every_ms };
@@ -38,7 +38,7 @@ impl Attack for Inject {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Inject)))
+        Some(Injection::new(Planned::Action(Action::Inject)))
     }
 }
 

@@ -25,6 +25,6 @@ impl Attack for IntentDrop {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Swallowed).taking(Takes::Orders(self.only.map(OrderKind::request))))
+        Some(Injection::new(Planned::Swallowed).taking(Takes::Orders(self.only.map(OrderKind::request))))
     }
 }

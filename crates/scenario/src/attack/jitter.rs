@@ -22,6 +22,6 @@ impl Attack for Jitter {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Delay)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Delay)).taking(Takes::Records(self.direction.side())))
     }
 }

@@ -22,6 +22,6 @@ impl Attack for Loss {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Drop)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Drop)).taking(Takes::Records(self.direction.side())))
     }
 }

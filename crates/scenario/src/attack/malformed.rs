@@ -31,6 +31,6 @@ impl Attack for Malformed {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Malformed).longer_by(self.count.unsigned() * self.every_ms.unsigned()))
+        Some(Injection::new(Planned::Malformed).longer_by(self.count.unsigned() * self.every_ms.unsigned()))
     }
 }

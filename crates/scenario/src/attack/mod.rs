@@ -175,21 +175,21 @@ pub trait Attack: Windowed {
 /// An entry in an actor's plan: the action, by its actor.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
-    /// By the relay on the telemetry path.
+    /// An action of the relay on the telemetry path.
     Datagram(Timed<DatagramAction>),
-    /// By the relay on the command path.
+    /// An action of the relay on the command path.
     Stream(Timed<StreamAction>),
-    /// By the broker's insider.
+    /// An action of the broker's insider.
     Broker(Timed<BrokerAction>),
-    /// By the gateway's insider.
+    /// An action of the gateway's insider.
     Feed(Timed<FeedAction>),
-    /// By the insider among the teammates.
+    /// An action of the insider among the teammates.
     Teammate(Deceit),
-    /// By the rogue station.
+    /// Orders of the rogue station.
     Orders(RogueOrders),
-    /// By the thief of a certificate.
+    /// A session taken by the thief of a certificate.
     Takeover(TakenSession),
-    /// By the rogue on a host's shared memory.
+    /// An act of the rogue on a host's shared memory.
     Rogue {
         /// The channel that it writes.
         channel: Channel,
@@ -229,7 +229,7 @@ pub struct Injection {
 }
 
 impl Injection {
-    fn of(what: Planned) -> Self {
+    fn new(what: Planned) -> Self {
         Self { what, later_ms: Some(0), takes: None, running: None }
     }
 
@@ -251,8 +251,14 @@ impl Injection {
 }
 
 /// An action for the length of a table, on a path.
-fn during<A>(of: &dyn Windowed, direction: Direction, phase_ms: u64, action: A) -> Timed<A> {
-    Timed { start_ms: of.start_ms(phase_ms), duration_ms: of.length_ms(), direction, step: of.actor_step(), action }
+fn during<A>(windowed: &dyn Windowed, direction: Direction, phase_ms: u64, action: A) -> Timed<A> {
+    Timed {
+        start_ms: windowed.start_ms(phase_ms),
+        duration_ms: windowed.length_ms(),
+        direction,
+        step: windowed.actor_step(),
+        action,
+    }
 }
 
 /// Publications that come by while a broker acts: all of a direction, or those about one order.

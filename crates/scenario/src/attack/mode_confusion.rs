@@ -50,6 +50,6 @@ impl Attack for ModeConfusion {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Confuse)))
+        Some(Injection::new(Planned::Action(Action::Confuse)))
     }
 }

@@ -25,6 +25,6 @@ impl Attack for Reorder {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Reorder)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Reorder)).taking(Takes::Records(self.direction.side())))
     }
 }

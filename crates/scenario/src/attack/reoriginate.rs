@@ -27,6 +27,6 @@ impl Attack for Reoriginate {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Reoriginate)).taking(Takes::Records(Direction::Up.side())))
+        Some(Injection::new(Planned::Action(Action::Reoriginate)).taking(Takes::Records(Direction::Up.side())))
     }
 }

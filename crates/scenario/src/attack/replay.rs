@@ -12,7 +12,7 @@ attacks! {
     Replay needs OnPath {
         /// Age of the captured datagram when it is sent again.
         lag_ms: Millis,
-        /// Count of those that are sent again.
+        /// Number of datagrams sent again.
         count: Count,
         /// Time between them.
         every_ms: Millis,
@@ -27,6 +27,6 @@ impl Attack for Replay {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Replay)).taking(Takes::Records(self.direction.side())))
+        Some(Injection::new(Planned::Action(Action::Replay)).taking(Takes::Records(self.direction.side())))
     }
 }

@@ -43,12 +43,12 @@ impl Windowed for Republish {
 
 impl Attack for Republish {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let says = Says::Recorded { lag_ms: self.lag_ms.unsigned() };
-        let plan = self.topic.overwritten(self, phase_ms, self.every_ms.unsigned(), says);
+        let statement = Says::Recorded { lag_ms: self.lag_ms.unsigned() };
+        let plan = self.topic.overwritten(self, phase_ms, self.every_ms.unsigned(), statement);
         Some(Act::Rogue { channel: self.topic, holder: None, plan })
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Republish)))
+        Some(Injection::new(Planned::Action(Action::Republish)))
     }
 }

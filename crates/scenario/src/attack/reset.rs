@@ -17,6 +17,6 @@ impl Attack for Reset {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Stream(StreamEffect::Reset)))
+        Some(Injection::new(Planned::Stream(StreamEffect::Reset)))
     }
 }

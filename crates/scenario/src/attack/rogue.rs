@@ -1,7 +1,7 @@
 //! `[[rogue]]`: a rogue station gives orders under a key that is not its own.
 //!
-//! It holds another identity's signing key and gives orders with it: through a station of its own at the gateway, or under a
-//! certificate at the broker. It is an identity of its own; no service knows that it is a rogue.
+//! It holds another identity's signing key and gives orders with it: through its own station at the gateway, or under a
+//! certificate at the broker. It is its own identity; no service knows that it is a rogue.
 
 use adversary::plan::{OrderId, OrderKind, OrderTrack, RogueOrders};
 use evidence::Planned;
@@ -66,7 +66,7 @@ impl Attack for Rogue {
     }
 
     fn injection(&self) -> Option<Injection> {
-        let injection = Injection::of(Planned::Rogue).longer_by(self.count.unsigned() * self.every_ms.unsigned());
+        let injection = Injection::new(Planned::Rogue).longer_by(self.count.unsigned() * self.every_ms.unsigned());
         Some(injection.judged_by(match self.way {
             Way::Station => &[NodeId::GATEWAY],
             Way::Broker => &[NodeId::BROKER],

@@ -51,6 +51,6 @@ impl Attack for SessionReplay {
 
     fn injection(&self) -> Option<Injection> {
         // The gateway determines the time that dialling again takes.
-        Some(Injection::of(Planned::Action(Action::Resend)).without_end())
+        Some(Injection::new(Planned::Action(Action::Resend)).without_end())
     }
 }

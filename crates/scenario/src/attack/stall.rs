@@ -17,6 +17,6 @@ impl Attack for Stall {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Stream(StreamEffect::Held)).taking(Takes::Pieces))
+        Some(Injection::new(Planned::Stream(StreamEffect::Held)).taking(Takes::Pieces))
     }
 }

@@ -26,6 +26,6 @@ impl Attack for StreamCorrupt {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Stream(StreamEffect::Damaged)).taking(Takes::Pieces))
+        Some(Injection::new(Planned::Stream(StreamEffect::Damaged)).taking(Takes::Pieces))
     }
 }

@@ -21,6 +21,6 @@ impl Attack for StreamDelay {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Stream(StreamEffect::Held)).taking(Takes::Pieces))
+        Some(Injection::new(Planned::Stream(StreamEffect::Held)).taking(Takes::Pieces))
     }
 }

@@ -30,7 +30,7 @@ impl Attack for Takeover {
     }
 
     fn injection(&self) -> Option<Injection> {
-        PeerId::from_name(self.certificate.as_str()).map(|whose| Injection::of(Planned::Takeover(whose)))
+        PeerId::from_name(self.certificate.as_str()).map(|peer| Injection::new(Planned::Takeover(peer)))
     }
 
     /// One thief: one certificate, of one who has a session at the broker, and no other process in the impostor's part.

@@ -38,7 +38,7 @@ impl Attack for Teammate {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Forward)).longer_by(self.lag_ms.unsigned()))
+        Some(Injection::new(Planned::Action(Action::Forward)).longer_by(self.lag_ms.unsigned()))
     }
 }
 

@@ -26,6 +26,6 @@ impl Attack for Throttle {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Stream(StreamEffect::Held)).taking(Takes::Pieces))
+        Some(Injection::new(Planned::Stream(StreamEffect::Held)).taking(Takes::Pieces))
     }
 }

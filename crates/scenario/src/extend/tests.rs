@@ -1,4 +1,4 @@
-//! Scenarios that extend others, in a folder of their own.
+//! Scenarios that extend others, in their own folder.
 
 use std::fs;
 
@@ -14,20 +14,20 @@ fn base() -> String {
 }
 
 /// `one.toml` with this text, beside these other files.
-fn one(text: &str, others: &[(&str, &str)]) -> Result<Scenario, Problems> {
+fn one(text: &str, rest: &[(&str, &str)]) -> Result<Scenario, Problems> {
     let folder = tempfile::tempdir().unwrap();
-    for (name, text) in others.iter().chain(&[("one", text)]) {
+    for (name, text) in rest.iter().chain(&[("one", text)]) {
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
     }
     load(&folder.path().join("one.toml"))
 }
 
 /// The one problem, with the name of its file in place of its path.
-fn problem(text: &str, others: &[(&str, &str)]) -> String {
-    let problems = one(text, others).unwrap_err();
+fn problem(text: &str, rest: &[(&str, &str)]) -> String {
+    let problems = one(text, rest).unwrap_err();
     assert_eq!(problems.all().len(), 1, "{problems}");
-    let told = problems.all()[0].to_string();
-    told.rsplit_once('/').map_or(told.clone(), |(_, file)| file.to_owned())
+    let line = problems.all()[0].to_string();
+    line.rsplit_once('/').map_or(line.clone(), |(_, file)| file.to_owned())
 }
 
 #[test]
@@ -48,9 +48,9 @@ fn given_keys_replace_the_base_whole() {
 
 #[test]
 fn expected_classes_are_never_taken_over() {
-    let without = HEAD.replace("expected = [\"HOLD_SAFE\"]\n", "");
-    let told = problem(&without, &[("base", &base())]);
-    assert!(told.starts_with("one.toml:1:1: missing field `expected`"), "{told}");
+    let stripped = HEAD.replace("expected = [\"HOLD_SAFE\"]\n", "");
+    let text = problem(&stripped, &[("base", &base())]);
+    assert!(text.starts_with("one.toml:1:1: missing field `expected`"), "{text}");
 }
 
 #[test]
@@ -59,13 +59,13 @@ fn mistakes_point_into_their_own_file() {
     for (from, to) in [("share = 1.0", "share = 1.5"), ("at_s = 4.0", "at_s = 8.5"), ("[[loss]]", "[[loss]]\nlos = 1")]
     {
         let wrong = base().replace(from, to);
-        let told = problem(HEAD, &[("base", &wrong)]);
+        let words = problem(HEAD, &[("base", &wrong)]);
         let marked = to.lines().last().unwrap();
-        assert!(told.starts_with(&format!("base.toml:{}:", line(&wrong, marked))), "{to}: {told}");
+        assert!(words.starts_with(&format!("base.toml:{}:", line(&wrong, marked))), "{to}: {words}");
     }
-    let own = format!("{HEAD}duration_s = \"long\"\n");
-    let told = problem(&own, &[("base", &base())]);
-    assert!(told.starts_with(&format!("one.toml:{}:", line(&own, "duration_s"))), "{told}");
+    let own_text = format!("{HEAD}duration_s = \"long\"\n");
+    let words = problem(&own_text, &[("base", &base())]);
+    assert!(words.starts_with(&format!("one.toml:{}:", line(&own_text, "duration_s"))), "{words}");
 }
 
 #[test]
@@ -83,9 +83,9 @@ fn a_base_is_found_and_ends() {
             "more than 3 bases",
         ),
     ] {
-        let others: Vec<(&str, &str)> = others.iter().map(|(name, text)| (*name, text.as_str())).collect();
-        let told = problem(&text, &others);
-        assert!(told.contains(message), "{message}: {told}");
+        let rest: Vec<(&str, &str)> = others.iter().map(|(name, text)| (*name, text.as_str())).collect();
+        let line = problem(&text, &rest);
+        assert!(line.contains(message), "{message}: {line}");
     }
 }
 

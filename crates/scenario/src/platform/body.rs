@@ -10,7 +10,7 @@ use super::{Platform, flight, space};
 use crate::finding::Finding;
 use crate::value::Located;
 
-/// By how much the brakes are weaker on the steepest ground that a scene may have, m/s².
+/// Weakening of the brakes on the steepest ground that a scene may have, m/s².
 const SLOPE_M_S2: f64 = 1.0;
 /// A navigation period and a step of the plant with its actuators.
 pub(super) const READING_AND_PLANT_MS: i64 = 100;
@@ -22,7 +22,7 @@ pub(super) const GRAVITY: f64 = 9.81;
 
 /// Every mistake in the tables beside the bounds.
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {
-    let wheels: [fn(&Platform) -> Vec<Finding>; 3] = [able, stands, stops];
+    let wheels: [fn(&Platform) -> Vec<Finding>; 3] = [able, check_parts, stops];
     let groups = [camera, lidar, guards, driving];
     let of_body = match &platform.satellite {
         Some(table) => space::check(platform, table).into_iter().chain(space::safe(platform)).collect(),
@@ -76,7 +76,7 @@ fn able(platform: &Platform) -> Vec<Finding> {
 }
 
 /// The parts of the vehicle against each other.
-fn stands(platform: &Platform) -> Vec<Finding> {
+fn check_parts(platform: &Platform) -> Vec<Finding> {
     let v = &platform.vehicle;
     let [.., height] = v.chassis_m.map(|edge| edge.get());
     let sag = GRAVITY / (4.0 * v.spring_rate.get());
@@ -123,8 +123,8 @@ fn stands(platform: &Platform) -> Vec<Finding> {
 }
 
 /// A finding at a value other than the one that something is `made` for.
-fn fixed<T>(at: &Located<T>, (got, expected): (f64, f64), made: &str, remedy: &str) -> Option<Finding> {
-    unless(at, got == expected, || format!("{made}: {expected} expected, got {got}"), remedy)
+fn fixed<T>(located: &Located<T>, (got, expected): (f64, f64), made: &str, remedy: &str) -> Option<Finding> {
+    unless(located, got == expected, || format!("{made}: {expected} expected, got {got}"), remedy)
 }
 
 fn camera(platform: &Platform) -> Vec<Finding> {

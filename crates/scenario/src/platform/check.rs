@@ -1,5 +1,5 @@
-//! Checks of a platform's bounds against each other, each with its reason; the derivations are in `docs/reference/bounds.md`. Those of
-//! vehicle, sensors and limits of guards are in `body`.
+//! Checks of a platform's bounds against each other, each with its reason; the derivations are in `docs/reference/bounds.md`.
+//! Derivations of vehicle, sensors and limits of guards are in `body`.
 //!
 //! Times are milliseconds, ways millimetres, unless a name says otherwise.
 
@@ -29,58 +29,60 @@ pub(crate) fn platform(platform: &Platform, stem: &str) -> Vec<Finding> {
     named.into_iter().chain(bounds.into_iter().flatten()).chain(body::check(platform)).collect()
 }
 
-/// From a lost uplink to the lapse of the lease: the report is too old, the last grant runs out, a control period finds it.
+/// Time from a lost uplink to the lapse of the lease: the report is too old, the last grant runs out, a control period
+/// finds it.
 pub(crate) fn uplink_ms(bounds: &BoundsTable) -> i64 {
     bounds.freshness_ms.get() + bounds.lease_ms.get() + bounds.control_period_ms.get()
 }
 
-/// A finding at `at` unless `holds`.
+/// A finding at `located` unless `holds`.
 pub(super) fn unless<T>(
-    at: &Located<T>,
+    located: &Located<T>,
     holds: bool,
     message: impl FnOnce() -> String,
     remedy: &str,
 ) -> Option<Finding> {
-    (!holds).then(|| finding(at, message(), remedy))
+    (!holds).then(|| finding(located, message(), remedy))
 }
 
-/// A finding at `at`, which has the value `got`, where that is above `most`: `unit` of the values, `why` they are held together.
+/// A finding at `located`, which has the value `got`, where that is above `most`: `unit` of the values, `reason` they are held together.
 pub(super) fn at_most<T>(
-    at: &Located<T>,
+    located: &Located<T>,
     (got, most): (f64, f64),
     unit: &str,
-    why: &str,
+    reason: &str,
     remedy: &str,
 ) -> Option<Finding> {
     // A thousandth is far below every number's last digit, and far above its rounding.
     unless(
-        at,
+        located,
         got <= most + 1e-3,
-        || format!("{why}: at most {} {unit} expected, got {}", told(most), told(got)),
+        || format!("{reason}: at most {} {unit} expected, got {}", decimal_text(most), decimal_text(got)),
         remedy,
     )
 }
 
-/// A finding at `at` unless these are the moments of inertia of a body.
-pub(super) fn inertia<T>(at: &Located<T>, moments: [f64; 3]) -> Option<Finding> {
-    let why = || "no body has these moments of inertia: each is positive and below the sum of the other two".to_owned();
-    unless(at, are_moments(moments), why, "give the moments about the three principal axes")
+/// A finding at `located` unless these are the moments of inertia of a body.
+pub(super) fn inertia<T>(located: &Located<T>, moments: [f64; 3]) -> Option<Finding> {
+    let reason =
+        || "no body has these moments of inertia: each is positive and below the sum of the other two".to_owned();
+    unless(located, are_moments(moments), reason, "give the moments about the three principal axes")
 }
 
-/// The same where it is below `least`.
+/// Finding where it is below `least`.
 pub(super) fn at_least<T>(
-    at: &Located<T>,
+    located: &Located<T>,
     (got, least): (f64, f64),
     unit: &str,
-    why: &str,
+    reason: &str,
     remedy: &str,
 ) -> Option<Finding> {
-    let message = || format!("{why}: at least {} {unit} expected, got {}", told(least), told(got));
-    unless(at, got >= least - 1e-3, message, remedy)
+    let message = || format!("{reason}: at least {} {unit} expected, got {}", decimal_text(least), decimal_text(got));
+    unless(located, got >= least - 1e-3, message, remedy)
 }
 
 /// A number without an end of zeros.
-fn told(value: f64) -> String {
+fn decimal_text(value: f64) -> String {
     format!("{}", (value * 1000.0).round() / 1000.0)
 }
 
@@ -101,8 +103,8 @@ fn periods(b: &BoundsTable) -> Vec<Finding> {
             "challenge several times in it",
         ),
     ];
-    let shorter = |(period, of, name, remedy): (&Bound, &Bound, &str, &str)| {
-        unless(period, period.get() < of.get(), || format!("not shorter than {name}"), remedy)
+    let shorter = |(period, bound, name, remedy): (&Bound, &Bound, &str, &str)| {
+        unless(period, period.get() < bound.get(), || format!("not shorter than {name}"), remedy)
     };
     let reports = unless(
         &b.telemetry_period_ms,

@@ -141,10 +141,10 @@ const SPARE: f64 = 0.9;
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {
     let (able, cruise) = match (&platform.multirotor, &platform.fixed_wing) {
         (Some(body), None) => {
-            (able(platform, body), Cruise::of(&body.cruise_m, &body.clearance_m, body.max_climb_m_s.get()))
+            (able(platform, body), Cruise::new(&body.cruise_m, &body.clearance_m, body.max_climb_m_s.get()))
         }
         (None, Some(body)) => {
-            (wing::check(platform, body), Cruise::of(&body.cruise_m, &body.clearance_m, body.max_climb_m_s.get()))
+            (wing::check(platform, body), Cruise::new(&body.cruise_m, &body.clearance_m, body.max_climb_m_s.get()))
         }
         (None, None) | (Some(_), Some(_)) => return paired(platform),
     };
@@ -160,7 +160,7 @@ struct Cruise<'a> {
 }
 
 impl<'a> Cruise<'a> {
-    fn of(
+    fn new(
         begins_m: &'a Located<Real<500, 100_000>>,
         clearance_m: &'a Located<Real<100, 50_000>>,
         climb_m_s: f64,
@@ -177,8 +177,8 @@ fn paired(platform: &Platform) -> Vec<Finding> {
         return unless(&wing.mass_kg, false, both, "take one of the two tables out").into_iter().collect();
     }
     let of_body = rotors.map(|body| &body.mass_kg).or(wing.map(|body| &body.mass_kg)).and_then(|mass| {
-        let without = || "a body that flies without limits of height".to_owned();
-        unless(mass, false, without, "state them in a table `[aloft]`")
+        let no_limits = || "a body that flies without limits of height".to_owned();
+        unless(mass, false, no_limits, "state them in a table `[aloft]`")
     });
     let of_limits = platform.aloft.as_ref().and_then(|aloft| {
         unless(

@@ -14,7 +14,7 @@ use super::tables::SafeAction;
 use crate::finding::Finding;
 use crate::value::{Located, Real, Text};
 
-/// A small satellite on three wheels, in place of `[vehicle]`. Speeds are those of the point that its payload looks at, in metres of the map.
+/// A small satellite on three wheels, in place of `[vehicle]`. Speeds apply to the point that its payload looks at, in metres of the map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SatelliteTable {
@@ -108,7 +108,7 @@ pub(super) fn check(platform: &Platform, table: &SatelliteTable) -> Vec<Finding>
             unless(&table.elements, false, || "the elements are those of no orbit".to_owned(), "check the lines");
         return none.into_iter().collect();
     };
-    let height_m = region.at(body.start_overhead_s[1]).local_m[2];
+    let height_m = region.moment_at(body.start_overhead_s[1]).local_m[2];
     [turns(platform, table, &body, height_m), keeps(table, &body)].into_iter().flatten().collect()
 }
 

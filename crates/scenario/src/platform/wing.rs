@@ -1,4 +1,4 @@
-//! The table of a body on a fixed wing, and its checks against the bounds. Limits of height are checked with those of other bodies that fly.
+//! The table of a body on a fixed wing, and its checks against the bounds. Limits of height are checked with the limits of other bodies that fly.
 //!
 //! Ranges are held by the types; the values' meaning is given by `wire::platform`.
 
@@ -101,7 +101,7 @@ pub(super) fn check(platform: &Platform, body: &FixedWingTable) -> Vec<Finding> 
     let b = &platform.bounds;
     let (fastest, braking) = (b.max_speed_mm_s.get() as f64 / 1000.0, b.braking_mm_s2.get() as f64 / 1000.0);
     let turns = GRAVITY * libm::tan(body.bank_deg.get().to_radians()) / fastest;
-    // From full speed it flies ahead until it banks, and then around a circle.
+    // Starting at full speed it flies ahead until it banks, and then around a circle.
     let banks_s = BANKS / body.roll[0].get();
     let ahead = fastest * banks_s + fastest / body.circling();
     let stops = fastest * platform.guards.reaction_ms.get() as f64 / 1000.0 + fastest.powi(2) / (2.0 * braking);

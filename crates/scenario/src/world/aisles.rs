@@ -8,7 +8,7 @@ use crate::footprint::At;
 
 /// Depth of a rack.
 const RACK: f64 = 1.2;
-/// From the racks to the middle of the ends' way.
+/// Distance from the racks to the middle of the ends' way.
 const HEAD: f64 = 3.2;
 
 /// The racks, around the middle.
@@ -26,16 +26,16 @@ struct Store {
 
 pub(super) fn plan(chance: &mut Chance) -> Plan {
     let store = Store {
-        aisle: chance.between(2.6, 4.0),
+        aisle: chance.uniform(2.6, 4.0),
         aisles: chance.integer(5, 9),
         bays: chance.integer(2, 3),
-        bay: chance.between(8.0, 14.0),
-        cross: chance.between(3.5, 4.5),
+        bay: chance.uniform(8.0, 14.0),
+        cross: chance.uniform(3.5, 4.5),
     };
     let [width, length] = store.size();
     let mut plan =
         Plan::new([-width / 2.0 - 8.0, -length / 2.0 - HEAD], 0.0, [width / 2.0 + 12.0, length / 2.0 + 11.0]);
-    // Of three places the furthest is taken: nearly always one at the other end.
+    // The furthest of three places is taken: nearly always one at the other end.
     plan.route = wander(chance, plan.start.0, |chance| {
         [store.middle(chance.integer(0, store.aisles - 1)), chance.side() * (length / 2.0 + HEAD)]
     });
@@ -83,8 +83,8 @@ fn pallets_and_people(chance: &mut Chance, plan: &mut Plan, store: &Store) {
         if chance.happens(0.2) {
             let bay = store.bay_middle(chance.integer(0, store.bays - 1));
             let reach = store.aisle / 2.0 - 0.6;
-            let at = [middle + chance.between(-reach, reach), bay + chance.between(-3.0, 3.0)];
-            plan.block([1.2, 0.8, 1.1], at, chance.between(-0.2, 0.2));
+            let place = [middle + chance.uniform(-reach, reach), bay + chance.uniform(-3.0, 3.0)];
+            plan.block([1.2, 0.8, 1.1], place, chance.uniform(-0.2, 0.2));
         } else if people > 0 && chance.happens(0.7) {
             people -= 1;
             plan.person(chance, |chance| {

@@ -17,7 +17,7 @@ impl Chance {
     }
 
     /// Uniform from `low` to `high`.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.0.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0)
     }
 
@@ -29,7 +29,7 @@ impl Chance {
 
     /// True with this probability.
     pub(super) fn happens(&mut self, probability: f64) -> bool {
-        self.between(0.0, 1.0) < probability
+        self.uniform(0.0, 1.0) < probability
     }
 
     /// One of -1 and 1.

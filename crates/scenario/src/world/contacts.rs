@@ -5,12 +5,12 @@
 //! times, and its station is put where the orbit makes it so.
 
 use sim::plant::pass;
-use spacecraft::earth::{Place, place_of, seen_from_ground};
+use spacecraft::earth::{GeodeticPlace, place_of, seen_from_ground};
 use spacecraft::orbit::Orbit;
 use wire::platform::Body;
 
 use super::chance::Chance;
-use super::plan::{Plan, apart};
+use super::plan::{Plan, distance};
 use crate::footprint::At;
 use crate::value::{List, Real};
 use crate::{MAX_STATIONS, Platform, Station};
@@ -26,22 +26,22 @@ const BISECTIONS: u32 = 22;
 
 /// The region with its catalogued places, and the plan.
 pub(super) fn plan(chance: &mut Chance) -> Plan {
-    let half = [chance.between(36.0, 45.0), chance.between(36.0, 45.0)];
+    let half = [chance.uniform(36.0, 45.0), chance.uniform(36.0, 45.0)];
     let mut plan = Plan::new([8.0 - half[0], 8.0 - half[1]], 0.0, half);
-    let inside = |chance: &mut Chance| half.map(|side| chance.between(6.0 - side, side - 6.0));
+    let inside = |chance: &mut Chance| half.map(|side| chance.uniform(6.0 - side, side - 6.0));
     let mut last = plan.start.0;
     for _ in 0..chance.integer(6, 9) {
         let tries = [inside(chance), inside(chance)];
-        let next = tries.into_iter().max_by(|a, b| apart(*a, last).total_cmp(&apart(*b, last))).unwrap_or(last);
+        let next = tries.into_iter().max_by(|a, b| distance(*a, last).total_cmp(&distance(*b, last))).unwrap_or(last);
         plan.route.push(next);
         last = next;
     }
     plan.park_in_sight(chance, -3.8);
     let places: Vec<At> = plan.route.clone();
     for place in places {
-        let (sin, cos) = libm::sincos(chance.between(-3.1, 3.1));
-        let off = chance.between(5.0, 9.0);
-        let heading = chance.between(-3.0, 3.0);
+        let (sin, cos) = libm::sincos(chance.uniform(-3.1, 3.1));
+        let off = chance.uniform(5.0, 9.0);
+        let heading = chance.uniform(-3.0, 3.0);
         plan.car(chance, [place[0] + off * cos, place[1] + off * sin], heading);
     }
     plan
@@ -54,19 +54,19 @@ pub(super) fn stations(seed: u64, platform: &Platform) -> List<Station, MAX_STAT
     let pass = pass(&numbers);
     let Ok(orbit) = Orbit::new(&pass.elements) else { return List::default() };
     let mut chance = Chance::new(STATIONS, seed, 0);
-    let at = |contact| station(&mut chance, &orbit, pass.start_s, contact);
-    List::of(contacts(seed).into_iter().map(at))
+    let station_at = |contact| station(&mut chance, &orbit, pass.start_s, contact);
+    List::from_first(contacts(seed).into_iter().map(station_at))
 }
 
 /// Begin and end of the contacts, seconds after the start.
 pub(super) fn contacts(seed: u64) -> Vec<(f64, f64)> {
     let chance = &mut Chance::new(STATIONS, seed, 1);
-    let (mut begin, mut contacts) = (-chance.between(20.0, 60.0), Vec::new());
+    let (mut begin, mut contacts) = (-chance.uniform(20.0, 60.0), Vec::new());
     let more = chance.integer(1, 2);
     for _ in 0..more {
-        let end = begin.max(0.0) + chance.between(30.0, 65.0);
+        let end = begin.max(0.0) + chance.uniform(30.0, 65.0);
         contacts.push((begin, end));
-        begin = end + chance.between(12.0, 35.0);
+        begin = end + chance.uniform(12.0, 35.0);
     }
     contacts.push((begin, LAST_S));
     contacts
@@ -75,29 +75,29 @@ pub(super) fn contacts(seed: u64) -> Vec<(f64, f64)> {
 /// The station that sees the satellite from one time to the other: beside the ground track at the middle time, so far off that the satellite is at its
 /// least elevation then.
 fn station(chance: &mut Chance, orbit: &Orbit, start_s: f64, (begin, end): (f64, f64)) -> Station {
-    let least = chance.between(5.0, 15.0);
+    let least = chance.uniform(5.0, 15.0);
     let side = chance.side();
     let time = start_s + f64::midpoint(begin, end);
-    let beside = |distance: f64| {
-        let Place { latitude_rad, longitude_rad, .. } = off_track(orbit, time, side * distance);
+    let station_at = |distance: f64| {
+        let GeodeticPlace { latitude_rad, longitude_rad, .. } = off_track(orbit, time, side * distance);
         Station {
             latitude_deg: Real::nearest(latitude_rad.to_degrees()),
             longitude_deg: Real::nearest(longitude_rad.to_degrees()),
             least_elevation_deg: Real::nearest(least),
         }
     };
-    let sees = |distance: f64| beside(distance).look(orbit, start_s + end).elevation_rad >= least.to_radians();
+    let sees = |distance: f64| station_at(distance).look(orbit, start_s + end).elevation_rad >= least.to_radians();
     let (mut near, mut far) = (0.0, FARTHEST_M);
     for _ in 0..BISECTIONS {
         let middle = f64::midpoint(near, far);
         if sees(middle) { near = middle } else { far = middle }
     }
-    beside(near)
+    station_at(near)
 }
 
 /// The place so far to the left of the ground track, along the ground, metres.
-fn off_track(orbit: &Orbit, time_s: f64, distance_m: f64) -> Place {
-    let seen = seen_from_ground(&orbit.at(time_s), orbit.epoch().after(time_s));
+fn off_track(orbit: &Orbit, time_s: f64, distance_m: f64) -> GeodeticPlace {
+    let seen = seen_from_ground(&orbit.state_at(time_s), orbit.epoch().plus_seconds(time_s));
     let unit = |v: [f64; 3]| {
         let length = v.iter().map(|part| part * part).sum::<f64>().sqrt();
         (v.map(|part| part / length), length)
@@ -105,5 +105,5 @@ fn off_track(orbit: &Orbit, time_s: f64, distance_m: f64) -> Place {
     let ((up, radius), ([a, b, c], _)) = (unit(seen.position_m), unit(seen.velocity_m_s));
     let left = unit([up[1] * c - up[2] * b, up[2] * a - up[0] * c, up[0] * b - up[1] * a]).0;
     let (sin, cos) = libm::sincos(distance_m / spacecraft::earth::RADIUS_M);
-    Place { height_m: 0.0, ..place_of([0, 1, 2].map(|axis| radius * (cos * up[axis] + sin * left[axis]))) }
+    GeodeticPlace { height_m: 0.0, ..place_of([0, 1, 2].map(|axis| radius * (cos * up[axis] + sin * left[axis]))) }
 }

@@ -18,8 +18,8 @@ const ALONE_M: f64 = 3.0;
 
 /// True if no actor begins at the start.
 fn starts_alone(scene: &Scene) -> bool {
-    let at = metres(&scene.start.at_m);
-    let far = |p: At| libm::hypot(p[0] - at[0], p[1] - at[1]) >= ALONE_M;
+    let place = metres(&scene.start.at_m);
+    let far = |p: At| libm::hypot(p[0] - place[0], p[1] - place[1]) >= ALONE_M;
     scene.object.iter().filter(|o| o.speed_m_s.get() > 0.0).all(|o| o.path_m.first().is_none_or(|p| far(metres(p))))
 }
 
@@ -40,7 +40,7 @@ struct Cells {
 
 impl Cells {
     /// As far as its fence reaches.
-    fn over(scene: &Scene) -> Self {
+    fn covering(scene: &Scene) -> Self {
         let reach = scene.geofence.iter().flat_map(metres).fold(0.0, |reach: f64, along| reach.max(along.abs()));
         let half_m = libm::ceil(reach).max(LEAST_HALF_M);
         Self { half_m, side: (2.0 * half_m / CELL) as usize + 1 }
@@ -50,7 +50,7 @@ impl Cells {
         ((along + self.half_m) / CELL).clamp(0.0, self.side as f64 - 1.0) as usize
     }
 
-    fn of(&self, point: &Point) -> usize {
+    fn index_of(&self, point: &Point) -> usize {
         let [east, north] = metres(point).map(|along| self.index(along));
         north * self.side + east
     }
@@ -62,10 +62,10 @@ impl Cells {
 
 /// True if the body gets from the start to every way point.
 fn drivable(scene: &Scene, body: &Body) -> bool {
-    let cells = Cells::over(scene);
+    let cells = Cells::covering(scene);
     let mut free = free(scene, body, &cells);
     let mut reached = vec![false; free.len()];
-    let mut open = vec![cells.of(&scene.start.at_m)];
+    let mut open = vec![cells.index_of(&scene.start.at_m)];
     while let Some(cell) = open.pop() {
         // A cell is looked at once; those at the edge are closed, so each has four neighbours.
         if free[cell] {
@@ -74,32 +74,34 @@ fn drivable(scene: &Scene, body: &Body) -> bool {
             open.extend([cell - 1, cell + 1, cell - cells.side, cell + cells.side]);
         }
     }
-    scene.route.iter().all(|point| reached[cells.of(point)])
+    scene.route.iter().all(|point| reached[cells.index_of(point)])
 }
 
 /// True if a parked vehicle is the first object, within 15 m of the start, and no other still thing is in the line to it.
 fn has_parked_in_sight(scene: &Scene) -> bool {
     let start = metres(&scene.start.at_m);
     let parked = scene.object.first().filter(|object| object.class == Class::Vehicle && object.speed_m_s.get() == 0.0);
-    let Some(at) = parked.and_then(|object| object.path_m.first()).map(metres) else { return false };
+    let Some(position) = parked.and_then(|object| object.path_m.first()).map(metres) else { return false };
     let samples = (0..=60).map(|step| f64::from(step) / 60.0);
     let line: Vec<At> =
-        samples.map(|t| [start[0] + t * (at[0] - start[0]), start[1] + t * (at[1] - start[1])]).collect();
-    let hidden = still(scene).skip(1).any(|thing| line.iter().any(|place| thing.distance(*place) < SPARE_M));
-    libm::hypot(at[0] - start[0], at[1] - start[1]) <= SIGHT_M && !hidden
+        samples.map(|t| [start[0] + t * (position[0] - start[0]), start[1] + t * (position[1] - start[1])]).collect();
+    let hidden =
+        static_footprints(scene).skip(1).any(|thing| line.iter().any(|place| thing.distance(*place) < SPARE_M));
+    libm::hypot(position[0] - start[0], position[1] - start[1]) <= SIGHT_M && !hidden
 }
 
 /// Cells with a middle far enough from the fence's sides and from every still thing.
 fn free(scene: &Scene, body: &Body, all: &Cells) -> Vec<bool> {
     let side = all.side;
-    let within = |step: usize| (1..side - 1).contains(&step);
-    let mut free: Vec<bool> = (0..side * side).map(|cell| within(cell % side) && within(cell / side)).collect();
+    let is_inner = |step: usize| (1..side - 1).contains(&step);
+    let mut free: Vec<bool> = (0..side * side).map(|cell| is_inner(cell % side) && is_inner(cell / side)).collect();
     let reach = body.width_m / 2.0 + SPARE_M;
-    let things = still(scene).map(|thing| (thing, reach)).chain(sides(scene).map(|side| (side, body.fence_m)));
+    let things =
+        static_footprints(scene).map(|thing| (thing, reach)).chain(sides(scene).map(|side| (side, body.fence_m)));
     for (thing, reach) in things {
         let (corners, distance) = (thing.corners(), thing.distances());
-        let nearest = |axis: usize| corners.iter().map(|at| at[axis]).fold(f64::MAX, f64::min) - reach;
-        let furthest = |axis: usize| corners.iter().map(|at| at[axis]).fold(f64::MIN, f64::max) + reach;
+        let nearest = |axis: usize| corners.iter().map(|place| place[axis]).fold(f64::MAX, f64::min) - reach;
+        let furthest = |axis: usize| corners.iter().map(|place| place[axis]).fold(f64::MIN, f64::max) + reach;
         for row in all.index(nearest(1))..=all.index(furthest(1)) {
             let cells = row * side + all.index(nearest(0))..=row * side + all.index(furthest(0));
             for (cell, free) in cells.clone().zip(&mut free[cells]) {
@@ -122,9 +124,9 @@ fn sides(scene: &Scene) -> impl Iterator<Item = Footprint> {
 }
 
 /// Everything that never moves.
-pub(super) fn still(scene: &Scene) -> impl Iterator<Item = Footprint> {
-    let stands = scene.object.iter().filter(|object| object.speed_m_s.get() == 0.0);
-    stands.filter_map(|object| {
+pub(super) fn static_footprints(scene: &Scene) -> impl Iterator<Item = Footprint> {
+    let objects = scene.object.iter().filter(|object| object.speed_m_s.get() == 0.0);
+    objects.filter_map(|object| {
         let [length, width, _] = object.size_m.map(|edge| edge.get());
         let at = metres(object.path_m.first()?);
         Some(Footprint { at, heading: object.heading_rad.get(), size: [length, width] })

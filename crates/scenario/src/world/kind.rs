@@ -16,13 +16,13 @@ pub enum Kind {
     Rotors,
     /// On a fixed wing.
     Wing,
-    /// In an orbit.
+    /// A satellite: in orbit.
     Satellite,
 }
 
 impl Kind {
     /// That of a platform.
-    pub fn of(platform: &Platform) -> Self {
+    pub fn from_platform(platform: &Platform) -> Self {
         match platform.body() {
             Body::Wheeled(_) => Self::Wheels,
             Body::Multirotor(_) => Self::Rotors,
@@ -71,7 +71,7 @@ impl Family {
     /// # Errors
     /// It is for another kind of body.
     pub fn check_for(self, platform: &Platform) -> Result<(), Misplaced> {
-        let got = Kind::of(platform);
+        let got = Kind::from_platform(platform);
         let misplaced = || Misplaced { family: self, platform: platform.name.as_str().to_owned(), got };
         if self.kinds().contains(&got) { Ok(()) } else { Err(misplaced()) }
     }

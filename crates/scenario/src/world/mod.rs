@@ -59,9 +59,9 @@ pub enum Family {
     Depot,
     /// Buildings with paths between them.
     Campus,
-    /// In the air: rounds along the walls of structures.
+    /// Rounds in the air along the walls of structures.
     Inspection,
-    /// In an orbit: a pass with a plan of the payload and several contacts.
+    /// Passes in an orbit: a pass with a plan of the payload and several contacts.
     Contacts,
     /// A large site with way points far apart.
     Site,
@@ -148,7 +148,7 @@ pub struct Body {
 
 impl Body {
     /// That of a platform.
-    pub fn of(platform: &Platform) -> Self {
+    pub fn from_platform(platform: &Platform) -> Self {
         let [_, width_mm] = platform.limits().body_mm;
         let fence_mm = platform.bounds.fence_margin_mm.get() + platform.guards.fence_spare_mm.get();
         Self { width_m: f64::from(width_mm) / 1000.0, fence_m: fence_mm as f64 / 1000.0 }

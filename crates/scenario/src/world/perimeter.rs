@@ -1,6 +1,6 @@
 //! Rounds along a fence: the corridor between the geofence and an inner fence, with walls across it and a gate in each.
 //!
-//! Places along the corridor are told by the side of the fence and by the depth, from the geofence inwards.
+//! Places along the corridor are reported by the side of the fence and by the depth, from the geofence inwards.
 
 use super::chance::Chance;
 use super::plan::{Plan, rounds};
@@ -19,8 +19,8 @@ struct Corridor {
 }
 
 pub(super) fn plan(chance: &mut Chance) -> Plan {
-    let half = [chance.between(30.0, 44.0), chance.between(24.0, 42.0)];
-    let corridor = Corridor { half, width: chance.between(9.0, 11.0) };
+    let half = [chance.uniform(30.0, 44.0), chance.uniform(24.0, 42.0)];
+    let corridor = Corridor { half, width: chance.uniform(9.0, 11.0) };
     let middle = corridor.width / 2.0 + 0.75;
     let [x, y] = half.map(|side| side - middle);
     let mut plan = Plan::new([3.0 - x, -y], 0.0, half);
@@ -56,8 +56,8 @@ impl Corridor {
         let parts = libm::ceil(length / PART);
         for number in 0..parts as usize {
             let along = length * ((number as f64 + 0.5) / parts - 0.5);
-            let (at, heading) = self.place(side, along, self.width + FENCE[0] / 2.0);
-            plan.wall([length / parts, FENCE[0], FENCE[1]], at, heading);
+            let (place, heading) = self.place(side, along, self.width + FENCE[0] / 2.0);
+            plan.wall([length / parts, FENCE[0], FENCE[1]], place, heading);
         }
     }
 
@@ -67,18 +67,18 @@ impl Corridor {
         let begin = if side == 0 { (26.0 - self.half[0] + self.width / 2.0).max(-end) } else { -end };
         let gates = if end - begin > 30.0 { chance.integer(1, 2) } else { 1 };
         for number in 0..gates {
-            let share = (number as f64 + chance.between(0.2, 0.8)) / gates as f64;
+            let share = (number as f64 + chance.uniform(0.2, 0.8)) / gates as f64;
             self.gate(chance, plan, side, begin + share * (end - begin));
         }
     }
 
     /// A wall across the corridor in two parts with a gate between them, and at some a person who walks to and fro before it.
     fn gate(&self, chance: &mut Chance, plan: &mut Plan, side: usize, along: f64) {
-        let open = chance.between(2.4, 3.5);
-        let middle = chance.between(1.8 + open / 2.0, self.width - open / 2.0 - 0.4);
+        let open = chance.uniform(2.4, 3.5);
+        let middle = chance.uniform(1.8 + open / 2.0, self.width - open / 2.0 - 0.4);
         for [from, to] in [[0.0, middle - open / 2.0], [middle + open / 2.0, self.width]] {
-            let (at, heading) = self.place(side, along, (from + to) / 2.0);
-            plan.wall([to - from, FENCE[0], FENCE[1]], at, heading + core::f64::consts::FRAC_PI_2);
+            let (place, heading) = self.place(side, along, (from + to) / 2.0);
+            plan.wall([to - from, FENCE[0], FENCE[1]], place, heading + core::f64::consts::FRAC_PI_2);
         }
         if chance.happens(0.4) {
             plan.person(chance, |chance| {

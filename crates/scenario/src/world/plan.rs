@@ -1,4 +1,4 @@
-//! The plan of a world while it is drawn: start, way points, fence and things, and the scene that comes of it.
+//! The plan of a world while it is drawn: start, way points, fence and things, and the resulting scene.
 //!
 //! Metres, east and north; headings in radians, anticlockwise from east.
 
@@ -43,33 +43,33 @@ impl Plan {
     /// The parked vehicle in sight of the start: so far `ahead` of it and `aside`, positive to the left.
     pub(super) fn park_in_sight(&mut self, chance: &mut Chance, aside: f64) {
         let ([east, north], heading) = self.start;
-        let ahead = chance.between(12.0, 14.0);
+        let ahead = chance.uniform(12.0, 14.0);
         let (sin, cos) = libm::sincos(heading);
-        let at = [east + ahead * cos - aside * sin, north + ahead * sin + aside * cos];
-        self.car(chance, at, heading);
+        let place = [east + ahead * cos - aside * sin, north + ahead * sin + aside * cos];
+        self.car(chance, place, heading);
     }
 
     /// A parked car, unless it meets a thing, the start or a way point; true if it stands.
-    pub(super) fn car(&mut self, chance: &mut Chance, at: At, heading: f64) -> bool {
-        let size = [chance.between(3.9, 4.6), chance.between(1.7, 1.9), chance.between(1.4, 1.7)];
-        self.parked(chance, size, at, heading)
+    pub(super) fn car(&mut self, chance: &mut Chance, place: At, heading: f64) -> bool {
+        let size = [chance.uniform(3.9, 4.6), chance.uniform(1.7, 1.9), chance.uniform(1.4, 1.7)];
+        self.parked(chance, size, place, heading)
     }
 
-    /// The same of a vehicle of this size.
-    pub(super) fn parked(&mut self, chance: &mut Chance, size: [f64; 3], at: At, heading: f64) -> bool {
-        let warmth = chance.between(288.0, 318.0);
+    /// Adds a parked vehicle of this size.
+    pub(super) fn parked(&mut self, chance: &mut Chance, size: [f64; 3], place: At, heading: f64) -> bool {
+        let warmth = chance.uniform(288.0, 318.0);
         let colour = [60 + chance.integer(0, 120), 80, 150].map(|part| part as u8);
-        self.stand((Class::Vehicle, size, warmth, colour), at, heading, Some(GAP))
+        self.stand((Class::Vehicle, size, warmth, colour), place, heading, Some(GAP))
     }
 
     /// A block of this size, unless it meets a thing, the start or a way point; true if it stands.
-    pub(super) fn block(&mut self, size: [f64; 3], at: At, heading: f64) -> bool {
-        self.stand((Class::Obstacle, size, 288.0, [110, 100, 90]), at, heading, Some(GAP))
+    pub(super) fn block(&mut self, size: [f64; 3], place: At, heading: f64) -> bool {
+        self.stand((Class::Obstacle, size, 288.0, [110, 100, 90]), place, heading, Some(GAP))
     }
 
-    /// The same of one that may touch others: part of a wall.
-    pub(super) fn wall(&mut self, size: [f64; 3], at: At, heading: f64) -> bool {
-        self.stand((Class::Obstacle, size, 288.0, [110, 100, 90]), at, heading, None)
+    /// Adds a part of a wall, which may touch others.
+    pub(super) fn wall(&mut self, size: [f64; 3], place: At, heading: f64) -> bool {
+        self.stand((Class::Obstacle, size, 288.0, [110, 100, 90]), place, heading, None)
     }
 
     fn stand(&mut self, (class, size, warmth, colour): Kind, at: At, heading: f64, gap: Option<f64>) -> bool {
@@ -93,25 +93,25 @@ impl Plan {
     ) {
         let kind = (Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40]);
         // Normal walking is 1.34 ± 0.26 m/s (Helbing and Molnár 1995).
-        let speed = chance.between(0.8, 1.8);
+        let speed = chance.uniform(0.8, 1.8);
         let path =
             (0..PATHS).map(|_| path(chance)).find(|path| leads_away(path) && self.is_free(path, kind.1[1] / 2.0));
         if let Some(path) = path {
-            self.goes(chance, kind, &path, speed);
+            self.add_mover(chance, kind, &path, speed);
         }
     }
 
     /// A thing on wheels of this size that goes these points for ever.
     pub(super) fn cart(&mut self, chance: &mut Chance, size: [f64; 3], path: &[At], speed: f64) {
         let class = if size[0] > 2.5 { Class::Vehicle } else { Class::Obstacle };
-        self.goes(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
+        self.add_mover(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
     }
 
     /// True if something so wide on each side can go around these points for ever.
     fn is_free(&self, path: &[At], half: f64) -> bool {
         let legs = path.iter().zip(path.iter().cycle().skip(1));
         let places = legs.flat_map(|(from, to)| {
-            let steps = libm::ceil(apart(*from, *to) / PATH_STEP).max(1.0);
+            let steps = libm::ceil(distance(*from, *to) / PATH_STEP).max(1.0);
             (0..steps as u32).map(move |step| {
                 let share = f64::from(step) / steps;
                 [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -124,16 +124,16 @@ impl Plan {
         })
     }
 
-    fn goes(&mut self, chance: &mut Chance, kind: Kind, path: &[At], speed: f64) {
+    fn add_mover(&mut self, chance: &mut Chance, kind: Kind, path: &[At], speed: f64) {
         let half = kind.1[1] / 2.0;
         let mut moving = object(kind, path, 0.0);
         moving.speed_m_s = Real::nearest(hundredths(speed));
-        moving.departs_s = Real::nearest(hundredths(chance.between(0.0, 30.0)));
+        moving.departs_s = Real::nearest(hundredths(chance.uniform(0.0, 30.0)));
         moving.closed = true;
         self.moving.push((path.to_vec(), half, moving));
     }
 
-    /// The same with things that move and yield to the unit, or do not.
+    /// The plan with things that move and yield to the unit, or do not.
     pub(super) fn yielding(mut self, yields: bool) -> Self {
         self.moving.iter_mut().for_each(|(_, _, moving)| moving.yields = yields);
         self
@@ -147,21 +147,21 @@ impl Plan {
         let objects = self.still.into_iter().map(|(_, object)| object).chain(moving);
         let named = objects.map(|mut object| {
             number += 1;
-            let of = match object.class {
+            let text = match object.class {
                 Class::Vehicle => "vehicle",
                 Class::Person => "person",
                 Class::Decoy => "decoy",
                 Class::Obstacle => "obstacle",
             };
-            object.name = name(&format!("{of}-{number}"));
+            object.name = name(&format!("{text}-{number}"));
             object
         });
         // 4 × amplitude / wavelength bounds the slope of the relief: 0.1.
         let wavelength = (self.amplitude * 40.0).max(22.0);
         Scene {
             start: Located::nowhere(Pose { at_m: point(start), heading_rad: Real::nearest(hundredths(heading)) }),
-            route: Located::nowhere(List::of(self.route.into_iter().map(point).map(Located::nowhere))),
-            geofence: Located::nowhere(List::of(self.fence.into_iter().map(point))),
+            route: Located::nowhere(List::from_first(self.route.into_iter().map(point).map(Located::nowhere))),
+            geofence: Located::nowhere(List::from_first(self.fence.into_iter().map(point))),
             ground: Ground {
                 seed,
                 amplitude_m: Real::nearest(hundredths(self.amplitude)),
@@ -170,7 +170,7 @@ impl Plan {
             },
             weather: Weather::default(),
             perturbation: None,
-            object: List::of(named),
+            object: List::from_first(named),
         }
     }
 }
@@ -181,8 +181,8 @@ const MOST_POINTS: usize = 40;
 
 /// Rounds by the same places until the route is long enough.
 pub(super) fn rounds(chance: &mut Chance, places: &[At]) -> Vec<At> {
-    let length: f64 = places.iter().zip(places.iter().cycle().skip(1)).map(|(a, b)| apart(*a, *b)).sum();
-    let wanted = chance.between(ROUTE_M[0], ROUTE_M[1]) / length.max(1.0);
+    let length: f64 = places.iter().zip(places.iter().cycle().skip(1)).map(|(a, b)| distance(*a, *b)).sum();
+    let wanted = chance.uniform(ROUTE_M[0], ROUTE_M[1]) / length.max(1.0);
     let least = libm::ceil(ROUTE_M[0] / length.max(1.0));
     let rounds = wanted.round().max(least).min((MOST_POINTS / places.len().max(1)) as f64);
     places.iter().copied().cycle().take(places.len() * rounds as usize).collect()
@@ -190,14 +190,15 @@ pub(super) fn rounds(chance: &mut Chance, places: &[At]) -> Vec<At> {
 
 /// Places from `next`, each far from the one before and the first from the start, until the route is long enough.
 pub(super) fn wander(chance: &mut Chance, start: At, mut next: impl FnMut(&mut Chance) -> At) -> Vec<At> {
-    let length = chance.between(ROUTE_M[0], ROUTE_M[1]);
+    let length = chance.uniform(ROUTE_M[0], ROUTE_M[1]);
     let mut route: Vec<At> = Vec::new();
-    let mut gone = 0.0;
-    while gone < length && route.len() < MOST_POINTS {
+    let mut travelled = 0.0;
+    while travelled < length && route.len() < MOST_POINTS {
         let tries = [next(chance), next(chance), next(chance)];
         let last = route.last().copied().unwrap_or(start);
-        let furthest = tries.into_iter().max_by(|a, b| apart(*a, last).total_cmp(&apart(*b, last))).unwrap_or(start);
-        gone += apart(furthest, last);
+        let furthest =
+            tries.into_iter().max_by(|a, b| distance(*a, last).total_cmp(&distance(*b, last))).unwrap_or(start);
+        travelled += distance(furthest, last);
         route.push(furthest);
     }
     route
@@ -205,10 +206,10 @@ pub(super) fn wander(chance: &mut Chance, start: At, mut next: impl FnMut(&mut C
 
 /// True if a path is more than a place: a person who walked nowhere could stand on a way point for ever.
 fn leads_away(path: &[At]) -> bool {
-    path.iter().any(|at| apart(*at, path[0]) > 1.0)
+    path.iter().any(|place| distance(*place, path[0]) > 1.0)
 }
 
-pub(super) fn apart(a: At, b: At) -> f64 {
+pub(super) fn distance(a: At, b: At) -> f64 {
     libm::hypot(a[0] - b[0], a[1] - b[1])
 }
 
@@ -219,7 +220,7 @@ fn object((class, size, warmth, colour): Kind, path: &[At], heading: f64) -> Obj
     Object {
         name: name("object"),
         class,
-        path_m: Located::nowhere(List::of(path.iter().copied().map(point))),
+        path_m: Located::nowhere(List::from_first(path.iter().copied().map(point))),
         heading_rad: Real::nearest(hundredths(heading)),
         size_m: size.map(|edge| Real::nearest(hundredths(edge))),
         temperature_k: Real::nearest(warmth.round()),
@@ -239,8 +240,8 @@ fn name(text: &str) -> Located<Name> {
     Located::nowhere(Name::new(text).expect("invariant: a class and a number fit the alphabet"))
 }
 
-fn point(at: At) -> [Real<-500_000, 500_000>; 2] {
-    at.map(|along| Real::nearest(hundredths(along)))
+fn point(place: At) -> [Real<-500_000, 500_000>; 2] {
+    place.map(|along| Real::nearest(hundredths(along)))
 }
 
 /// A number as the file has it, to centimetres and hundredths of a radian.

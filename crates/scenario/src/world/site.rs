@@ -13,7 +13,7 @@ const INSIDE: f64 = 20.0;
 const ROUND_M: [f64; 2] = [800.0, 1300.0];
 
 pub(super) fn plan(chance: &mut Chance) -> Plan {
-    let half = [chance.between(200.0, 480.0), chance.between(200.0, 480.0)];
+    let half = [chance.uniform(200.0, 480.0), chance.uniform(200.0, 480.0)];
     let places = round(chance, half);
     let (start, first) = (places[0], places[1]);
     let heading = libm::atan2(first[1] - start[1], first[0] - start[0]);
@@ -34,17 +34,17 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
 /// Places on an ellipse around a middle that fits inside the fence, each moved by chance.
 fn round(chance: &mut Chance, half: At) -> Vec<At> {
     let number = chance.integer(8, 14);
-    let length = chance.between(ROUND_M[0], ROUND_M[1]);
-    let flat = chance.between(0.6, 1.0);
+    let length = chance.uniform(ROUND_M[0], ROUND_M[1]);
+    let flat = chance.uniform(0.6, 1.0);
     // The circumference of an ellipse that is nearly round is that of a circle of the mean radius.
     let radius = length / TAU * 2.0 / (1.0 + flat);
     let radii = [radius, radius * flat].map(|along| along.min(half[0].min(half[1]) - INSIDE));
     let room = [0, 1].map(|axis| half[axis] - INSIDE - radii[axis]);
-    let middle = room.map(|room| chance.between(-room, room));
-    let begin = chance.between(0.0, TAU);
+    let middle = room.map(|room| chance.uniform(-room, room));
+    let begin = chance.uniform(0.0, TAU);
     let place = |number_of: usize, chance: &mut Chance| {
         let (sin, cos) = libm::sincos(begin + TAU * number_of as f64 / number as f64);
-        let nearer = chance.between(0.8, 1.0);
+        let nearer = chance.uniform(0.8, 1.0);
         [middle[0] + radii[0] * nearer * cos, middle[1] + radii[1] * nearer * sin]
     };
     (0..number).map(|number_of| place(number_of, chance)).collect()
@@ -64,29 +64,29 @@ fn place((from, to): (At, At), share: f64, left: f64) -> At {
 /// A thing on the line of six legs in ten, and two beside each: crates, parked cars and, further away, sheds.
 fn add_things(chance: &mut Chance, plan: &mut Plan, leg: (At, At)) {
     if chance.happens(0.6) {
-        let (share, left) = (chance.between(0.3, 0.7), chance.between(-0.8, 0.8));
+        let (share, left) = (chance.uniform(0.3, 0.7), chance.uniform(-0.8, 0.8));
         thing(chance, plan, place(leg, share, left));
     }
     for _ in 0..2 {
-        let (share, left) = (chance.between(0.1, 0.9), chance.side() * chance.between(3.0, 20.0));
-        let at = place(leg, share, left);
+        let (share, left) = (chance.uniform(0.1, 0.9), chance.side() * chance.uniform(3.0, 20.0));
+        let position = place(leg, share, left);
         if left.abs() > 12.0 {
-            let size = [chance.between(6.0, 14.0), chance.between(5.0, 8.0), chance.between(3.0, 6.0)];
-            let heading = chance.between(-3.0, 3.0);
-            plan.block(size, at, heading);
+            let size = [chance.uniform(6.0, 14.0), chance.uniform(5.0, 8.0), chance.uniform(3.0, 6.0)];
+            let heading = chance.uniform(-3.0, 3.0);
+            plan.block(size, position, heading);
         } else {
-            thing(chance, plan, at);
+            thing(chance, plan, position);
         }
     }
 }
 
-fn thing(chance: &mut Chance, plan: &mut Plan, at: At) {
-    let heading = chance.between(-3.0, 3.0);
+fn thing(chance: &mut Chance, plan: &mut Plan, place: At) {
+    let heading = chance.uniform(-3.0, 3.0);
     if chance.happens(0.4) {
-        plan.car(chance, at, heading);
+        plan.car(chance, place, heading);
     } else {
-        let size = [chance.between(0.8, 4.0), chance.between(0.8, 2.5), chance.between(0.8, 2.0)];
-        plan.block(size, at, heading);
+        let size = [chance.uniform(0.8, 4.0), chance.uniform(0.8, 2.5), chance.uniform(0.8, 2.0)];
+        plan.block(size, place, heading);
     }
 }
 
@@ -94,12 +94,12 @@ fn thing(chance: &mut Chance, plan: &mut Plan, at: At) {
 fn add_movers(chance: &mut Chance, plan: &mut Plan, leg: (At, At)) {
     if chance.happens(0.4) {
         plan.person(chance, |chance| {
-            let share = chance.between(0.2, 0.8);
+            let share = chance.uniform(0.2, 0.8);
             [-8.0, 8.0].map(|left| place(leg, share, left))
         });
     }
     if chance.happens(0.1) {
-        let (left, speed) = (chance.side() * 2.5, chance.between(0.8, 2.0));
+        let (left, speed) = (chance.side() * 2.5, chance.uniform(0.8, 2.0));
         let ends = [0.15, 0.85].map(|share| place(leg, share, left));
         plan.cart(chance, [2.2, 1.1, 2.0], &ends, speed);
     }

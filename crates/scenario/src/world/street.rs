@@ -5,11 +5,11 @@ use super::chance::Chance;
 use super::plan::{Plan, rounds};
 use crate::footprint::At;
 
-/// From one parked car to the next, middle to middle; a person fits between two.
+/// Distance from one parked car to the next, middle to middle; a person fits between two.
 const PITCH: f64 = 5.2;
 /// Mean length of a parked car.
 const CAR: f64 = 4.25;
-/// From the lane's edge to the middle of a parked car.
+/// Distance from the lane's edge to the middle of a parked car.
 const KERB: f64 = 1.05;
 /// Kerb with one car that stands out.
 const STANDS_OUT_EACH: f64 = 60.0;
@@ -33,9 +33,9 @@ struct Row {
 }
 
 pub(super) fn plan(chance: &mut Chance) -> Plan {
-    let half = [chance.between(24.0, 32.0), chance.between(8.0, 12.0)];
-    let lane = chance.between(4.0, 7.0);
-    let street = Street { half, lane, taken: chance.between(0.4, 0.8) * PITCH / CAR };
+    let half = [chance.uniform(24.0, 32.0), chance.uniform(8.0, 12.0)];
+    let lane = chance.uniform(4.0, 7.0);
+    let street = Street { half, lane, taken: chance.uniform(0.4, 0.8) * PITCH / CAR };
     let [x, y] = half;
     let mut plan = Plan::new([4.0 - x, -y], 0.0, [x + lane / 2.0 + 5.0, y + lane / 2.0 + 5.0]);
     let bend = 3.0;
@@ -51,7 +51,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
     ];
     plan.route = rounds(chance, &corners);
     plan.park_in_sight(chance, -(lane / 2.0 + KERB));
-    let mut since = chance.between(0.0, STANDS_OUT_EACH);
+    let mut since = chance.uniform(0.0, STANDS_OUT_EACH);
     for row in street.rows() {
         park(chance, &mut plan, &street, &row, &mut since);
     }
@@ -95,9 +95,9 @@ fn park(chance: &mut Chance, plan: &mut Plan, street: &Street, row: &Row, since:
         }
         let out = row.stands_out && *since >= STANDS_OUT_EACH && along > 8.0 && length - along > 8.0;
         // Rows run anticlockwise, so the lane is on the left of the outer ones.
-        let aside = if out { street.lane - chance.between(2.4, 3.0) } else { chance.between(-0.05, 0.05) };
-        let at = [row.from[0] + along * cos - aside * sin, row.from[1] + along * sin + aside * cos];
-        if plan.car(chance, at, heading) && out {
+        let aside = if out { street.lane - chance.uniform(2.4, 3.0) } else { chance.uniform(-0.05, 0.05) };
+        let position = [row.from[0] + along * cos - aside * sin, row.from[1] + along * sin + aside * cos];
+        if plan.car(chance, position, heading) && out {
             *since = 0.0;
         }
     }
@@ -107,19 +107,19 @@ fn park(chance: &mut Chance, plan: &mut Plan, street: &Street, row: &Row, since:
 fn people(chance: &mut Chance, plan: &mut Plan, street: &Street) {
     let ([x, y], edge) = (street.half, street.lane / 2.0);
     let most = (4.0 * 4.0 * (x + y) / 100.0) as usize;
-    let behind = y + edge + 2.6;
+    let back = y + edge + 2.6;
     for number in 0..chance.integer(0, most.min(MOST_PEOPLE)) {
         if number % 2 == 0 {
             let gap = |chance: &mut Chance| x - PITCH * chance.integer(1, (2.0 * x / PITCH) as usize - 1) as f64;
             plan.person(chance, |chance| {
                 let (from, to) = (gap(chance), gap(chance));
-                [[from, behind], [from, y - edge + 0.5], [from, behind], [to, behind]]
+                [[from, back], [from, y - edge + 0.5], [from, back], [to, back]]
             });
         } else {
             plan.person(chance, |chance| {
                 let walked = chance.side() * (y - edge + 0.5);
-                let from = chance.between(8.0 - x, x - 30.0);
-                [[from, walked], [from + chance.between(10.0, 20.0), walked]]
+                let from = chance.uniform(8.0 - x, x - 30.0);
+                [[from, walked], [from + chance.uniform(10.0, 20.0), walked]]
             });
         }
     }

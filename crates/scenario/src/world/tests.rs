@@ -1,6 +1,6 @@
 //! Draws of every family: fair, long, repeatable, and readable as scene files.
 
-use super::fair::{metres, still};
+use super::fair::{metres, static_footprints};
 use super::*;
 use crate::footprint::{At, Footprint};
 use crate::{Platform, find_root, load_platform, parse_scene};
@@ -72,7 +72,8 @@ fn a_printed_world_is_a_scene_file() {
     for (family, seed) in Family::ALL.into_iter().flat_map(|family| (1..=seeds(family)).map(move |seed| (family, seed)))
     {
         let scene = drawn(family, seed);
-        let read = parse_scene(family.name(), &print(&scene)).unwrap_or_else(|why| panic!("{}", why.render(false)));
+        let read =
+            parse_scene(family.name(), &print(&scene)).unwrap_or_else(|problems| panic!("{}", problems.render(false)));
         assert_eq!(read, scene, "{} of seed {seed}", family.name());
     }
 }
@@ -83,13 +84,14 @@ fn still_things_leave_start_and_way_points_free() {
     {
         let scene = drawn(family, seed);
         let places = legs(&scene).into_iter().flat_map(|(from, to)| [from, to]);
-        for (place, thing) in places.flat_map(|place| still(&scene).map(move |thing| (place, thing))) {
+        for (place, thing) in places.flat_map(|place| static_footprints(&scene).map(move |thing| (place, thing))) {
             assert!(thing.distance(place) > 1.5, "{} of seed {seed}: {thing:?} at {place:?}", family.name());
         }
         let parked = scene.object.first().map(|object| (object.class, metres(&object.path_m[0])));
         let start = metres(&scene.start.at_m);
-        let near = parked.is_some_and(|(_, at)| libm::hypot(at[0] - start[0], at[1] - start[1]) <= 15.0);
-        assert!(near && still(&scene).count() <= MOST_STILL, "{} of seed {seed}", family.name());
+        let near =
+            parked.is_some_and(|(_, position)| libm::hypot(position[0] - start[0], position[1] - start[1]) <= 15.0);
+        assert!(near && static_footprints(&scene).count() <= MOST_STILL, "{} of seed {seed}", family.name());
     }
 }
 
@@ -113,8 +115,9 @@ fn nobody_walks_through_a_still_thing() {
         let scene = drawn(family, seed);
         for actor in scene.object.iter().filter(|object| object.speed_m_s.get() > 0.0) {
             let (places, half) = walked(actor);
-            let through = still(&scene).find(|thing| places.iter().any(|at| thing.distance(*at) < half - 0.02));
-            assert!(through.is_none(), "{} of seed {seed}: {actor:?} through {through:?}", family.name());
+            let footprint =
+                static_footprints(&scene).find(|thing| places.iter().any(|place| thing.distance(*place) < half - 0.02));
+            assert!(footprint.is_none(), "{} of seed {seed}: {actor:?} through {footprint:?}", family.name());
             actors += 1;
         }
     }
@@ -144,7 +147,9 @@ fn routes_are_long_with_things_in_the_way() {
             let scene = drawn(family, seed);
             let length: f64 = legs(&scene).iter().map(|(a, b)| libm::hypot(b[0] - a[0], b[1] - a[1])).sum();
             assert!((200.0..=longest).contains(&length), "{} of seed {seed}: {length} m", family.name());
-            obstructed += u64::from(legs(&scene).iter().any(|leg| still(&scene).any(|thing| on_the_way(*leg, &thing))));
+            obstructed += u64::from(
+                legs(&scene).iter().any(|leg| static_footprints(&scene).any(|thing| on_the_way(*leg, &thing))),
+            );
         }
         assert!(2 * obstructed > seeds(family), "{}: {obstructed}", family.name());
     }
@@ -157,8 +162,13 @@ fn inspection_goes_along_walls() {
     for seed in 1..=40 {
         let scene = drawn(Family::Inspection, seed);
         assert!(scene.ground.amplitude_m.get() <= 0.35);
-        let walls: Vec<Footprint> =
-            scene.object.iter().zip(still(&scene)).filter(|(o, _)| is_structure(o)).map(|(_, w)| w).collect();
+        let walls: Vec<Footprint> = scene
+            .object
+            .iter()
+            .zip(static_footprints(&scene))
+            .filter(|(o, _)| is_structure(o))
+            .map(|(_, w)| w)
+            .collect();
         assert!((2..=5).contains(&walls.len()), "seed {seed}: {} structures", walls.len());
         for point in scene.route.iter().map(|point| metres(point)) {
             let distance = walls.iter().map(|wall| wall.distance(point)).fold(f64::MAX, f64::min);
@@ -199,7 +209,8 @@ fn pass_has_the_contacts_that_were_drawn() {
 
 #[test]
 fn family_for_another_kind_of_body_is_refused_by_name() {
-    let refused = |family: Family, platform| family.check_for(&shipped(platform)).map_err(|why| why.to_string());
+    let refused =
+        |family: Family, platform| family.check_for(&shipped(platform)).map_err(|misplaced| misplaced.to_string());
     let expected = Err("worlds of `inspection` expect rotors, got wheels, `ground`".to_owned());
     assert_eq!(refused(Family::Inspection, "ground"), expected);
     assert!(refused(Family::Street, "space").is_err() && refused(Family::Street, "wing").is_err());

@@ -22,7 +22,7 @@ fn ground() -> String {
 }
 
 /// The ground platform with one of its lines changed.
-fn with(line: &str, changed: &str) -> Result<scenario::Platform, Problems> {
+fn parse_changed(line: &str, changed: &str) -> Result<scenario::Platform, Problems> {
     let text = ground();
     assert_eq!(text.matches(line).count(), 1, "{line} is not one line");
     parse_platform("ground.toml", "ground", &text.replace(line, changed))
@@ -132,7 +132,7 @@ fn values_at_their_limit_are_taken() {
         ("unobserved_mm = 2500", "unobserved_mm = 2400"),
         ("corridor_mm = 1200", "corridor_mm = 450"),
     ] {
-        with(line, changed).unwrap_or_else(|problems| panic!("{changed}: {problems}"));
+        parse_changed(line, changed).unwrap_or_else(|problems| panic!("{changed}: {problems}"));
     }
 }
 
@@ -249,7 +249,7 @@ fn a_body_that_flies_comes_alone_and_with_its_limits_of_height() {
 
 #[test]
 fn remedy_names_the_schema_of_platforms() {
-    let problems = with("mass_kg = 300.0", "mass = 300.0").unwrap_err();
+    let problems = parse_changed("mass_kg = 300.0", "mass = 300.0").unwrap_err();
     let remedy = problems.all()[0].remedy();
     assert!(
         remedy.contains("did you mean `mass_kg`?") && remedy.contains("`holdsafe scenario schema --platform`"),

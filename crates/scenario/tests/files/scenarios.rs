@@ -129,7 +129,7 @@ fn error_screen_names_file_line_and_remedy() {
 
 #[test]
 fn long_mistakes_are_marked_in_their_first_line() {
-    let problem = Problem::at("x.toml", &"row\n".repeat(400), 4..1200, "wrong", "right it");
+    let problem = Problem::new("x.toml", &"row\n".repeat(400), 4..1200, "wrong", "right it");
     assert_eq!((problem.marked(), problem.line_column()), (Some("row"), Some((2, 1))));
     assert!(Problems::from(problem).render(false).lines().count() < 12);
 }
@@ -228,29 +228,29 @@ fn another_policy_brings_its_own_expectation_or_none() {
 /// A loosened bound is refused; a tightened one is in force.
 #[test]
 fn bounds_are_tightened_and_never_loosened() {
-    let with = |bound: &str| {
+    let with_bound = |bound: &str| {
         parse("x.toml", "x", &template_named_x().replace("[varies]", &format!("[bounds]\n{bound}\n[varies]")))
     };
-    let refused = Setup::load(&root(), &with("lease_ms = 501").unwrap(), None, false).unwrap_err();
+    let refused = Setup::load(&root(), &with_bound("lease_ms = 501").unwrap(), None, false).unwrap_err();
     assert!(refused.to_string().contains("501 ms is looser than the platform's 500 ms"), "{refused}");
-    let setup = Setup::load(&root(), &with("lease_ms = 400").unwrap(), None, false).unwrap();
+    let setup = Setup::load(&root(), &with_bound("lease_ms = 400").unwrap(), None, false).unwrap();
     assert_eq!((setup.bounds.lease_ms, setup.bounds.freshness_ms), (400, 300));
     assert_eq!(setup.watermark(), None);
-    let setup = Setup::load(&root(), &with("designation_bearings_mrad = 524").unwrap(), None, false).unwrap();
+    let setup = Setup::load(&root(), &with_bound("designation_bearings_mrad = 524").unwrap(), None, false).unwrap();
     assert_eq!(setup.bounds.designation_bearings_mrad, 524);
-    assert!(with("designation_bearings_mrad = 3143").is_err(), "more than half a turn");
+    assert!(with_bound("designation_bearings_mrad = 3143").is_err(), "more than half a turn");
 }
 
 /// A missing file, a directory and a gigabyte.
 #[test]
 fn unfit_files_are_refused_unread() {
     let dir = tempfile::tempdir().unwrap();
-    let told = |path: &Path| load(path).unwrap_err().to_string();
-    assert!(told(&dir.path().join("none.toml")).ends_with("none.toml: no such file"));
-    assert!(told(dir.path()).ends_with("not a regular file"));
+    let error_text = |path: &Path| load(path).unwrap_err().to_string();
+    assert!(error_text(&dir.path().join("none.toml")).ends_with("none.toml: no such file"));
+    assert!(error_text(dir.path()).ends_with("not a regular file"));
     let huge = dir.path().join("huge.toml");
     File::create(&huge).unwrap().set_len(1_000_000_000).unwrap();
-    assert!(told(&huge).ends_with("1000000000 bytes, at most 262144 are read"));
+    assert!(error_text(&huge).ends_with("1000000000 bytes, at most 262144 are read"));
 }
 
 #[test]
@@ -261,12 +261,12 @@ fn non_text_file_is_refused_with_its_line() {
     assert!(load(&path).unwrap_err().to_string().ends_with("line 2 is not UTF-8"));
 }
 
-/// The template with its scene in a file of its own, and that scene.
-fn split_scene(at: &str) -> (String, String) {
+/// The template with its scene in its own file, and that scene.
+fn split_scene(path: &str) -> (String, String) {
     let text = template_named_x();
     let (head, rest) = text.split_once("[scene]").unwrap();
     let (scene, tail) = rest.split_once("# The operator").unwrap();
-    let head = head.replace("[varies]", &format!("scene_file = \"{at}\"\n[varies]"));
+    let head = head.replace("[varies]", &format!("scene_file = \"{path}\"\n[varies]"));
     (format!("{head}# The operator{tail}"), scene.replace("[[scene.object]]", "[[object]]"))
 }
 
@@ -274,8 +274,8 @@ fn split_scene(at: &str) -> (String, String) {
 fn a_scene_file_stays_below_its_scenario() {
     let outside = tempfile::tempdir().unwrap();
     let dir = tempfile::tempdir().unwrap();
-    let load_with = |at: &str| {
-        let (scenario, scene) = split_scene(at);
+    let load_with = |path: &str| {
+        let (scenario, scene) = split_scene(path);
         fs::write(outside.path().join("scene.toml"), &scene).unwrap();
         fs::write(dir.path().join("scene.toml"), &scene).unwrap();
         fs::write(dir.path().join("x.toml"), scenario).unwrap();

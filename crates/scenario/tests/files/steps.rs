@@ -4,7 +4,7 @@ use evidence::trial::Knowledge;
 use scenario::*;
 
 /// A valid scenario with two steps, at a level.
-fn with(level: &str, first: &str, second: &str) -> Result<Scenario, Problems> {
+fn parse_steps(level: &str, first: &str, second: &str) -> Result<Scenario, Problems> {
     let text = template(&Name::new("x").unwrap()).replace("# knowledge = \"blind\"", level);
     let (head, _) = text.split_once("[[loss]]").unwrap();
     let tables = format!("[[loss]]\nat_s = 4.0\nduration_s = 1.0\nshare = 1.0\n{first}\n{second}\n");
@@ -81,7 +81,7 @@ const MISTAKES: [(&str, &str, &str, &str, &str); 13] = [
 #[test]
 fn each_step_mistake_has_place_and_remedy() {
     for (level, first, second, message, marked) in MISTAKES {
-        let problems = with(&format!("knowledge = \"{level}\""), first, second).unwrap_err();
+        let problems = parse_steps(&format!("knowledge = \"{level}\""), first, second).unwrap_err();
         let problem = &problems.all()[0];
         assert_eq!(problems.all().len(), 1, "{first}: {problems}");
         assert!(problem.message().contains(message), "{first}: {}", problem.message());
@@ -92,7 +92,7 @@ fn each_step_mistake_has_place_and_remedy() {
 
 #[test]
 fn tables_of_one_step_wait_for_one_thing() {
-    let cut = |when: &str| with("knowledge = \"blind\"", "step = \"a\"", &format!("{CUT}step = \"a\"\n{when}"));
+    let cut = |text: &str| parse_steps("knowledge = \"blind\"", "step = \"a\"", &format!("{CUT}step = \"a\"\n{text}"));
     cut("").unwrap();
     let problems = cut("when = { begun = \"a\" }").unwrap_err().to_string();
     assert!(problems.contains("the tables of step `a` wait for different things"), "{problems}");
@@ -101,7 +101,7 @@ fn tables_of_one_step_wait_for_one_thing() {
 #[test]
 fn steps_waiting_for_each_other_are_refused() {
     let second = format!("{CUT}step = \"b\"\nwhen = {{ begun = \"a\" }}");
-    let problems = with("", "step = \"a\"\nwhen = { ended = \"b\" }", &second).unwrap_err().to_string();
+    let problems = parse_steps("", "step = \"a\"\nwhen = { ended = \"b\" }", &second).unwrap_err().to_string();
     assert!(problems.contains("waits for itself"), "{problems}");
 }
 
@@ -115,7 +115,7 @@ fn default_level_is_that_of_the_attacks() {
 
 #[test]
 fn inconsistent_process_faults_are_refused() {
-    let kill = |keys: &str| with("", "", &format!("[[kill]]\nprocess = \"gateway\"\nat_s = 4.0\n{keys}"));
+    let kill = |keys: &str| parse_steps("", "", &format!("[[kill]]\nprocess = \"gateway\"\nat_s = 4.0\n{keys}"));
     kill("").unwrap();
     kill("ending = \"hang\"\nduration_s = 1.5").unwrap();
     kill("ending = \"slow\"\nduration_s = 1.5\nquota = 0.25").unwrap();

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 /// Most stages.
 pub const MAX_LEVELS: usize = 64;
-/// States kept of a stage for the next to begin from, at most. They are those of the first trials that got there: their
+/// States kept of a stage for the next to begin from, at most. They belong to the first trials that got there: their
 /// selection is independent of the states, so the estimate stays unbiased, and memory is bounded.
 const KEPT: usize = 256;
 /// Trials with results that are waited for together.
@@ -37,7 +37,7 @@ pub trait Process: Send + Sync {
     #[must_use]
     fn branch(&self, seed: u64) -> Self;
 
-    /// Progress since it began or was branched off, in a unit of its own.
+    /// Progress since it began or was branched off, in its own unit.
     fn spent(&self) -> u64;
 }
 
@@ -56,10 +56,10 @@ pub struct Plan {
 
 /// Result of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Stage {
+pub struct StageResult {
     /// Trials.
     pub tried: u64,
-    /// Those that got to the stage's level.
+    /// Number of trials that got to the stage's level.
     pub reached: u64,
     /// Their total cost.
     pub spent: u64,
@@ -71,14 +71,14 @@ pub struct Stage {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Repetition {
     /// The stages that were tried.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<StageResult>,
 }
 
 impl Repetition {
-    /// True if it can be one of an estimate with so many stages and trials of each.
+    /// True if it can be one of an estimate with a given number of stages and trials of each.
     pub fn is_of(&self, stages: usize, trials: u64) -> bool {
         let Some((last, before)) = self.stages.split_last() else { return false };
-        let sound = |stage: &Stage| stage.tried == trials && stage.reached <= trials;
+        let sound = |stage: &StageResult| stage.tried == trials && stage.reached <= trials;
         let ended = self.stages.len() == stages || last.reached == 0;
         self.stages.len() <= stages
             && ended
@@ -108,12 +108,12 @@ pub fn split<P: Process, E: Send>(
     let (mut from, mut stages) = (Vec::new(), Vec::new());
     for (stage, level) in plan.levels.iter().enumerate() {
         let climb = Climb { plan, place: (repetition, stage as u64), level: *level, from: &from };
-        let (row, there) = climb.all(threads, &begin, &tried)?;
+        let (row, arrivals) = climb.all(threads, &begin, &tried)?;
         stages.push(row);
-        if there.is_empty() {
+        if arrivals.is_empty() {
             break;
         }
-        from = there;
+        from = arrivals;
     }
     Ok(Repetition { stages })
 }
@@ -134,8 +134,8 @@ impl<P: Process> Climb<'_, P> {
         threads: usize,
         begin: &(impl Fn(u64) -> Result<P, E> + Sync),
         tried: &(impl Fn() -> Result<(), E> + Sync),
-    ) -> Result<(Stage, Vec<P>), E> {
-        let (mut row, mut there) = (Stage::default(), Vec::new());
+    ) -> Result<(StageResult, Vec<P>), E> {
+        let (mut row, mut arrivals) = (StageResult::default(), Vec::new());
         let numbers: Vec<u64> = (0..self.plan.trials).collect();
         for round in numbers.chunks(ROUND) {
             let results = parallel::map(threads, round, |number| {
@@ -147,12 +147,12 @@ impl<P: Process> Climb<'_, P> {
                 row.reached += u64::from(process.is_some());
                 row.spent += spent;
                 row.cpu_us += cpu_us;
-                if let Some(process) = process.filter(|_| there.len() < KEPT) {
-                    there.push(process);
+                if let Some(process) = process.filter(|_| arrivals.len() < KEPT) {
+                    arrivals.push(process);
                 }
             }
         }
-        Ok((row, there))
+        Ok((row, arrivals))
     }
 
     /// One trial: its cost, its CPU time, and its state where it reached the level.
@@ -161,7 +161,7 @@ impl<P: Process> Climb<'_, P> {
         let mut draw = self.draw(number);
         let mut process = match self.from.len() as u64 {
             0 => begin(draw.next_u64())?,
-            n => self.from[below(&mut draw, n) as usize].branch(draw.next_u64()),
+            n => self.from[uniform_below(&mut draw, n) as usize].branch(draw.next_u64()),
         };
         let reached = process.reach(self.level);
         Ok((process.spent(), thread_cpu_us().saturating_sub(before), reached.then_some(process)))
@@ -174,7 +174,7 @@ impl<P: Process> Climb<'_, P> {
 }
 
 /// Uniform below `n` (by multiplication; the bias is below 2⁻⁵⁰ for the sizes drawn here).
-fn below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
+fn uniform_below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
     ((u128::from(rng.next_u64()) * u128::from(n)) >> 64) as u64
 }
 
@@ -221,15 +221,15 @@ mod tests {
 
     /// The probability of `row` losses in a row among `n` messages, from that of being at each length after each message.
     fn exactly(rate: f64, n: u32, row: usize) -> f64 {
-        let mut at = vec![0.0; row + 1];
-        at[0] = 1.0;
+        let mut weights = vec![0.0; row + 1];
+        weights[0] = 1.0;
         for _ in 0..n {
-            let open: f64 = at[..row].iter().sum();
-            let there = at[row] + at[row - 1] * rate;
-            let longer: Vec<f64> = at[..row - 1].iter().map(|p| p * rate).collect();
-            at = [vec![open * (1.0 - rate)], longer, vec![there]].concat();
+            let open: f64 = weights[..row].iter().sum();
+            let next_weight = weights[row] + weights[row - 1] * rate;
+            let longer: Vec<f64> = weights[..row - 1].iter().map(|p| p * rate).collect();
+            weights = [vec![open * (1.0 - rate)], longer, vec![next_weight]].concat();
         }
-        at[row]
+        weights[row]
     }
 
     fn plan(levels: &[f64], trials: u64, seed: u64) -> Plan {
@@ -246,8 +246,9 @@ mod tests {
     }
 
     fn means(levels: &[f64], trials: u64, seeds: std::ops::Range<u64>) -> Vec<Mean> {
-        let of = |seed| estimates(&plan(levels, trials, seed), 1).iter().map(Repetition::estimate).collect::<Vec<_>>();
-        seeds.map(|seed| Mean::of(&of(seed))).collect()
+        let estimates_of =
+            |seed| estimates(&plan(levels, trials, seed), 1).iter().map(Repetition::estimate).collect::<Vec<_>>();
+        seeds.map(|seed| Mean::from_values(&estimates_of(seed))).collect()
     }
 
     #[test]
@@ -267,7 +268,7 @@ mod tests {
         let covered = means.iter().filter(covers).count() as u64;
         assert!(rate_upper(covered, seeds, 0.995) >= 0.95, "{covered} of {seeds} intervals hold {exact}");
         assert!(covered < seeds, "an interval that always holds is too wide");
-        let all = Mean::of(&means.iter().map(|mean| mean.mean).collect::<Vec<_>>());
+        let all = Mean::from_values(&means.iter().map(|mean| mean.mean).collect::<Vec<_>>());
         let off = (all.mean - exact).abs() / all.standard_error;
         assert!(off < 3.0, "the mean of all is {off} standard errors off: {} in place of {exact}", all.mean);
     }
@@ -276,7 +277,7 @@ mod tests {
     fn leaping_over_levels_is_free_and_unbiased() {
         let exact = exactly(RATE, MESSAGES, 3);
         let means = means(&[0.5, 0.9, 1.0, 1.5, 3.0], 100, 1_000..1_050);
-        let all = Mean::of(&means.iter().map(|mean| mean.mean).collect::<Vec<_>>());
+        let all = Mean::from_values(&means.iter().map(|mean| mean.mean).collect::<Vec<_>>());
         assert!((all.mean - exact).abs() < 3.0 * all.standard_error, "{} in place of {exact}", all.mean);
     }
 
@@ -293,15 +294,15 @@ mod tests {
 
     #[test]
     fn impossible_repetition_is_told() {
-        let of = |reached: &[u64]| {
-            let stage = |reached: &u64| Stage { tried: 8, reached: *reached, ..Stage::default() };
+        let estimate = |reached: &[u64]| {
+            let stage = |reached: &u64| StageResult { tried: 8, reached: *reached, ..StageResult::default() };
             Repetition { stages: reached.iter().map(stage).collect() }
         };
-        assert!(of(&[8, 3, 1]).is_of(3, 8) && of(&[8, 0]).is_of(3, 8) && of(&[8, 3, 0]).is_of(3, 8));
+        assert!(estimate(&[8, 3, 1]).is_of(3, 8) && estimate(&[8, 0]).is_of(3, 8) && estimate(&[8, 3, 0]).is_of(3, 8));
         for wrong in [&[][..], &[8, 3], &[9, 3, 1], &[8, 0, 1], &[1, 1, 1, 1]] {
-            assert!(!of(wrong).is_of(3, 8), "{wrong:?}");
+            assert!(!estimate(wrong).is_of(3, 8), "{wrong:?}");
         }
-        assert!(!of(&[8, 3, 1]).is_of(3, 9));
+        assert!(!estimate(&[8, 3, 1]).is_of(3, 9));
     }
 
     #[test]

@@ -40,8 +40,8 @@ impl Event {
             Event::Lease => lease_age(twin),
             Event::Fence => twin.sim().map_or(f64::NEG_INFINITY, |sim| {
                 let (world, plant) = sim.truth();
-                let at = plant.state(world).position;
-                -1_000.0 * f64::from(world.scene().margin([at.x, at.y]))
+                let place = plant.state(world).position;
+                -1_000.0 * f64::from(world.scene().margin([place.x, place.y]))
             }),
         }
     }

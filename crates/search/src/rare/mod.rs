@@ -10,7 +10,7 @@
 mod estimate;
 mod event;
 
-pub use estimate::{MAX_LEVELS, Plan, Process, Repetition, Stage, split};
+pub use estimate::{MAX_LEVELS, Plan, Process, Repetition, StageResult, split};
 pub use event::Event;
 
 use parallel::progress::{Progress, Stop};
@@ -49,7 +49,7 @@ impl Question {
         };
         let tried = || {
             progress.step();
-            if stop.asked() { Err("stopped".to_owned()) } else { Ok(()) }
+            if stop.is_requested() { Err("stopped".to_owned()) } else { Ok(()) }
         };
         split(plan, repetition, threads, begin, tried)
     }

@@ -4,7 +4,7 @@
 use rapier3d::prelude::*;
 
 use super::Flight;
-use crate::scene::Start;
+use crate::scene::StartPose;
 use crate::world::{World, turn};
 
 /// Reach of the range finder, metres.
@@ -41,7 +41,7 @@ impl Airframe {
     /// Puts the body into `world` at its cruise height, with the mass that `weighed` gives it.
     pub(super) fn new(
         world: &mut World,
-        start: &Start,
+        start: &StartPose,
         numbers: Numbers,
         weighed: impl FnOnce(RigidBodyBuilder) -> RigidBodyBuilder,
     ) -> Self {
@@ -61,7 +61,7 @@ impl Airframe {
     }
 
     /// Height above the surface below, metres; of the body's underside.
-    pub(super) fn below(&self, world: &World) -> f32 {
+    pub(super) fn ground_clearance(&self, world: &World) -> f32 {
         let centre = self.rigid(world).translation();
         let hit = world.view(self.handle).cast(centre, -Vector::Z, REACH);
         hit.map_or(REACH, |hit| hit.distance) - self.height_m / 2.0
@@ -91,7 +91,7 @@ impl Airframe {
             place: body.translation().to_array().map(f64::from),
             velocity: body.linvel().to_array().map(f64::from),
             placed: true,
-            below: Some(self.below(world)).filter(|below| *below < REACH - self.height_m),
+            below: Some(self.ground_clearance(world)).filter(|below| *below < REACH - self.height_m),
             charge,
         }
     }

@@ -14,8 +14,8 @@ use wire::platform::FixedWing as Numbers;
 
 use super::air::Air;
 use super::airframe::{self, Airframe};
-use super::{Flight, Kept, Motion, Moves, State};
-use crate::scene::Start;
+use super::{BodyMotion, Flight, Moves, SafetyMargins, State};
+use crate::scene::StartPose;
 use crate::world::{DT, World, turn};
 
 const GRAVITY: f32 = 9.81;
@@ -30,7 +30,7 @@ const SKID: f32 = 4.0;
 enum Phase {
     /// It follows set-points.
     Led,
-    /// It circles, for so many seconds so far.
+    /// It circles, for a given number of seconds so far.
     Circles(f32),
     /// It comes down, circling.
     Lands,
@@ -65,7 +65,7 @@ pub(super) struct FixedWing {
 
 impl FixedWing {
     /// Puts the body into `world`, circling at its cruise height.
-    pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers, load: f32, air: Air) -> Self {
+    pub(super) fn new(world: &mut World, start: &StartPose, numbers: &Numbers, load: f32, air: Air) -> Self {
         let Numbers { body_m, cruise_m, power_w: [power_w, _], descent_m_s, clearance_m, ceiling_m, .. } = *numbers;
         let airframe = airframe::Numbers { body_m, cruise_m, power_w, descent_m_s, clearance_m, ceiling_m };
         let weighed = |body: RigidBodyBuilder| body.gravity_scale(0.0).additional_mass(numbers.mass_kg * load);
@@ -95,7 +95,7 @@ impl FixedWing {
     }
 
     /// The phase that follows, and the motion to fly; none on the ground.
-    fn wanted(&mut self, motion: Motion, below: f32, at: Vector) -> Option<Wanted> {
+    fn wanted(&mut self, motion: BodyMotion, below: f32, place: Vector) -> Option<Wanted> {
         let low = self.energy < 2.0 * self.airframe.reserve(below);
         let before = self.phase;
         self.phase = match (motion, self.phase) {
@@ -103,14 +103,14 @@ impl FixedWing {
             // Nothing throws it up again.
             (_, Phase::Landed) => Phase::Landed,
             (_, _) if low => Phase::Lands,
-            (Motion::Velocity { .. } | Motion::Course { .. }, _) => Phase::Led,
-            (Motion::Rest, Phase::Led) => Phase::Circles(0.0),
-            (Motion::Rest, Phase::Circles(s)) if s >= self.numbers.circle_s => Phase::Lands,
-            (Motion::Rest, Phase::Circles(s)) => Phase::Circles(s + DT),
-            (Motion::Rest, Phase::Lands) => Phase::Lands,
+            (BodyMotion::Velocity { .. } | BodyMotion::Course { .. }, _) => Phase::Led,
+            (BodyMotion::Rest, Phase::Led) => Phase::Circles(0.0),
+            (BodyMotion::Rest, Phase::Circles(s)) if s >= self.numbers.circle_s => Phase::Lands,
+            (BodyMotion::Rest, Phase::Circles(s)) => Phase::Circles(s + DT),
+            (BodyMotion::Rest, Phase::Lands) => Phase::Lands,
         };
         if before == Phase::Led && self.phase != Phase::Led {
-            self.began = at;
+            self.began = place;
         }
         let circle = |climb| Wanted { airspeed: self.numbers.circle_m_s, climb, turn: self.circling() };
         match (motion, self.phase) {
@@ -119,12 +119,12 @@ impl FixedWing {
                 let descent = circle(-self.numbers.descent_m_s);
                 Some(Wanted { turn: if below < LEVELS { 0.0 } else { descent.turn }, ..descent })
             }
-            (Motion::Velocity { along, turn }, Phase::Led) if !self.stays(along) => {
+            (BodyMotion::Velocity { along, turn }, Phase::Led) if !self.stays(along) => {
                 let airspeed = along[0].max(self.numbers.min_speed_m_s);
                 Some(Wanted { airspeed, climb: along[2], turn })
             }
-            (Motion::Velocity { along, .. }, Phase::Led) => Some(circle(along[2])),
-            (Motion::Velocity { .. } | Motion::Course { .. } | Motion::Rest, _) => Some(circle(0.0)),
+            (BodyMotion::Velocity { along, .. }, Phase::Led) => Some(circle(along[2])),
+            (BodyMotion::Velocity { .. } | BodyMotion::Course { .. } | BodyMotion::Rest, _) => Some(circle(0.0)),
         }
     }
 
@@ -159,33 +159,33 @@ impl FixedWing {
         self.level() * Rotation::from_axis_angle(Vector::Y, -nose) * Rotation::from_axis_angle(Vector::X, self.bank[0])
     }
 
-    /// By how much a motion keeps to the circle's limits, in parts of them.
-    fn settled(&self, velocity: Vector, at: Vector) -> f32 {
+    /// Margin of a motion to the circle's limits, as a share of them.
+    fn settled(&self, velocity: Vector, place: Vector) -> f32 {
         let Numbers { circle_m_s, descent_m_s, drift_m_s, stays_m, .. } = self.numbers;
-        let (away, flat) = (at - self.began, (velocity.x * velocity.x + velocity.y * velocity.y).sqrt());
-        let apart = (away.x * away.x + away.y * away.y).sqrt();
+        let (vector, flat) = (place - self.began, (velocity.x * velocity.x + velocity.y * velocity.y).sqrt());
+        let distance = (vector.x * vector.x + vector.y * vector.y).sqrt();
         let slow = 1.0 - flat / (circle_m_s + drift_m_s);
-        slow.min(1.0 - apart / stays_m).min(1.0 - velocity.z.abs() / (descent_m_s + drift_m_s))
+        slow.min(1.0 - distance / stays_m).min(1.0 - velocity.z.abs() / (descent_m_s + drift_m_s))
     }
 }
 
 impl Moves for FixedWing {
-    fn able(&self, asked: Motion) -> Option<Motion> {
+    fn able(&self, requested: BodyMotion) -> Option<BodyMotion> {
         let Numbers { max_speed_m_s, max_climb_m_s, max_turn_rad_s, .. } = self.numbers;
-        match asked {
+        match requested {
             // It flies ahead: a velocity to the side or back is none of its.
-            Motion::Velocity { along: [x, _, z], turn } => Some(Motion::Velocity {
+            BodyMotion::Velocity { along: [x, _, z], turn } => Some(BodyMotion::Velocity {
                 along: [x.clamp(0.0, max_speed_m_s), 0.0, z.clamp(-max_climb_m_s, max_climb_m_s)],
                 turn: turn.clamp(-max_turn_rad_s, max_turn_rad_s),
             }),
-            Motion::Rest => Some(Motion::Rest),
-            Motion::Course { .. } => None,
+            BodyMotion::Rest => Some(BodyMotion::Rest),
+            BodyMotion::Course { .. } => None,
         }
     }
 
-    fn push(&mut self, motion: Motion, world: &mut World) {
-        let (below, at) = (self.airframe.below(world), self.airframe.rigid(world).translation());
-        match self.wanted(motion, below, at) {
+    fn push(&mut self, motion: BodyMotion, world: &mut World) {
+        let (below, place) = (self.airframe.ground_clearance(world), self.airframe.rigid(world).translation());
+        match self.wanted(motion, below, place) {
             Some(wanted) => {
                 self.follow(wanted);
                 self.energy = (self.energy - self.numbers.power_w[0] * DT).max(0.0);
@@ -199,13 +199,13 @@ impl Moves for FixedWing {
         let turns = self.turns();
         self.heading = libm::remainderf(self.heading + turns * DT, core::f32::consts::TAU);
         let (sin, cos) = libm::sincosf(self.heading);
-        let through = Vector::new(self.airspeed * cos, self.airspeed * sin, self.climb);
+        let vector = Vector::new(self.airspeed * cos, self.airspeed * sin, self.climb);
         let wind = self.air.step(self.airframe.rigid(world).linvel());
         let carried = if self.phase == Phase::Landed { Vector::ZERO } else { wind };
         let attitude = self.attitude();
         let body = &mut world.physics.bodies[self.airframe.handle];
         body.set_rotation(attitude, true);
-        body.set_linvel(through + carried, true);
+        body.set_linvel(vector + carried, true);
         body.set_angvel(Vector::Z * turns, true);
     }
 
@@ -232,14 +232,14 @@ impl Moves for FixedWing {
         self.airframe.margin(world, fence)
     }
 
-    fn kept(&self, asked: Motion, world: &World) -> Option<Kept> {
-        let (below, led) = (self.airframe.below(world), self.phase == Phase::Led);
+    fn safety_margins(&self, requested: BodyMotion, world: &World) -> Option<SafetyMargins> {
+        let (below, led) = (self.airframe.ground_clearance(world), self.phase == Phase::Led);
         let (body, reserve) = (self.airframe.rigid(world), self.airframe.reserve(below));
-        Some(Kept {
+        Some(SafetyMargins {
             safe: if led { -1.0 } else { self.settled(body.linvel(), body.translation()) },
-            asked: match asked {
-                Motion::Velocity { along, .. } if !self.stays(along) => -1.0,
-                Motion::Velocity { .. } | Motion::Course { .. } | Motion::Rest => 1.0,
+            asked: match requested {
+                BodyMotion::Velocity { along, .. } if !self.stays(along) => -1.0,
+                BodyMotion::Velocity { .. } | BodyMotion::Course { .. } | BodyMotion::Rest => 1.0,
             },
             energy: if self.phase == Phase::Landed { 1.0 } else { (self.energy - reserve) / reserve },
             clearance: self.airframe.clearance(below, led),
@@ -306,17 +306,21 @@ mod tests {
     fn lease_end_circles_and_then_lands() {
         let mut flown = flown(wire::platform::FixedWing { circle_s: 4.0, ..NUMBERS });
         flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
-        assert!(flown.kept().safe < 0.0, "led at full speed: {:?}", flown.kept());
+        assert!(flown.safety_margins().safe < 0.0, "led at full speed: {:?}", flown.safety_margins());
         let from = flown.plant.state(&flown.world).position;
         flown.fly(0.3 + 1.0, None, 0.0);
         for _ in 0..20 {
             flown.fly(1.0, None, 0.0);
-            assert!(flown.kept().safe > 0.0 && flown.kept().energy > 0.0, "{:?}", flown.kept());
+            assert!(
+                flown.safety_margins().safe > 0.0 && flown.safety_margins().energy > 0.0,
+                "{:?}",
+                flown.safety_margins()
+            );
         }
         let last = *flown.fly(1.0, None, 0.0).last().unwrap();
         assert!(last.velocity.length() < 0.01 && last.position.z < 0.5, "{last:?}");
-        let away = last.position - from;
-        assert!(away.x.hypot(away.y) < NUMBERS.stays_m + 1.0, "{away:?}");
+        let vector = last.position - from;
+        assert!(vector.x.hypot(vector.y) < NUMBERS.stays_m + 1.0, "{vector:?}");
     }
 
     #[test]
@@ -324,7 +328,7 @@ mod tests {
         let mut flown = flown(wire::platform::FixedWing { battery_w_h: 0.02, circle_s: 1000.0, ..NUMBERS });
         let last = *flown.fly(30.0, None, 0.0).last().unwrap();
         assert!(last.velocity.length() < 0.01 && last.position.z < 0.5, "{last:?}");
-        assert!(flown.kept().energy > 0.0);
+        assert!(flown.safety_margins().energy > 0.0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The plant: a body in the world that follows leased set-points, and the contract that every kind of body fulfils.
 //!
 //! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the body changes to its
-//! safe motion by itself, and the plant says so once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
+//! safe motion by itself, and the plant reports it once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
 //! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor`,
 //! `fixed_wing` and `satellite` are such.
 
@@ -25,7 +25,7 @@ use wire::time::{Instant, Span};
 
 use crate::fidelity::Fidelity;
 use crate::limits::SceneError;
-use crate::scene::Start;
+use crate::scene::StartPose;
 use crate::world::World;
 
 use air::Air;
@@ -42,15 +42,15 @@ pub const STANDSTILL: f32 = 0.05;
 
 /// Motion that a body is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Motion {
-    /// Of a body that steers.
+pub enum BodyMotion {
+    /// Motion of a body that steers.
     Course {
         /// Forward speed, m/s.
         speed: f32,
         /// Curvature, 1/m, positive to the left.
         curvature: f32,
     },
-    /// Of a body that moves freely, in the level frame: x along its heading, y left, z up.
+    /// Motion of a body that moves freely, in the level frame: x along its heading, y left, z up.
     Velocity {
         /// Along x, y and z, m/s.
         along: [f32; 3],
@@ -61,27 +61,27 @@ pub enum Motion {
     Rest,
 }
 
-impl Motion {
-    /// Horizontal speed, m/s, signed where it has a direction of its own.
+impl BodyMotion {
+    /// Horizontal speed, m/s, signed where it has its own direction.
     pub fn speed(&self) -> f32 {
         match self {
-            Motion::Course { speed, .. } => *speed,
-            Motion::Velocity { along: [x, y, _], .. } => (x * x + y * y).sqrt(),
-            Motion::Rest => 0.0,
+            BodyMotion::Course { speed, .. } => *speed,
+            BodyMotion::Velocity { along: [x, y, _], .. } => (x * x + y * y).sqrt(),
+            BodyMotion::Rest => 0.0,
         }
     }
 }
 
-impl From<drive::SetPoint> for Motion {
-    fn from(asked: drive::SetPoint) -> Self {
-        match asked {
+impl From<drive::SetPoint> for BodyMotion {
+    fn from(requested: drive::SetPoint) -> Self {
+        match requested {
             drive::SetPoint::Course { speed_mm_s, curvature_um } => {
-                Motion::Course { speed: speed_mm_s as f32 / 1e3, curvature: curvature_um as f32 / 1e6 }
+                BodyMotion::Course { speed: speed_mm_s as f32 / 1e3, curvature: curvature_um as f32 / 1e6 }
             }
             drive::SetPoint::Velocity { mm_s, turn_mrad_s } => {
-                Motion::Velocity { along: mm_s.map(|mm| mm as f32 / 1e3), turn: turn_mrad_s as f32 / 1e3 }
+                BodyMotion::Velocity { along: mm_s.map(|mm| mm as f32 / 1e3), turn: turn_mrad_s as f32 / 1e3 }
             }
-            drive::SetPoint::Rest => Motion::Rest,
+            drive::SetPoint::Rest => BodyMotion::Rest,
         }
     }
 }
@@ -90,7 +90,7 @@ impl From<drive::SetPoint> for Motion {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetPoint {
     /// Motion that is asked for.
-    pub motion: Motion,
+    pub motion: BodyMotion,
     /// End of the lease, on the plant's clock.
     pub until: Instant,
 }
@@ -98,7 +98,7 @@ pub struct SetPoint {
 impl SetPoint {
     /// To go at `speed` (m/s) along a `curvature` (1/m).
     pub fn course((speed, curvature): (f32, f32), until: Instant) -> Self {
-        SetPoint { motion: Motion::Course { speed, curvature }, until }
+        SetPoint { motion: BodyMotion::Course { speed, curvature }, until }
     }
 }
 
@@ -138,9 +138,9 @@ impl State {
     }
 }
 
-/// By how much a body keeps to its own terms of safety: in parts of each limit, negative beyond it.
+/// Margins of a body to its own terms of safety: in parts of each limit, negative beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kept {
+pub struct SafetyMargins {
     /// Its motion, to its safe set.
     pub safe: f32,
     /// The motion that it is asked for, to the same.
@@ -173,9 +173,9 @@ pub struct Flight {
 /// Contract of a kind of body.
 trait Moves {
     /// The motion within its limits; `None` in the terms of another kind.
-    fn able(&self, asked: Motion) -> Option<Motion>;
-    /// Drives it for one step of the world; [`Motion::Rest`] is its safe motion.
-    fn push(&mut self, motion: Motion, world: &mut World);
+    fn able(&self, requested: BodyMotion) -> Option<BodyMotion>;
+    /// Drives it for one step of the world; [`BodyMotion::Rest`] is its safe motion.
+    fn push(&mut self, motion: BodyMotion, world: &mut World);
     /// Place and motion.
     fn state(&self, world: &World) -> State;
     /// The body that carries the sensors.
@@ -187,7 +187,7 @@ trait Moves {
         None
     }
     /// Its own terms of safety while this motion is asked for; none where safety is to stand still.
-    fn kept(&self, _asked: Motion, _world: &World) -> Option<Kept> {
+    fn safety_margins(&self, _asked: BodyMotion, _world: &World) -> Option<SafetyMargins> {
         None
     }
     /// Distance that is left to the envelope, metres, of which `fence` is left to the fence.
@@ -217,7 +217,7 @@ enum Kind {
 
 impl Plant {
     /// Puts a wheeled vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
-    pub fn new(world: &mut World, start: &Start, vehicle: &Vehicle, fidelity: &Fidelity) -> Self {
+    pub fn new(world: &mut World, start: &StartPose, vehicle: &Vehicle, fidelity: &Fidelity) -> Self {
         let kind = Kind::Wheeled(Box::new(Wheeled::new(world, start, vehicle, fidelity)));
         Plant { kind, set_point: None }
     }
@@ -225,10 +225,10 @@ impl Plant {
     /// Puts a platform's body into `world`; `seed` seeds the gusts.
     ///
     /// # Errors
-    /// Orbital elements that are those of no orbit.
-    pub fn of(
+    /// Orbital elements that describe no orbit.
+    pub fn from_body(
         world: &mut World,
-        start: &Start,
+        start: &StartPose,
         body: &Body,
         fidelity: &Fidelity,
         seed: u64,
@@ -253,9 +253,9 @@ impl Plant {
 
     /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to [`MAX_LEASE`] from `now`. False, and
     /// the last one kept, where it is in the terms of another kind of body.
-    pub fn accept(&mut self, now: Instant, asked: SetPoint) -> bool {
-        let able = self.moves().able(asked.motion);
-        let until = asked.until.min(now + MAX_LEASE);
+    pub fn accept(&mut self, now: Instant, requested: SetPoint) -> bool {
+        let able = self.moves().able(requested.motion);
+        let until = requested.until.min(now + MAX_LEASE);
         self.set_point = able.map(|motion| SetPoint { motion, until }).or(self.set_point);
         able.is_some()
     }
@@ -269,7 +269,7 @@ impl Plant {
     /// ended.
     pub fn step(&mut self, now: Instant, world: &mut World) -> Option<SetPoint> {
         let lapsed = self.set_point.take_if(|s| s.until <= now);
-        let motion = self.asked();
+        let motion = self.requested_motion();
         self.moves_mut().push(motion, world);
         world.step();
         lapsed
@@ -300,9 +300,9 @@ impl Plant {
         self.moves().sky()
     }
 
-    /// By how much it keeps to its own terms of safety; none where safety is to stand still.
-    pub fn kept(&self, world: &World) -> Option<Kept> {
-        self.moves().kept(self.asked(), world)
+    /// Margins to the body's own terms of safety; none where safety is to stand still.
+    pub fn safety_margins(&self, world: &World) -> Option<SafetyMargins> {
+        self.moves().safety_margins(self.requested_motion(), world)
     }
 
     /// Distance that is left to the envelope, metres; negative outside: the fence, and the limits of height.
@@ -311,8 +311,8 @@ impl Plant {
         self.moves().margin(world, world.scene().margin([position.x, position.y]))
     }
 
-    fn asked(&self) -> Motion {
-        self.set_point.map_or(Motion::Rest, |s| s.motion)
+    fn requested_motion(&self) -> BodyMotion {
+        self.set_point.map_or(BodyMotion::Rest, |s| s.motion)
     }
 
     fn moves(&self) -> &dyn Moves {
@@ -381,8 +381,8 @@ mod tests {
             let mut world = World::new(Arc::new(scene.clone()));
             let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
             drive(&mut plant, &mut world, 0, 400, Some((speed, 0.0)));
-            let gone = plant.state(&world).speed();
-            assert!((gone - speed).abs() < 0.15, "{speed}: {gone}");
+            let travelled = plant.state(&world).speed();
+            assert!((travelled - speed).abs() < 0.15, "{speed}: {travelled}");
             assert_eq!(drive(&mut plant, &mut world, 400, 29, None), [], "{speed}: before its end");
             assert!(plant.set_point().is_some(), "{speed}");
             assert_eq!(drive(&mut plant, &mut world, 429, 1, None), [Instant(4_300_000)], "{speed}");

@@ -1,6 +1,6 @@
 //! A body on four rotors with the loops of a flight controller.
 //!
-//! Its numbers are the platform's ([`Multirotor`]), the forces those of PX4's SIH model: thrust and torque by rotor with a first-order lag, drag
+//! Its numbers are the platform's ([`Multirotor`]), the forces follow PX4's SIH model: thrust and torque by rotor with a first-order lag, drag
 //! by airspeed and by rate of turn. The controller is the usual cascade: velocity to acceleration, acceleration to tilt and thrust, tilt to rates,
 //! rates to torques, torques to rotors. It knows its attitude, rates and velocity as such a controller does from its own sensors; it has no position.
 //!
@@ -13,8 +13,8 @@ use wire::platform::Multirotor as Numbers;
 
 use super::air::Air;
 use super::airframe::{self, Airframe};
-use super::{Flight, Kept, Motion, Moves, State};
-use crate::scene::Start;
+use super::{BodyMotion, Flight, Moves, SafetyMargins, State};
+use crate::scene::StartPose;
 use crate::world::{DT, World, turn};
 
 const GRAVITY: f32 = 9.81;
@@ -37,7 +37,7 @@ const STOPPED: f32 = 0.1;
 enum Phase {
     /// It follows set-points.
     Led,
-    /// It holds its place, for so many seconds so far.
+    /// It holds its place, for a given number of seconds so far.
     Loiters(f32),
     /// It comes down.
     Lands,
@@ -65,7 +65,7 @@ pub(super) struct Multirotor {
 
 impl Multirotor {
     /// Puts the body into `world`, in a hover at its cruise height; as heavy as `load` says.
-    pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers, load: f32, air: Air) -> Self {
+    pub(super) fn new(world: &mut World, start: &StartPose, numbers: &Numbers, load: f32, air: Air) -> Self {
         let Numbers { body_m, cruise_m, power_w: [power_w, _], descent_m_s, clearance_m, ceiling_m, .. } = *numbers;
         let mass = numbers.mass_kg * load;
         let inertia = Vector::from(numbers.inertia_kg_m2.map(|i| i * load));
@@ -87,24 +87,24 @@ impl Multirotor {
     }
 
     /// The velocity of this motion in the level frame, and the turn; the body's own safe motion included.
-    fn wanted(&mut self, motion: Motion, (below, sinks): (f32, f32)) -> Option<(Vector, f32)> {
-        // As a flight controller does: with what is left for the way down it goes down, whoever leads it.
+    fn wanted(&mut self, motion: BodyMotion, (below, sinks): (f32, f32)) -> Option<(Vector, f32)> {
+        // As a flight controller does: with what is left for the way down it goes down, with any guest or navigation.
         let low = self.energy < 2.0 * self.airframe.reserve(below);
         self.phase = match (motion, self.phase) {
             (_, Phase::Lands) if below < TOUCH && sinks < STOPPED => Phase::Landed,
             (_, Phase::Landed) if low => Phase::Landed,
             (_, _) if low => Phase::Lands,
-            (Motion::Velocity { .. } | Motion::Course { .. }, _) => Phase::Led,
-            (Motion::Rest, Phase::Led) => Phase::Loiters(0.0),
-            (Motion::Rest, Phase::Loiters(s)) if s >= self.numbers.loiter_s => Phase::Lands,
-            (Motion::Rest, Phase::Loiters(s)) => Phase::Loiters(s + DT),
-            (Motion::Rest, phase) => phase,
+            (BodyMotion::Velocity { .. } | BodyMotion::Course { .. }, _) => Phase::Led,
+            (BodyMotion::Rest, Phase::Led) => Phase::Loiters(0.0),
+            (BodyMotion::Rest, Phase::Loiters(s)) if s >= self.numbers.loiter_s => Phase::Lands,
+            (BodyMotion::Rest, Phase::Loiters(s)) => Phase::Loiters(s + DT),
+            (BodyMotion::Rest, phase) => phase,
         };
         match (motion, self.phase) {
             (_, Phase::Landed) => None,
             (_, Phase::Lands) => Some((Vector::new(0.0, 0.0, -self.numbers.descent_m_s), 0.0)),
-            (Motion::Velocity { along, turn }, _) => Some((Vector::from(along), turn)),
-            (Motion::Course { .. } | Motion::Rest, _) => Some((Vector::ZERO, 0.0)),
+            (BodyMotion::Velocity { along, turn }, _) => Some((Vector::from(along), turn)),
+            (BodyMotion::Course { .. } | BodyMotion::Rest, _) => Some((Vector::ZERO, 0.0)),
         }
     }
 
@@ -126,12 +126,13 @@ impl Multirotor {
         self.integral = (self.integral + error * (INTEGRAL * DT)).clamp_length_max(MOST_INTEGRAL);
         // The level frame turns, and the velocity with it.
         let ahead = level * self.ahead + Vector::Z.cross(wanted) * turn;
-        let mut asked = ahead + error * VELOCITY + self.integral;
+        let mut requested = ahead + error * VELOCITY + self.integral;
         let most = GRAVITY * libm::tanf(tilt_deg.to_radians());
-        let flat = (asked.x * asked.x + asked.y * asked.y).sqrt();
+        let flat = (requested.x * requested.x + requested.y * requested.y).sqrt();
         let share = (most / flat.max(most)).min(1.0);
-        asked = Vector::new(asked.x * share, asked.y * share, asked.z.clamp(-0.6 * GRAVITY, 0.8 * GRAVITY));
-        let force = asked + Vector::Z * GRAVITY;
+        requested =
+            Vector::new(requested.x * share, requested.y * share, requested.z.clamp(-0.6 * GRAVITY, 0.8 * GRAVITY));
+        let force = requested + Vector::Z * GRAVITY;
         let axis = body.rotation() * Vector::Z;
         let [least, greatest] = THRUST.map(|share| share * 4.0 * thrust_n);
         let thrust = (mass_kg * force.dot(axis)).clamp(least, greatest);
@@ -143,9 +144,9 @@ impl Multirotor {
     }
 
     /// Lets the rotors follow their shares of thrust and torques, and gives thrust and torques as they are.
-    fn spin(&mut self, asked: Option<(f32, Vector)>) -> (f32, Vector) {
+    fn spin(&mut self, requested: Option<(f32, Vector)>) -> (f32, Vector) {
         let Numbers { arm_m, thrust_n, torque_n_m, rotor_s, .. } = self.numbers;
-        let share = match asked {
+        let share = match requested {
             Some((thrust, torque)) => {
                 let (t, x) = (thrust / (4.0 * thrust_n), torque.x / (4.0 * arm_m * thrust_n));
                 let (y, z) = (torque.y / (4.0 * arm_m * thrust_n), torque.z / (4.0 * torque_n_m));
@@ -175,7 +176,7 @@ impl Multirotor {
         self.energy = (self.energy - (rest + (hover - rest) * spent / hovering) * DT).max(0.0);
     }
 
-    /// By how much a velocity of the level frame keeps to the safe set, in parts of its limits.
+    /// Margin of a velocity of the level frame keeps to the safe set, in parts of its limits.
     fn settled(&self, velocity: Vector) -> f32 {
         let Numbers { drift_m_s, descent_m_s, .. } = self.numbers;
         let flat = (velocity.x * velocity.x + velocity.y * velocity.y).sqrt();
@@ -185,34 +186,34 @@ impl Multirotor {
 }
 
 impl Moves for Multirotor {
-    fn able(&self, asked: Motion) -> Option<Motion> {
+    fn able(&self, requested: BodyMotion) -> Option<BodyMotion> {
         let Numbers { max_speed_m_s, max_climb_m_s, max_turn_rad_s, .. } = self.numbers;
-        match asked {
-            Motion::Velocity { along: [x, y, z], turn } => {
+        match requested {
+            BodyMotion::Velocity { along: [x, y, z], turn } => {
                 let share = max_speed_m_s / (x * x + y * y).sqrt().max(max_speed_m_s);
                 let along = [x * share, y * share, z.clamp(-max_climb_m_s, max_climb_m_s)];
-                Some(Motion::Velocity { along, turn: turn.clamp(-max_turn_rad_s, max_turn_rad_s) })
+                Some(BodyMotion::Velocity { along, turn: turn.clamp(-max_turn_rad_s, max_turn_rad_s) })
             }
-            Motion::Rest => Some(Motion::Rest),
-            Motion::Course { .. } => None,
+            BodyMotion::Rest => Some(BodyMotion::Rest),
+            BodyMotion::Course { .. } => None,
         }
     }
 
-    fn push(&mut self, motion: Motion, world: &mut World) {
-        let below = self.airframe.below(world);
+    fn push(&mut self, motion: BodyMotion, world: &mut World) {
+        let below = self.airframe.ground_clearance(world);
         let wanted = self.wanted(motion, (below, -self.airframe.rigid(world).linvel().z));
         let wanted = wanted.filter(|_| self.energy > 0.0);
         let body = self.airframe.rigid(world);
         let (level, velocity, rotation, rates) =
             (level(body.rotation()), body.linvel(), *body.rotation(), body.angvel());
-        let asked = wanted.map(|(velocity, turn)| {
+        let requested = wanted.map(|(velocity, turn)| {
             self.track(velocity);
             self.control(body, level, turn)
         });
-        if asked.is_none() {
+        if requested.is_none() {
             (self.reference, self.ahead, self.integral) = (Vector::ZERO, Vector::ZERO, Vector::ZERO);
         }
-        let (thrust, torque) = self.spin(asked);
+        let (thrust, torque) = self.spin(requested);
         self.drain();
         let drag = (self.air.step(velocity) - velocity) * self.numbers.drag_n_s_m;
         let body = &mut world.physics.bodies[self.airframe.handle];
@@ -250,14 +251,14 @@ impl Moves for Multirotor {
         self.airframe.margin(world, fence)
     }
 
-    fn kept(&self, asked: Motion, world: &World) -> Option<Kept> {
-        let below = self.airframe.below(world);
+    fn safety_margins(&self, requested: BodyMotion, world: &World) -> Option<SafetyMargins> {
+        let below = self.airframe.ground_clearance(world);
         let reserve = self.airframe.reserve(below);
-        Some(Kept {
+        Some(SafetyMargins {
             safe: self.settled(self.airframe.rigid(world).linvel()),
-            asked: match asked {
-                Motion::Velocity { along, .. } => self.settled(Vector::from(along)),
-                Motion::Course { .. } | Motion::Rest => 1.0,
+            asked: match requested {
+                BodyMotion::Velocity { along, .. } => self.settled(Vector::from(along)),
+                BodyMotion::Course { .. } | BodyMotion::Rest => 1.0,
             },
             energy: if self.phase == Phase::Landed { 1.0 } else { (self.energy - reserve) / reserve },
             clearance: self.airframe.clearance(below, self.phase == Phase::Led),
@@ -298,7 +299,7 @@ mod tests {
         let states = flown.fly(5.0, None, 0.0);
         let off = states.iter().map(|s| (s.position - start).length()).fold(0.0, f32::max);
         assert!(off < 0.05, "{off}");
-        assert!(flown.kept().safe > 0.8, "{:?}", flown.kept());
+        assert!(flown.safety_margins().safe > 0.8, "{:?}", flown.safety_margins());
     }
 
     #[test]
@@ -311,8 +312,8 @@ mod tests {
             let off = (got - rapier3d::prelude::Vector::from(along)).length();
             assert!(off < 0.1, "{along:?}: {got:?}");
             let most = states.iter().map(|s| s.velocity.length()).fold(0.0, f32::max);
-            let asked = rapier3d::prelude::Vector::from(along).length();
-            assert!(most < 1.1 * asked, "{along:?}: overshoot to {most}");
+            let requested = rapier3d::prelude::Vector::from(along).length();
+            assert!(most < 1.1 * requested, "{along:?}: overshoot to {most}");
         }
         let mut flown = Flown::new(Wind::default(), Body::Multirotor(NUMBERS));
         let turned = flown.fly(3.0, Some([0.0; 3]), 0.5);
@@ -332,9 +333,9 @@ mod tests {
         let body = wire::platform::Multirotor { loiter_s: 3.0, ..NUMBERS };
         let mut flown = Flown::new(Wind::default(), Body::Multirotor(body));
         flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
-        assert!(flown.kept().safe < 0.0, "{:?}", flown.kept());
+        assert!(flown.safety_margins().safe < 0.0, "{:?}", flown.safety_margins());
         let braked = flown.fly(0.3 + 2.5, None, 0.0);
-        assert!(flown.kept().safe > 0.0, "{:?} {:?}", flown.kept(), braked.last());
+        assert!(flown.safety_margins().safe > 0.0, "{:?} {:?}", flown.safety_margins(), braked.last());
         let height = braked.last().unwrap().position.z;
         let down = flown.fly(12.0, None, 0.0);
         assert!(down.iter().all(|s| s.velocity.length() < 1.0));
@@ -342,7 +343,7 @@ mod tests {
         let last = down.last().unwrap();
         assert!(height - last.position.z > 1.5 && last.position.z - ground < 0.3, "{last:?} over {ground}");
         assert!(last.velocity.length() < 0.05, "{last:?}");
-        assert!(flown.kept().safe > 0.9 && flown.kept().energy > 0.9);
+        assert!(flown.safety_margins().safe > 0.9 && flown.safety_margins().energy > 0.9);
     }
 
     #[test]

@@ -9,14 +9,14 @@
 use rapier3d::prelude::*;
 use spacecraft::attitude::{self, Body, Environment, State as Attitude, Wheel};
 use spacecraft::orbit::{Elements, OrbitError};
-use spacecraft::pointing::{Controller, Limits, Reference, desaturation, sun_pointing};
+use spacecraft::pointing::{Controller, Reference, TurnLimits, desaturation, sun_pointing};
 use spacecraft::power::{Power, lit};
 use spacecraft::region::{Pass, Region, Sky};
 use spacecraft::vector::{dot, norm};
 use wire::platform::Satellite as Numbers;
 
-use super::{Flight, Kept, Motion, Moves, State};
-use crate::scene::Start;
+use super::{BodyMotion, Flight, Moves, SafetyMargins, State};
+use crate::scene::StartPose;
 use crate::world::{DT, World, turn};
 
 /// Length of a step, seconds.
@@ -29,7 +29,7 @@ const DESATURATION: f64 = 0.001;
 const CAUGHT: f64 = 0.002;
 /// Sine of the elevation of the satellite, seen from the region, below which the payload is turned away: 10°.
 const LEAST_ELEVATION: f64 = 0.17;
-/// Furthest that a place on the map is told, m.
+/// Furthest that a place on the map is reported, m.
 const FURTHEST: f64 = 1.0e5;
 /// Distance to a limit that does not apply, m.
 const NO_LIMIT: f32 = 1.0e4;
@@ -39,7 +39,7 @@ const NO_LIMIT: f32 = 1.0e4;
 enum Phase {
     /// It follows set-points, payload open.
     Led,
-    /// It keeps looking at its place, payload shut, for so many seconds so far.
+    /// It keeps looking at its place, payload shut, for a given number of seconds so far.
     Holds(f64),
     /// It points its array at the sun, or turns there.
     Suns,
@@ -74,12 +74,12 @@ pub(super) struct Satellite {
 
 impl Satellite {
     /// Puts it into its orbit, looking at `start` and moving with it.
-    pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers) -> Result<Self, OrbitError> {
+    pub(super) fn new(world: &mut World, start: &StartPose, numbers: &Numbers) -> Result<Self, OrbitError> {
         let handle = world.physics.bodies.insert(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, 1000.0)));
         let shell = world.physics.insert_collider(ColliderBuilder::ball(0.1).sensor(true), Some(handle));
         let region = Region::new(&pass(numbers))?;
         let (aim, heading) = ([f64::from(start.east), f64::from(start.north)], f64::from(start.heading));
-        let (before, now) = (region.at(-STEP_S), region.at(0.0));
+        let (before, now) = (region.moment_at(-STEP_S), region.moment_at(0.0));
         let goal = |moment| region.looking_at(moment, aim, heading);
         let reference = Reference::moving(goal(&before), goal(&now), STEP_S);
         let attitude = Attitude { rates_rad_s: reference.rates_rad_s, ..Attitude::at_rest(reference.attitude) };
@@ -118,7 +118,7 @@ impl Satellite {
             (self.seen.velocity, self.seen.yaw_rate) = (Vector::ZERO, 0.0);
             return;
         }
-        let moment = self.region.at(self.seconds());
+        let moment = self.region.moment_at(self.seconds());
         let before = self.seen;
         let place = self.region.aim(&moment, self.attitude.attitude).map_or([FURTHEST; 2], |(place, _)| place);
         let [east, north] = place.map(|m| m.clamp(-FURTHEST, FURTHEST) as f32);
@@ -133,23 +133,23 @@ impl Satellite {
     }
 
     /// Changes the phase, and gives the speed that is wanted in the level frame with the turn.
-    fn wanted(&mut self, motion: Motion) -> ([f64; 2], f64) {
-        let [east, north, up] = self.region.at(self.seconds()).local_m;
-        // Whoever leads it: a region near its horizon is no longer looked at.
+    fn wanted(&mut self, motion: BodyMotion) -> ([f64; 2], f64) {
+        let [east, north, up] = self.region.moment_at(self.seconds()).local_m;
+        // With any guest or navigation: a region near its horizon is no longer looked at.
         let sunk = up < LEAST_ELEVATION * (east * east + north * north + up * up).sqrt();
         self.phase = match (motion, self.phase) {
             (_, _) if sunk => Phase::Suns,
-            (Motion::Velocity { .. } | Motion::Course { .. }, _) => Phase::Led,
-            (Motion::Rest, Phase::Led) => Phase::Holds(0.0),
-            (Motion::Rest, Phase::Holds(s)) if s >= self.numbers.hold_s => Phase::Suns,
-            (Motion::Rest, Phase::Holds(s)) => Phase::Holds(s + STEP_S),
-            (Motion::Rest, Phase::Suns) => Phase::Suns,
+            (BodyMotion::Velocity { .. } | BodyMotion::Course { .. }, _) => Phase::Led,
+            (BodyMotion::Rest, Phase::Led) => Phase::Holds(0.0),
+            (BodyMotion::Rest, Phase::Holds(s)) if s >= self.numbers.hold_s => Phase::Suns,
+            (BodyMotion::Rest, Phase::Holds(s)) => Phase::Holds(s + STEP_S),
+            (BodyMotion::Rest, Phase::Suns) => Phase::Suns,
         };
         match (motion, self.phase) {
-            (Motion::Velocity { along: [x, y, _], turn }, Phase::Led) => {
+            (BodyMotion::Velocity { along: [x, y, _], turn }, Phase::Led) => {
                 ([f64::from(x), f64::from(y)], f64::from(turn))
             }
-            (Motion::Velocity { .. } | Motion::Course { .. } | Motion::Rest, _) => ([0.0; 2], 0.0),
+            (BodyMotion::Velocity { .. } | BodyMotion::Course { .. } | BodyMotion::Rest, _) => ([0.0; 2], 0.0),
         }
     }
 
@@ -170,7 +170,7 @@ impl Satellite {
 
     /// The reference of the next step.
     fn goal(&self) -> Reference {
-        let later = self.region.at(self.seconds() + STEP_S);
+        let later = self.region.moment_at(self.seconds() + STEP_S);
         let goal = match self.phase {
             Phase::Led | Phase::Holds(_) => self.region.looking_at(&later, self.aim, self.along),
             Phase::Suns => sun_pointing(self.sky.sun.unwrap_or([1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]),
@@ -186,7 +186,7 @@ impl Satellite {
             let calm = most < 10.0 * self.numbers.slew[1];
             return Reference { acceleration_rad_s2: if calm { acceleration_rad_s2 } else { [0.0; 3] }, ..moved };
         }
-        self.reference.towards(&Reference::at_rest(goal), &Limits { rate_rad_s, acceleration_rad_s2 }, STEP_S)
+        self.reference.step_towards(&Reference::at_rest(goal), &TurnLimits { rate_rad_s, acceleration_rad_s2 }, STEP_S)
     }
 
     fn field_body(&self) -> [f64; 3] {
@@ -207,22 +207,22 @@ impl Satellite {
 }
 
 impl Moves for Satellite {
-    fn able(&self, asked: Motion) -> Option<Motion> {
+    fn able(&self, requested: BodyMotion) -> Option<BodyMotion> {
         let (most, turns) = (self.numbers.max_speed_m_s as f32, self.numbers.max_turn_rad_s as f32);
-        match asked {
-            Motion::Velocity { along: [x, y, _], turn } => {
+        match requested {
+            BodyMotion::Velocity { along: [x, y, _], turn } => {
                 let share = most / (x * x + y * y).sqrt().max(most);
-                Some(Motion::Velocity { along: [x * share, y * share, 0.0], turn: turn.clamp(-turns, turns) })
+                Some(BodyMotion::Velocity { along: [x * share, y * share, 0.0], turn: turn.clamp(-turns, turns) })
             }
-            Motion::Rest => Some(Motion::Rest),
-            Motion::Course { .. } => None,
+            BodyMotion::Rest => Some(BodyMotion::Rest),
+            BodyMotion::Course { .. } => None,
         }
     }
 
-    fn push(&mut self, motion: Motion, _world: &mut World) {
+    fn push(&mut self, motion: BodyMotion, _world: &mut World) {
         let (wanted, turn) = self.wanted(motion);
         self.track(wanted, turn);
-        let moment = self.region.at(self.seconds());
+        let moment = self.region.moment_at(self.seconds());
         if self.steps.is_multiple_of(SKY_STEPS) {
             self.sky = self.region.sky(&moment);
         }
@@ -231,8 +231,8 @@ impl Moves for Satellite {
         let controller = Controller { frequency_rad_s, damping };
         let torques = controller.torques(&self.body, &self.attitude, &self.reference.leading_to(&next));
         let dipole = desaturation(&self.body, self.attitude.wheels_n_m_s, field_body, DESATURATION);
-        let around = Environment { field_t: self.sky.field_t, position_m: moment.position_m };
-        attitude::step(&mut self.attitude, &self.body, torques, dipole, &around, STEP_S);
+        let environment = Environment { field_t: self.sky.field_t, position_m: moment.position_m };
+        attitude::step(&mut self.attitude, &self.body, torques, dipole, &environment, STEP_S);
         let share = self.sky.sun.map_or(0.0, |sun| lit(self.attitude.attitude, sun, false));
         self.charge_j = self.power().step(self.charge_j, share, STEP_S);
         self.reference = next;
@@ -253,13 +253,13 @@ impl Moves for Satellite {
     }
 
     fn flight(&self, _world: &World) -> Option<Flight> {
-        let moment = self.region.at(self.seconds());
+        let moment = self.region.moment_at(self.seconds());
         let axis = |axis: [f64; 3]| {
             let local = self.region.to_local(&moment, attitude::quaternion::rotate(self.attitude.attitude, axis));
             Vector::from(local.map(|part| part as f32))
         };
         let turned = Matrix::from_cols(axis([1.0, 0.0, 0.0]), axis([0.0, 1.0, 0.0]), axis([0.0, 0.0, 1.0]));
-        let later = self.region.at(self.seconds() + 1.0);
+        let later = self.region.moment_at(self.seconds() + 1.0);
         Some(Flight {
             place: moment.local_m,
             velocity: [0, 1, 2].map(|k: usize| later.local_m[k] - moment.local_m[k]),
@@ -275,7 +275,7 @@ impl Moves for Satellite {
         Some((self.attitude.attitude, self.sky))
     }
 
-    fn kept(&self, asked: Motion, _world: &World) -> Option<Kept> {
+    fn safety_margins(&self, requested: BodyMotion, _world: &World) -> Option<SafetyMargins> {
         let led = self.phase == Phase::Led;
         let rate = norm(self.attitude.rates_rad_s) / self.numbers.safe_rate_rad_s;
         let speed = f64::from(self.seen.velocity.length());
@@ -285,13 +285,13 @@ impl Moves for Satellite {
         let room = 1.0 - wheels / self.numbers.wheel_momentum_n_m_s;
         let least = self.numbers.battery[2];
         let charge = self.charge_j / self.power().full_j();
-        Some(Kept {
+        Some(SafetyMargins {
             safe: (1.0 - rate).min(open) as f32,
-            asked: match asked {
-                Motion::Velocity { along: [x, y, _], .. } => {
+            asked: match requested {
+                BodyMotion::Velocity { along: [x, y, _], .. } => {
                     1.0 - (x * x + y * y).sqrt() / (0.2 * self.numbers.max_speed_m_s as f32)
                 }
-                Motion::Course { .. } | Motion::Rest => 1.0,
+                BodyMotion::Course { .. } | BodyMotion::Rest => 1.0,
             },
             energy: ((charge - least) / least) as f32,
             clearance: if led { room.min(self.keeps_out()) } else { room } as f32,
@@ -364,7 +364,11 @@ mod tests {
         let states = flown.fly(15.0, None, 0.0);
         let off = states.iter().map(|s| (s.position - start).length()).fold(0.0, f32::max);
         assert!(off < 0.05, "{off} km on the ground");
-        assert!(flown.kept().safe > 0.5 && flown.kept().clearance > 0.5, "{:?}", flown.kept());
+        assert!(
+            flown.safety_margins().safe > 0.5 && flown.safety_margins().clearance > 0.5,
+            "{:?}",
+            flown.safety_margins()
+        );
     }
 
     #[test]
@@ -383,12 +387,20 @@ mod tests {
     fn lease_end_holds_and_then_faces_the_sun() {
         let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));
         flown.fly(3.0, Some([3.0, 0.0, 0.0]), 0.0);
-        assert!(flown.kept().safe < 0.0 && flown.plant.margin(&flown.world) < 100.0);
+        assert!(flown.safety_margins().safe < 0.0 && flown.plant.margin(&flown.world) < 100.0);
         flown.fly(1.5, None, 0.0);
-        assert!(flown.kept().safe > 0.0 && flown.plant.margin(&flown.world) > 1000.0, "{:?}", flown.kept());
+        assert!(
+            flown.safety_margins().safe > 0.0 && flown.plant.margin(&flown.world) > 1000.0,
+            "{:?}",
+            flown.safety_margins()
+        );
         for _ in 0..400 {
             flown.fly(1.0, None, 0.0);
-            assert!(flown.kept().safe > 0.0 && flown.kept().clearance > 0.0, "{:?}", flown.kept());
+            assert!(
+                flown.safety_margins().safe > 0.0 && flown.safety_margins().clearance > 0.0,
+                "{:?}",
+                flown.safety_margins()
+            );
         }
         let (attitude, sky) = flown.plant.sky().unwrap();
         let array = attitude::quaternion::rotate(attitude, [0.0, 0.0, -1.0]);
@@ -402,7 +414,7 @@ mod tests {
         let mut flown = Flown::new(Wind::default(), Kind::Satellite(Numbers { hold_s: 3600.0, ..numbers() }));
         flown.fly(400.0, Some([0.0; 3]), 0.0);
         assert!(!flown.plant.flight(&flown.world).unwrap().placed);
-        assert!(flown.kept().safe > 0.0, "{:?}", flown.kept());
+        assert!(flown.safety_margins().safe > 0.0, "{:?}", flown.safety_margins());
     }
 
     /// A lead can ask for ways of the line of sight alone. Reversed again and again at the greatest speed and turn, they stay far from a

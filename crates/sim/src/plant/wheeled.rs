@@ -8,9 +8,9 @@ use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;
 use wire::platform::Vehicle;
 
-use super::{Motion, Moves, STANDSTILL, State};
+use super::{BodyMotion, Moves, STANDSTILL, State};
 use crate::fidelity::Fidelity;
-use crate::scene::Start;
+use crate::scene::StartPose;
 use crate::world::{DT, GRAVITY, World, turn};
 
 /// Share of a suspension's length by which it can give either way.
@@ -34,7 +34,7 @@ pub(super) struct Wheeled {
 
 impl Wheeled {
     /// Puts this vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
-    pub(super) fn new(world: &mut World, start: &Start, vehicle: &Vehicle, fidelity: &Fidelity) -> Self {
+    pub(super) fn new(world: &mut World, start: &StartPose, vehicle: &Vehicle, fidelity: &Fidelity) -> Self {
         let chassis = world.physics.bodies.insert(chassis_body(world, start, vehicle));
         let [length, width, height] = vehicle.chassis_m.map(|edge| edge / 2.0);
         let shell = ColliderBuilder::cuboid(length, width, height).mass(vehicle.mass_kg * fidelity.load).friction(0.4);
@@ -72,8 +72,8 @@ impl Wheeled {
             self.integral = (self.integral + error * INTEGRAL * DT).clamp(-1.0, 1.0);
             // Feed-forward for the slope: the integral would still push after a crest.
             let grade = GRAVITY * ahead.z;
-            let asked = (PROPORTIONAL * error + self.integral + grade).clamp(-braking_m_s2, braking_m_s2);
-            (mass_kg * asked / 4.0, 0.0)
+            let requested = (PROPORTIONAL * error + self.integral + grade).clamp(-braking_m_s2, braking_m_s2);
+            (mass_kg * requested / 4.0, 0.0)
         };
         for wheel in self.vehicle.wheels_mut() {
             wheel.engine_force = force;
@@ -83,22 +83,22 @@ impl Wheeled {
 }
 
 impl Moves for Wheeled {
-    fn able(&self, asked: Motion) -> Option<Motion> {
+    fn able(&self, requested: BodyMotion) -> Option<BodyMotion> {
         let Vehicle { max_speed_m_s, max_reverse_m_s, max_curvature_per_m, .. } = self.limits;
-        match asked {
-            Motion::Course { speed, curvature } => Some(Motion::Course {
+        match requested {
+            BodyMotion::Course { speed, curvature } => Some(BodyMotion::Course {
                 speed: speed.clamp(-max_reverse_m_s, max_speed_m_s),
                 curvature: curvature.clamp(-max_curvature_per_m, max_curvature_per_m),
             }),
-            Motion::Rest => Some(Motion::Rest),
-            Motion::Velocity { .. } => None,
+            BodyMotion::Rest => Some(BodyMotion::Rest),
+            BodyMotion::Velocity { .. } => None,
         }
     }
 
-    fn push(&mut self, motion: Motion, world: &mut World) {
+    fn push(&mut self, motion: BodyMotion, world: &mut World) {
         let (speed, curvature) = match motion {
-            Motion::Course { speed, curvature } => (speed, curvature),
-            Motion::Rest | Motion::Velocity { .. } => (0.0, 0.0),
+            BodyMotion::Course { speed, curvature } => (speed, curvature),
+            BodyMotion::Rest | BodyMotion::Velocity { .. } => (0.0, 0.0),
         };
         self.steer(curvature);
         let state = self.state(world);
@@ -135,7 +135,7 @@ impl Moves for Wheeled {
 }
 
 /// The chassis never sleeps: wheel impulses on a sleeping body would pile up unseen.
-fn chassis_body(world: &World, start: &Start, vehicle: &Vehicle) -> RigidBody {
+fn chassis_body(world: &World, start: &StartPose, vehicle: &Vehicle) -> RigidBody {
     let (sin, cos) = libm::sincosf(start.heading);
     let up = world.terrain().height(start.east, start.north) + vehicle.ride_height_m();
     let pose = Pose::from_parts(Vector::new(start.east, start.north, up), turn([cos, sin]));

@@ -4,7 +4,7 @@
 //! attitude. A view that is covered by half or more gives no reading.
 
 use instrument::Sensor;
-use spacecraft::attitude::quaternion::{about, normalized, product, rotate_back};
+use spacecraft::attitude::quaternion::{from_axis_angle, normalized, product, rotate_back};
 use spacecraft::region::Sky;
 use spacecraft::vector::{norm, unit};
 use wire::bearing::{Bearings, Direction};
@@ -62,9 +62,10 @@ impl Bearers {
         let [stars, sun, horizon, field] = &effects;
         self.noise.seek(frame.0);
         let turned = self.turn(DEVIATIONS[0] * f64::from(stars.noise));
-        let false_place = faults.at(run, Sensor::Localisation).displaced_mm.map(|mm| mm as f64 * self.per_mm);
+        let false_place = faults.effect_at(run, Sensor::Localisation).displaced_mm.map(|mm| mm as f64 * self.per_mm);
         // East on the map is a turn about the body's y axis, north one about x, for a payload that looks down with x to the east.
-        let shifted = about([-false_place[1], false_place[0], 0.0], norm([false_place[0], false_place[1], 0.0]));
+        let shifted =
+            from_axis_angle([-false_place[1], false_place[0], 0.0], norm([false_place[0], false_place[1], 0.0]));
         let seen = normalized(product(product(attitude, shifted), turned));
         let down = |reference: [f64; 3]| rotate_back(attitude, reference);
         let unlit = Direction::default();
@@ -73,29 +74,29 @@ impl Bearers {
             stamp,
             mode: ProductMode::Live,
             stars: Some(self.stars.pass(Attitude::new(seen), stars.skew)),
-            sun: Some(sky.sun.map_or(unlit, |reference| self.towards(down(reference), 1, sun))),
+            sun: Some(sky.sun.map_or(unlit, |reference| self.measure(down(reference), 1, sun))),
             horizon: {
-                let at = self.towards(down(sky.nadir), 2, horizon);
-                Some(self.horizon.pass(at, horizon.skew))
+                let direction = self.measure(down(sky.nadir), 2, horizon);
+                Some(self.horizon.pass(direction, horizon.skew))
             },
-            field: Some(self.towards(down(unit(sky.field_t).unwrap_or([0.0, 0.0, 1.0])), 3, field)),
+            field: Some(self.measure(down(unit(sky.field_t).unwrap_or([0.0, 0.0, 1.0])), 3, field)),
         };
         let last = self.last.unwrap_or(now);
-        let kept = Bearings {
+        let bearings = Bearings {
             stars: if stars.freeze { last.stars } else { now.stars },
             sun: if sun.freeze { last.sun } else { now.sun },
             horizon: if horizon.freeze { last.horizon } else { now.horizon },
             field: if field.freeze { last.field } else { now.field },
             ..now
         };
-        self.last = Some(kept);
-        let given = |effect: &Effect| !effect.dropout && effect.occluded < BLIND;
+        self.last = Some(bearings);
+        let is_visible = |effect: &Effect| !effect.dropout && effect.occluded < BLIND;
         Bearings {
-            stars: kept.stars.filter(|_| given(stars)),
-            sun: kept.sun.filter(|_| given(sun)),
-            horizon: kept.horizon.filter(|_| given(horizon)),
-            field: kept.field.filter(|_| given(field)),
-            ..kept
+            stars: bearings.stars.filter(|_| is_visible(stars)),
+            sun: bearings.sun.filter(|_| is_visible(sun)),
+            horizon: bearings.horizon.filter(|_| is_visible(horizon)),
+            field: bearings.field.filter(|_| is_visible(field)),
+            ..bearings
         }
     }
 
@@ -105,10 +106,10 @@ impl Bearers {
 
     fn turn(&mut self, deviation: f64) -> [f64; 4] {
         let way = self.drawn(deviation);
-        about(way, norm(way))
+        from_axis_angle(way, norm(way))
     }
 
-    fn towards(&mut self, direction: [f64; 3], sensor: usize, effect: &Effect) -> Direction {
+    fn measure(&mut self, direction: [f64; 3], sensor: usize, effect: &Effect) -> Direction {
         let noise = self.drawn(DEVIATIONS[sensor] * f64::from(effect.noise));
         let measured = spacecraft::vector::add(direction, noise);
         Direction::new(unit(measured).unwrap_or(direction))

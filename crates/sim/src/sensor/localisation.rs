@@ -1,4 +1,4 @@
-//! Localisation and wheel odometry: two readings of the plant's motion with noise of their own.
+//! Localisation and wheel odometry: two readings of the plant's motion with their own noise.
 //!
 //! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time that
 //! does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has without a fault,
@@ -63,7 +63,7 @@ impl Navigators {
         faults: &Faults,
         run: Span,
     ) -> (Option<Fix>, Option<Odometry>) {
-        let (fix, odometry) = (faults.at(run, Sensor::Localisation), faults.at(run, Sensor::Odometry));
+        let (fix, odometry) = (faults.effect_at(run, Sensor::Localisation), faults.effect_at(run, Sensor::Odometry));
         if fix.refreshes() {
             self.localisation.seek(n);
             let stated_mm = libm::roundf(f32::from(SIGMA_MM) * faults.own_noise()) as u16;
@@ -104,9 +104,9 @@ fn locate(state: &State, noise: &mut Noise, effect: &Effect, sigma_mm: u16) -> F
 fn measure(state: &State, noise: &mut Noise, effect: &Effect) -> Odometry {
     let gain = effect.noise;
     let speed = (state.speed() * 1000.0 + noise.normal() * SIGMA_MM_S * gain) as i32;
-    let given = effect.scaled(speed).saturating_add(effect.fast_mm_s);
+    let reported = effect.scaled(speed).saturating_add(effect.fast_mm_s);
     Odometry {
-        speed_mm_s: given.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
+        speed_mm_s: reported.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
         yaw_rate_mrad_s: (state.yaw_rate * 1000.0 + noise.normal() * SIGMA_MRAD_S * gain) as i16,
     }
 }

@@ -58,8 +58,8 @@ fn streaks(weather: &Weather, width: usize, noise: &mut Noise, plane: &mut [u8])
         let (x, y) = (noise.uniform() * width as f32, noise.uniform() * rows as f32);
         let length = 3 + (noise.uniform() * 8.0) as usize;
         for row in (y as usize)..(y as usize + length).min(rows) {
-            let at = 3 * (row * width + x as usize);
-            for byte in plane.iter_mut().skip(at).take(3) {
+            let index = 3 * (row * width + x as usize);
+            for byte in plane.iter_mut().skip(index).take(3) {
                 *byte = byte.saturating_add(STREAK);
             }
         }
@@ -87,9 +87,9 @@ fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
     let paint = match hit.surface {
         Surface::Ground => soil(pixel.point),
         Surface::Object(id) => {
-            let (object, at) = shown(id, pixel.point, world);
-            let paint = painted(object, at);
-            let shift = object.print.as_ref().and_then(|print| Some(print.shift(print::field(at)?)));
+            let (object, place) = shown(id, pixel.point, world);
+            let paint = painted(object, place);
+            let shift = object.print.as_ref().and_then(|print| Some(print.shift(print::field(place)?)));
             shift.map_or(paint, |shift| printed(paint, shift))
         }
     };
@@ -108,8 +108,8 @@ fn lit(paint: [f32; 3], hit: &Hit, weather: &Weather) -> [f32; 3] {
     if weather.is_clear() {
         return core::array::from_fn(|c| paint[c] * light * (1.0 - haze) + SKY[c] * haze);
     }
-    let through = (1.0 - haze) * weather.clarity(hit.distance);
-    core::array::from_fn(|c| (paint[c] * light * through + SKY[c] * (1.0 - through)) * weather.brightness())
+    let clearness = (1.0 - haze) * weather.clarity(hit.distance);
+    core::array::from_fn(|c| (paint[c] * light * clearness + SKY[c] * (1.0 - clearness)) * weather.brightness())
 }
 
 /// The field of its object's print at a pixel, and the share of a shift and of the heat of that field that reaches the cameras: none
@@ -117,12 +117,18 @@ fn lit(paint: [f32; 3], hit: &Hit, weather: &Weather) -> [f32; 3] {
 pub(crate) fn skin(pixel: &Pixel, world: &World) -> Option<Skin> {
     let hit = pixel.hit?;
     let Surface::Object(object) = hit.surface else { return None };
-    let (of, at) = shown(object, pixel.point, world);
-    let field = print::field(at).filter(|_| of.print.is_some())? as u16;
+    let (of, place) = shown(object, pixel.point, world);
+    let field = print::field(place).filter(|_| of.print.is_some())? as u16;
     let weather = &world.scene().weather;
     let [white, black] = [255.0, 0.0].map(|paint| lit([paint; 3], &hit, weather)[0]);
-    let paint = painted(of, at).map(|channel| channel as u8);
-    Some(Skin { object, field, paint, light: (white - black) / 255.0, heat: thermal::through(hit.distance, weather) })
+    let paint = painted(of, place).map(|channel| channel as u8);
+    Some(Skin {
+        object,
+        field,
+        paint,
+        light: (white - black) / 255.0,
+        heat: thermal::transmitted_share(hit.distance, weather),
+    })
 }
 
 /// An object, and where on it a point lies.

@@ -2,7 +2,7 @@
 //! and optical-flow sensors, charge of the battery; and for the display alone, as they are, attitude and sunlight.
 //!
 //! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the velocity with odometry; the
-//! height by pressure has faults of its own.
+//! height by pressure has its own faults.
 
 use instrument::Sensor;
 use wire::motion::{Attitude, Spatial};
@@ -47,7 +47,7 @@ impl Altimeters {
         faults: &Faults,
         run: Span,
     ) -> Spatial {
-        let effect = |sensor: Sensor| faults.at(run, sensor);
+        let effect = |sensor: Sensor| faults.effect_at(run, sensor);
         let (fix, odometry, height) = (effect(Sensor::Localisation), effect(Sensor::Odometry), effect(Sensor::Height));
         self.noise.seek(n);
         let mut drawn = |deviation: f32, gain: f32| self.noise.normal() * deviation * gain;

@@ -40,7 +40,7 @@ pub(crate) fn centikelvin(kelvin: f32) -> u16 {
     (kelvin * 100.0).clamp(0.0, 65_535.0) as u16
 }
 
-/// Share of a temperature contrast left after so many metres.
+/// Share of a temperature contrast left after a given number of metres.
 pub(crate) fn contrast(metres: f32) -> f32 {
     HALF_CONTRAST / (HALF_CONTRAST + metres)
 }
@@ -53,16 +53,17 @@ fn temperature(pixel: &Pixel, world: &World) -> f32 {
         Surface::Object(id) => {
             let object = &world.scene().objects[usize::from(id.0)];
             let place = &world.placements()[usize::from(id.0)];
-            let at = on_object(object, place, pixel.point);
-            let heated = object.print.as_ref().and_then(|print| print.warmth(print::field(at)));
-            let above = heated.unwrap_or_else(|| (object.kelvin - ambient) * warmth(object, at));
-            ambient + above * object.heat_share(world.seconds()) * through(hit.distance, &world.scene().weather)
+            let position = on_object(object, place, pixel.point);
+            let heated = object.print.as_ref().and_then(|print| print.warmth(print::field(position)));
+            let above = heated.unwrap_or_else(|| (object.kelvin - ambient) * warmth(object, position));
+            ambient
+                + above * object.heat_share(world.seconds()) * transmitted_share(hit.distance, &world.scene().weather)
         }
     }
 }
 
-/// Share of a temperature above ambient that reaches the camera from so many metres.
-pub(crate) fn through(metres: f32, weather: &Weather) -> f32 {
+/// Share of a temperature above ambient that reaches the camera from a given number of metres.
+pub(crate) fn transmitted_share(metres: f32, weather: &Weather) -> f32 {
     contrast(metres) * weather.warmth(metres)
 }
 

@@ -29,7 +29,14 @@ pub struct Environment {
 
 /// Turns the body for `dt` seconds under these commands, held over the step: torques on the body by the wheels, body
 /// axes, N m, and magnetic dipole of the torquers, body axes, A m². Both are cut to what wheels and torquers can do.
-pub fn step(state: &mut State, body: &Body, torques_n_m: Vector, dipole_a_m2: Vector, around: &Environment, dt: f64) {
+pub fn step(
+    state: &mut State,
+    body: &Body,
+    torques_n_m: Vector,
+    dipole_a_m2: Vector,
+    environment: &Environment,
+    dt: f64,
+) {
     if dt.is_nan() || dt <= 0.0 {
         return;
     }
@@ -37,7 +44,7 @@ pub fn step(state: &mut State, body: &Body, torques_n_m: Vector, dipole_a_m2: Ve
     let dipole = clamped(dipole_a_m2, body.torquers_a_m2);
     for _ in 0..parts as u32 {
         let torques = able(state, body, torques_n_m, dt / parts);
-        runge_kutta(state, dt / parts, |at| change(at, body, torques, dipole, around));
+        runge_kutta(state, dt / parts, |at| change(at, body, torques, dipole, environment));
         state.attitude = normalized(state.attitude);
     }
 }
@@ -48,18 +55,18 @@ pub fn momentum(state: &State, body: &Body) -> Vector {
 }
 
 /// Each component within its limit; zero where it is no number.
-fn clamped(asked: Vector, limits: Vector) -> Vector {
+fn clamped(requested: Vector, limits: Vector) -> Vector {
     let mut able = [0.0; 3];
-    for ((able, asked), limit) in able.iter_mut().zip(asked).zip(limits) {
+    for ((able, asked), limit) in able.iter_mut().zip(requested).zip(limits) {
         *able = if asked.is_nan() { 0.0 } else { asked.max(-limit).min(limit) };
     }
     able
 }
 
 /// Torque that each wheel can put on the body for `dt` seconds: within its torque, and not beyond its momentum.
-fn able(state: &State, body: &Body, asked: Vector, dt: f64) -> Vector {
+fn able(state: &State, body: &Body, requested: Vector, dt: f64) -> Vector {
     let most = body.wheels.map(|wheel| wheel.max_torque_n_m);
-    let mut able = clamped(asked, most);
+    let mut able = clamped(requested, most);
     for ((torque, wheel), momentum) in able.iter_mut().zip(&body.wheels).zip(state.wheels_n_m_s) {
         // The wheel takes up the opposite of what it puts on the body.
         let (slower, faster) = (momentum - wheel.max_momentum_n_m_s, momentum + wheel.max_momentum_n_m_s);
@@ -71,13 +78,13 @@ fn able(state: &State, body: &Body, asked: Vector, dt: f64) -> Vector {
 /// Rates of change: of the attitude, the rates and the wheels' momentum.
 type Change = (Quaternion, Vector, Vector);
 
-fn change(state: &State, body: &Body, torques: Vector, dipole: Vector, around: &Environment) -> Change {
+fn change(state: &State, body: &Body, torques: Vector, dipole: Vector, environment: &Environment) -> Change {
     let State { attitude, rates_rad_s: rates, wheels_n_m_s: wheels } = *state;
     let [x, y, z] = scale(rates, 0.5);
     let turning = product(attitude, [0.0, x, y, z]);
     let locked = times(body.inertia_kg_m2, rates);
-    let magnetic = cross(dipole, rotate_back(attitude, around.field_t));
-    let outside = add(magnetic, gravity_gradient(attitude, body.inertia_kg_m2, around.position_m));
+    let magnetic = cross(dipole, rotate_back(attitude, environment.field_t));
+    let outside = add(magnetic, gravity_gradient(attitude, body.inertia_kg_m2, environment.position_m));
     let [t_x, t_y, t_z] = sub(add(outside, torques), cross(rates, add(locked, wheels)));
     let [i_x, i_y, i_z] = body.inertia_kg_m2;
     let [j_x, j_y, j_z] = body.wheels.map(|wheel| wheel.inertia_kg_m2);
@@ -137,8 +144,9 @@ mod tests {
         let before = momentum(&state, &body);
         for i in 0..100_000 {
             let time = f64::from(i) * 0.01;
-            let asked = [0.002 * libm::sin(0.3 * time), 0.001 * libm::cos(0.5 * time), -0.001 * libm::sin(0.2 * time)];
-            step(&mut state, &body, asked, [0.0; 3], &NOTHING, 0.01);
+            let requested =
+                [0.002 * libm::sin(0.3 * time), 0.001 * libm::cos(0.5 * time), -0.001 * libm::sin(0.2 * time)];
+            step(&mut state, &body, requested, [0.0; 3], &NOTHING, 0.01);
         }
         let lost = norm(sub(momentum(&state, &body), before)) / norm(before);
         assert!(lost < 1e-9, "{lost}");
@@ -194,8 +202,8 @@ mod tests {
     #[test]
     fn a_dipole_turns_towards_the_field() {
         let mut state = State::at_rest(NONE);
-        let around = Environment { field_t: [0.0, 4e-5, 0.0], position_m: [0.0; 3] };
-        step(&mut state, &Body::default(), [0.0; 3], [9.0, 0.0, 0.0], &around, 0.1);
+        let environment = Environment { field_t: [0.0, 4e-5, 0.0], position_m: [0.0; 3] };
+        step(&mut state, &Body::default(), [0.0; 3], [9.0, 0.0, 0.0], &environment, 0.1);
         // Cut to 0.3 A m²: 12 µN m about z.
         assert!((state.rates_rad_s[2] - 0.3 * 4e-5 * 0.1 / 0.13).abs() < 1e-8);
     }
@@ -204,8 +212,8 @@ mod tests {
     fn gravity_turns_the_axis_of_least_inertia_down() {
         let mut state = State::at_rest(NONE);
         // The x axis, of least inertia, points 45° off the vertical.
-        let around = Environment { field_t: [0.0; 3], position_m: scale([1.0, 1.0, 0.0], 5e6) };
-        step(&mut state, &Body::default(), [0.0; 3], [0.0; 3], &around, 1.0);
+        let environment = Environment { field_t: [0.0; 3], position_m: scale([1.0, 1.0, 0.0], 5e6) };
+        step(&mut state, &Body::default(), [0.0; 3], [0.0; 3], &environment, 1.0);
         assert!(state.rates_rad_s[2] > 0.0, "{:?}", state.rates_rad_s);
     }
 

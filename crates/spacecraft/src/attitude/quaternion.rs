@@ -33,7 +33,7 @@ pub fn normalized(q: Quaternion) -> Quaternion {
     if length.is_finite() && length > 0.0 { q.map(|part| part / length) } else { NONE }
 }
 
-/// The same turn with a scalar part that is not negative: the short way round.
+/// An equal turn with a scalar part that is not negative: the short way round.
 pub fn short(q: Quaternion) -> Quaternion {
     if q[0] < 0.0 { q.map(|part| -part) } else { q }
 }
@@ -41,8 +41,8 @@ pub fn short(q: Quaternion) -> Quaternion {
 /// A vector of body axes in the outer frame.
 pub fn rotate(q: Quaternion, v: Vector) -> Vector {
     let u = axis_part(q);
-    let twice = scale(cross(u, v), 2.0);
-    add(add(v, scale(twice, q[0])), cross(u, twice))
+    let doubled = scale(cross(u, v), 2.0);
+    add(add(v, scale(doubled, q[0])), cross(u, doubled))
 }
 
 /// A vector of the outer frame in body axes.
@@ -51,7 +51,7 @@ pub fn rotate_back(q: Quaternion, v: Vector) -> Vector {
 }
 
 /// The turn about `axis` by `angle`, radians; [`NONE`] about no axis.
-pub fn about(axis: Vector, angle: f64) -> Quaternion {
+pub fn from_axis_angle(axis: Vector, angle: f64) -> Quaternion {
     let Some(axis) = unit(axis) else { return NONE };
     let (sin, cos) = libm::sincos(0.5 * angle);
     let [x, y, z] = scale(axis, sin);
@@ -95,29 +95,29 @@ mod tests {
     use super::*;
     use crate::vector::sub;
 
-    fn near(a: Vector, b: Vector) -> bool {
+    fn nearly_equal(a: Vector, b: Vector) -> bool {
         norm(sub(a, b)) < 1e-14
     }
 
     #[test]
     fn a_quarter_turn_about_z_takes_x_to_y() {
-        let q = about([0.0, 0.0, 2.0], std::f64::consts::FRAC_PI_2);
-        assert!(near(rotate(q, [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]));
-        assert!(near(rotate_back(q, [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]));
+        let q = from_axis_angle([0.0, 0.0, 2.0], std::f64::consts::FRAC_PI_2);
+        assert!(nearly_equal(rotate(q, [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]));
+        assert!(nearly_equal(rotate_back(q, [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]));
     }
 
     #[test]
     fn a_product_turns_by_its_right_factor_first() {
-        let (a, b) = (about([1.0, 2.0, 3.0], 0.7), about([-3.0, 1.0, 0.5], 2.1));
+        let (a, b) = (from_axis_angle([1.0, 2.0, 3.0], 0.7), from_axis_angle([-3.0, 1.0, 0.5], 2.1));
         let v = [0.3, -0.2, 0.9];
-        assert!(near(rotate(product(a, b), v), rotate(a, rotate(b, v))));
+        assert!(nearly_equal(rotate(product(a, b), v), rotate(a, rotate(b, v))));
     }
 
     #[test]
     fn an_attitude_has_the_axes_it_is_of() {
         for i in 0..200 {
             let i = f64::from(i);
-            let q = about([libm::sin(i), libm::cos(1.7 * i), libm::sin(0.3 * i)], 0.1 * i);
+            let q = from_axis_angle([libm::sin(i), libm::cos(1.7 * i), libm::sin(0.3 * i)], 0.1 * i);
             let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotate(q, axis));
             assert!(angle(q, of_axes(x, y, z)) < 1e-14, "{i}");
         }
@@ -125,14 +125,14 @@ mod tests {
 
     #[test]
     fn an_angle_is_that_of_the_short_way() {
-        assert!((angle(NONE, about([1.0, 0.0, 0.0], 5.0)) - (std::f64::consts::TAU - 5.0)).abs() < 1e-14);
-        assert!((angle(NONE, about([1.0, 0.0, 0.0], 1e-12)) - 1e-12).abs() < 1e-20);
+        assert!((angle(NONE, from_axis_angle([1.0, 0.0, 0.0], 5.0)) - (std::f64::consts::TAU - 5.0)).abs() < 1e-14);
+        assert!((angle(NONE, from_axis_angle([1.0, 0.0, 0.0], 1e-12)) - 1e-12).abs() < 1e-20);
     }
 
     #[test]
     fn a_quaternion_of_no_number_is_no_turn() {
         assert_eq!(normalized([f64::NAN; 4]), NONE);
         assert_eq!(normalized([0.0; 4]), NONE);
-        assert_eq!(about([0.0; 3], 1.0), NONE);
+        assert_eq!(from_axis_angle([0.0; 3], 1.0), NONE);
     }
 }

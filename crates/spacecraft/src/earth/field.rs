@@ -39,31 +39,31 @@ pub fn magnetic_field(position_m: Vector, date: Date) -> Vector {
 mod tests {
     use super::*;
 
-    fn at(earth_fixed_m: Vector) -> Vector {
+    fn field_at(earth_fixed_m: Vector) -> Vector {
         let date = Date { midnight: EPOCH, second: 0.0 };
         to_earth_fixed(magnetic_field(to_teme(earth_fixed_m, date), date), date)
     }
 
     #[test]
     fn the_field_points_down_at_the_north_pole() {
-        let [_, _, up] = at([0.0, 0.0, REFERENCE_M]);
+        let [_, _, up] = field_at([0.0, 0.0, REFERENCE_M]);
         assert!((up + 5.87e-5).abs() < 1e-10, "{up}");
     }
 
     #[test]
     fn the_field_points_north_at_the_equator() {
-        let [_, _, north] = at([REFERENCE_M, 0.0, 0.0]);
+        let [_, _, north] = field_at([REFERENCE_M, 0.0, 0.0]);
         assert!((north - 2.935e-5).abs() < 1e-10, "{north}");
     }
 
     #[test]
     fn the_field_falls_with_the_cube_of_distance() {
-        let ratio = norm(at([0.0, REFERENCE_M, 0.0])) / norm(at([0.0, 2.0 * REFERENCE_M, 0.0]));
+        let ratio = norm(field_at([0.0, REFERENCE_M, 0.0])) / norm(field_at([0.0, 2.0 * REFERENCE_M, 0.0]));
         assert!((ratio - 8.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_centre_has_no_field() {
-        assert_eq!(at([0.0; 3]), [0.0; 3]);
+        assert_eq!(field_at([0.0; 3]), [0.0; 3]);
     }
 }

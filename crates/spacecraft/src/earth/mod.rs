@@ -11,7 +11,7 @@ mod surface;
 pub use field::magnetic_field;
 pub use passes::{Look, MOST_PASSES, Window, look, passes};
 pub use sun::{eclipsed, sun_direction};
-pub use surface::{Place, Tangent, place_of};
+pub use surface::{GeodeticPlace, Tangent, place_of};
 
 pub use crate::date::{Date, gmst, julian_date};
 use crate::orbit::OrbitState;
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn there_and_back_is_the_same_vector() {
-        let date = Date::of_day(2025, 6, 21).after(1234.5);
+        let date = Date::of_day(2025, 6, 21).plus_seconds(1234.5);
         let vector = [7e6, -1e6, 3e6];
         assert!(norm(sub(to_teme(to_earth_fixed(vector, date), date), vector)) < 1e-8);
     }
@@ -67,8 +67,9 @@ mod tests {
     #[test]
     fn ground_velocity_is_the_change_of_ground_position() {
         let orbit = Orbit::new(&elements()).unwrap();
-        let at = |seconds: f64| seen_from_ground(&orbit.at(seconds), orbit.epoch().after(seconds));
-        let way = sub(at(500.05).position_m, at(499.95).position_m);
-        assert!(norm(sub(way.map(|part| part / 0.1), at(500.0).velocity_m_s)) < 1e-3);
+        let look_angles =
+            |seconds: f64| seen_from_ground(&orbit.state_at(seconds), orbit.epoch().plus_seconds(seconds));
+        let way = sub(look_angles(500.05).position_m, look_angles(499.95).position_m);
+        assert!(norm(sub(way.map(|part| part / 0.1), look_angles(500.0).velocity_m_s)) < 1e-3);
     }
 }

@@ -45,8 +45,8 @@ pub fn look(station: &Tangent, state: &OrbitState, date: Date) -> Look {
     let seen = seen_from_ground(state, date);
     let [east, north, up] = station.to_local(seen.position_m);
     let range_m = norm([east, north, up]);
-    let towards = station.turned(seen.velocity_m_s);
-    let range_rate_m_s = if range_m > 0.0 { dot([east, north, up], towards) / range_m } else { 0.0 };
+    let direction = station.turned(seen.velocity_m_s);
+    let range_rate_m_s = if range_m > 0.0 { dot([east, north, up], direction) / range_m } else { 0.0 };
     Look {
         elevation_rad: libm::atan2(up, (east * east + north * north).sqrt()),
         azimuth_rad: libm::atan2(east, north),
@@ -65,7 +65,7 @@ pub fn passes(station: &Tangent, orbit: &Orbit, from: f64, to: f64, least_elevat
         return found;
     }
     let (from, to) = (from.max(-SPAN_S), to.min(SPAN_S));
-    let height = |time: f64| look(station, &orbit.at(time), orbit.epoch().after(time)).elevation_rad;
+    let height = |time: f64| look(station, &orbit.state_at(time), orbit.epoch().plus_seconds(time)).elevation_rad;
     let up = |time: f64| height(time) >= least_elevation;
     let (mut time, mut rise) = (from, up(from).then_some(from));
     while time < to && found.len() < MOST_PASSES {
@@ -115,11 +115,11 @@ fn window(rise: f64, set: f64, height: impl Fn(f64) -> f64) -> Window {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::earth::Place;
+    use crate::earth::GeodeticPlace;
     use crate::orbit::tests::elements;
 
     fn day() -> (Tangent, Orbit, Vec<Window>) {
-        let station = Tangent::new(Place::of_degrees(52.5, 13.4, 40.0));
+        let station = Tangent::new(GeodeticPlace::of_degrees(52.5, 13.4, 40.0));
         let orbit = Orbit::new(&elements()).unwrap();
         let found = passes(&station, &orbit, 0.0, 86_400.0, 5.0_f64.to_radians());
         (station, orbit, found)
@@ -129,7 +129,8 @@ mod tests {
     fn a_pass_starts_and_ends_at_the_least_elevation() {
         let (station, orbit, found) = day();
         assert!((4..9).contains(&found.len()), "{found:?}");
-        let height = |t: f64| look(&station, &orbit.at(t), orbit.epoch().after(t)).elevation_rad.to_degrees();
+        let height =
+            |t: f64| look(&station, &orbit.state_at(t), orbit.epoch().plus_seconds(t)).elevation_rad.to_degrees();
         for Window { rise, set, highest_elevation } in found {
             assert!((height(rise) - 5.0).abs() < 1e-5 && (height(set) - 5.0).abs() < 1e-5);
             let highest = (0..1000).map(|i| height(rise + (set - rise) * f64::from(i) / 999.0)).fold(0.0, f64::max);
@@ -148,10 +149,10 @@ mod tests {
     #[test]
     fn range_rate_is_the_change_of_range() {
         let (station, orbit, found) = day();
-        let at = |t: f64| look(&station, &orbit.at(t), orbit.epoch().after(t));
+        let look_at_time = |t: f64| look(&station, &orbit.state_at(t), orbit.epoch().plus_seconds(t));
         let time = found[0].rise + 100.0;
-        let change = (at(time + 0.05).range_m - at(time - 0.05).range_m) / 0.1;
-        assert!((change - at(time).range_rate_m_s).abs() < 1e-3);
+        let change = (look_at_time(time + 0.05).range_m - look_at_time(time - 0.05).range_m) / 0.1;
+        assert!((change - look_at_time(time).range_rate_m_s).abs() < 1e-3);
     }
 
     #[test]

@@ -12,7 +12,7 @@ const ECCENTRICITY_2: f64 = 6.694_379_990_141_317e-3;
 /// Place by geodetic coordinates (WGS 84).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct GeodeticPlace {
     /// Latitude, north positive, radians.
     pub latitude_rad: f64,
     /// Longitude, east positive, radians.
@@ -21,10 +21,10 @@ pub struct Place {
     pub height_m: f64,
 }
 
-impl Place {
-    /// Of degrees and metres.
+impl GeodeticPlace {
+    /// Place from degrees and metres.
     pub fn of_degrees(latitude: f64, longitude: f64, height_m: f64) -> Self {
-        Place { latitude_rad: latitude.to_radians(), longitude_rad: longitude.to_radians(), height_m }
+        GeodeticPlace { latitude_rad: latitude.to_radians(), longitude_rad: longitude.to_radians(), height_m }
     }
 
     /// Position in the Earth-fixed frame, metres.
@@ -39,7 +39,7 @@ impl Place {
 
 /// Place of an Earth-fixed position that is not within 100 km of the Earth's centre; exact to a millimetre up to
 /// geostationary height (fixed-point iteration on the normal's foot: Astronomical Almanac, section K).
-pub fn place_of(position_m: Vector) -> Place {
+pub fn place_of(position_m: Vector) -> GeodeticPlace {
     let [x, y, z] = position_m;
     let flat = (x * x + y * y).sqrt();
     let mut lift = 0.0;
@@ -53,20 +53,20 @@ pub fn place_of(position_m: Vector) -> Place {
     let latitude_rad = libm::atan2(up, flat);
     let sin = libm::sin(latitude_rad);
     let radius = RADIUS_M / (1.0 - ECCENTRICITY_2 * sin * sin).sqrt();
-    Place { latitude_rad, longitude_rad: libm::atan2(y, x), height_m: (flat * flat + up * up).sqrt() - radius }
+    GeodeticPlace { latitude_rad, longitude_rad: libm::atan2(y, x), height_m: (flat * flat + up * up).sqrt() - radius }
 }
 
 /// Level frame at a place: x east, y north, z up along the ellipsoid's normal, origin in the place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tangent {
-    place: Place,
+    place: GeodeticPlace,
     origin_m: Vector,
     level: Matrix,
 }
 
 impl Tangent {
     /// At a place.
-    pub fn new(place: Place) -> Self {
+    pub fn new(place: GeodeticPlace) -> Self {
         let (sin_lat, cos_lat) = libm::sincos(place.latitude_rad);
         let (sin_lon, cos_lon) = libm::sincos(place.longitude_rad);
         let east = [-sin_lon, cos_lon, 0.0];
@@ -76,7 +76,7 @@ impl Tangent {
     }
 
     /// The place.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> GeodeticPlace {
         self.place
     }
 
@@ -115,7 +115,7 @@ mod tests {
     fn a_position_has_the_place_it_is_of() {
         for latitude in [-90.0, -45.0, -0.1, 0.0, 30.0, 60.0, 89.9] {
             for height in [-100.0, 0.0, 5e5, 3.6e7] {
-                let place = Place::of_degrees(latitude, 123.0, height);
+                let place = GeodeticPlace::of_degrees(latitude, 123.0, height);
                 let found = place_of(place.position_m());
                 assert!((found.latitude_rad - place.latitude_rad).abs() < 1e-10, "{latitude} {height}");
                 assert!((found.height_m - height).abs() < 1e-3, "{latitude} {height}");
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn up_in_the_level_frame_adds_height() {
-        let tangent = Tangent::new(Place::of_degrees(52.0, 13.0, 40.0));
+        let tangent = Tangent::new(GeodeticPlace::of_degrees(52.0, 13.0, 40.0));
         let place = place_of(tangent.to_earth_fixed([0.0, 0.0, 1000.0]));
         assert!((place.height_m - 1040.0).abs() < 1e-3);
         let north = place_of(tangent.to_earth_fixed([0.0, 100.0, 0.0]));

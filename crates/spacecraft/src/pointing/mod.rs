@@ -6,7 +6,7 @@
 
 mod reference;
 
-pub use reference::{Limits, Reference, approach};
+pub use reference::{Reference, TurnLimits, approach};
 
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +36,7 @@ impl Controller {
     /// kept.
     pub fn torques(&self, body: &Body, state: &State, wanted: &Reference) -> Vector {
         let Controller { frequency_rad_s: frequency, damping } = *self;
-        // From the body to the reference's axes: the error is zero where this is no turn.
+        // Turn from the body to the reference's axes: the error is zero where this is no turn.
         let off = short(product(inverse(wanted.attitude), state.attitude));
         let rates = rotate_back(off, wanted.rates_rad_s);
         let error = sub(state.rates_rad_s, rates);

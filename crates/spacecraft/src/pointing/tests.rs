@@ -1,7 +1,7 @@
 //! Attitudes, slews, and the torquers on the wheels.
 
 use super::*;
-use crate::attitude::quaternion::{NONE, about, angle, rotate};
+use crate::attitude::quaternion::{NONE, angle, from_axis_angle, rotate};
 use crate::attitude::{Environment, step};
 use crate::date::Date;
 use crate::earth::magnetic_field;
@@ -38,12 +38,12 @@ fn the_array_faces_the_sun() {
 #[test]
 fn a_slew_settles_on_the_wanted_attitude() {
     let (body, controller) = (Body::default(), Controller::default());
-    let wanted = about([1.0, -0.5, 2.0], 77.0_f64.to_radians());
+    let wanted = from_axis_angle([1.0, -0.5, 2.0], 77.0_f64.to_radians());
     let (mut state, mut reference) = (State::at_rest(NONE), Reference::at_rest(NONE));
     let (mut most_off, mut fastest) = (0.0_f64, 0.0_f64);
-    let (goal, limits) = (Reference::at_rest(wanted), Limits { rate_rad_s: 0.03, acceleration_rad_s2: 0.005 });
+    let (goal, limits) = (Reference::at_rest(wanted), TurnLimits { rate_rad_s: 0.03, acceleration_rad_s2: 0.005 });
     for _ in 0..10_000 {
-        let next = reference.towards(&goal, &limits, 0.01);
+        let next = reference.step_towards(&goal, &limits, 0.01);
         let torques = controller.torques(&body, &state, &reference.leading_to(&next));
         most_off = most_off.max(angle(state.attitude, reference.attitude));
         fastest = fastest.max(norm(state.rates_rad_s));
@@ -64,7 +64,7 @@ fn a_reference_that_accelerates_is_followed() {
     for i in 0..6000 {
         let time = f64::from(i) * 0.01;
         let (rate, faster) = (0.03 * libm::sin(0.1 * time), 0.003 * libm::cos(0.1 * time));
-        let turned = about(axis, 0.3 * (1.0 - libm::cos(0.1 * time)));
+        let turned = from_axis_angle(axis, 0.3 * (1.0 - libm::cos(0.1 * time)));
         let (rates_rad_s, acceleration_rad_s2) = (scale(axis, rate), scale(axis, faster));
         let wanted = Reference { attitude: turned, rates_rad_s, acceleration_rad_s2 };
         most = most.max(angle(state.attitude, turned));
@@ -90,12 +90,13 @@ fn torquers_empty_the_wheels_in_an_orbit() {
     let mut state = State { wheels_n_m_s: [0.008, -0.006, 0.007], ..State::at_rest(NONE) };
     for i in 0..57_000 {
         let seconds = f64::from(i) * 0.1;
-        let position_m = orbit.at(seconds).position_m;
-        let around = Environment { field_t: magnetic_field(position_m, orbit.epoch().after(seconds)), position_m };
-        let field = rotate_back(state.attitude, around.field_t);
+        let position_m = orbit.state_at(seconds).position_m;
+        let environment =
+            Environment { field_t: magnetic_field(position_m, orbit.epoch().plus_seconds(seconds)), position_m };
+        let field = rotate_back(state.attitude, environment.field_t);
         let dipole = desaturation(&body, state.wheels_n_m_s, field, 2e-3);
         let torques = controller.torques(&body, &state, &Reference::at_rest(NONE));
-        step(&mut state, &body, torques, dipole, &around, 0.1);
+        step(&mut state, &body, torques, dipole, &environment, 0.1);
     }
     assert!(norm(state.wheels_n_m_s) < 0.002, "{:?}", state.wheels_n_m_s);
     assert!(angle(state.attitude, NONE) < 0.01);

@@ -7,7 +7,7 @@ use wire::id::NodeId;
 
 /// Both ends of the telemetry link and the relay between them.
 const LINK: &[NodeId] = &[NodeId::RELAY_TELEMETRY, NodeId::GATEWAY, NodeId::UNIT_A];
-/// The same of the command plane.
+/// Members of the command plane.
 const PLANE: &[NodeId] = &[NodeId::BROKER, NodeId::GATEWAY, NodeId::UNIT_A];
 /// Processes that are killed or stopped.
 static PROCESSES: [NodeId; 8] = [
@@ -23,8 +23,8 @@ static PROCESSES: [NodeId; 8] = [
 /// Publications that a stopped broker would have passed on.
 const ANYTHING: Takes = Takes::Publications { to: None, asks: None, ever: false };
 
-/// Of a planned injection, without the takes of its table.
-pub(super) fn of(planned: Planned) -> Needs {
+/// Needs of a planned injection, without the takes of its table.
+pub(super) fn needs_of(planned: Planned) -> Needs {
     let (running, takes): (&[NodeId], _) = match planned {
         // It brings its bytes along, and either end will do.
         Planned::Action(Action::Inject) => (&[NodeId::RELAY_TELEMETRY], None),
@@ -45,12 +45,12 @@ pub(super) fn of(planned: Planned) -> Needs {
         Planned::Kill(node) | Planned::Suspend(node) | Planned::Fill(node) => (itself(node), None),
         Planned::Takeover(_) => (PLANE, None),
         Planned::Disguise(..) | Planned::Print(..) | Planned::Perturbation(_) => (&[], None),
-        // By whichever way its orders go.
+        // Needed by whichever way its orders go.
         Planned::Rogue | Planned::Step(_) => (&[], None),
     };
     Needs { running, takes }
 }
 
 fn itself(node: NodeId) -> &'static [NodeId] {
-    PROCESSES.iter().find(|of| **of == node).map(std::slice::from_ref).unwrap_or_default()
+    PROCESSES.iter().find(|node_id| **node_id == node).map(std::slice::from_ref).unwrap_or_default()
 }

@@ -9,12 +9,12 @@ use super::{needs, sensor};
 use crate::{process, scene};
 
 /// Everything planned of a scenario; the steps last, each once.
-pub(crate) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
+pub(crate) fn plans(s: &Scenario, phase: u64) -> Vec<Plan> {
     let mut all: Vec<Plan> = s.attacks().into_iter().filter_map(|attack| injected(attack, phase)).collect();
     all.extend(s.fault.iter().map(|f| during(f, phase, fault(s, f))));
     all.extend(s.kill.iter().map(|k| during(k, phase, process::planned(k))));
     all.extend(disguises(s));
-    let mut steps: Vec<_> = s.windows().into_iter().filter_map(|of| of.step_name()).collect();
+    let mut steps: Vec<_> = s.windows().into_iter().filter_map(|windowed| windowed.step_name()).collect();
     steps.sort_unstable();
     steps.dedup();
     all.extend(steps.into_iter().map(|step| Plan::from(Planned::Step(step))));
@@ -22,13 +22,13 @@ pub(crate) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
 }
 
 /// A table's plan: from its start for its length.
-fn during(of: &dyn Windowed, phase: u64, what: Planned) -> Plan {
-    let from = of.start_ms(phase) * 1000;
-    let length = (of.duration_s().get() * 1e6) as Micros;
-    Plan { what, from, until: from + length, step: of.step_name(), needs: needs::of(what) }
+fn during(windowed: &dyn Windowed, phase: u64, what: Planned) -> Plan {
+    let from = windowed.start_ms(phase) * 1000;
+    let length = (windowed.duration_s().get() * 1e6) as Micros;
+    Plan { what, from, until: from + length, step: windowed.step_name(), needs: needs::needs_of(what) }
 }
 
-/// An attack's plan, with what the attack itself says of it.
+/// An attack's plan, with the attack's own details.
 fn injected(attack: &dyn Attack, phase: u64) -> Option<Plan> {
     let injection = attack.injection()?;
     let mut plan = during(attack, phase, injection.what);
@@ -49,7 +49,7 @@ fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
 
 /// Objects that bear another's paint, or a print, stand there from the start.
 fn disguises(s: &Scenario) -> impl Iterator<Item = Plan> {
-    // What runs on the stacks has no scene.
+    // An attack on the stacks has no scene.
     let objects = s.scene.iter().flat_map(|scene| scene.object.iter().enumerate());
     objects.flat_map(|(index, object)| {
         let id = ObjectId(index as u16);

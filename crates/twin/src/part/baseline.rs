@@ -46,8 +46,8 @@ impl Baseline {
         let mut tracks = Vec::new();
         for (member, node) in topology.members.iter().zip(twin.nodes()) {
             let mut fresh = part(member, twin.local_start(node.host))?;
-            let said = std::iter::from_fn(|| fresh.output()).collect();
-            let start = (said, fresh.deadline());
+            let outputs = std::iter::from_fn(|| fresh.output()).collect();
+            let start = (outputs, fresh.deadline());
             let snapshots = vec![(0, node.part.fork(twin.world))];
             tracks.push(Track { member: member.clone(), start, journal: Vec::new(), snapshots });
         }
@@ -59,7 +59,7 @@ impl Baseline {
             }
         }
         twin.finish(grace);
-        let verified = twin.verified().apart();
+        let verified = twin.verified().detached();
         for (track, journal) in tracks.iter_mut().zip(twin.into_journals()) {
             track.journal = journal;
         }
@@ -67,15 +67,15 @@ impl Baseline {
     }
 
     /// A core of `member` that goes along; none where the baseline has none that was made in the same way.
-    pub fn along(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Following> {
+    pub fn follow(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Following> {
         let same = |track: &Track| track.member.setup == member.setup && track.member.role == member.role;
         let track = self.tracks.iter().position(same)?;
         Some(Following { baseline: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
     }
 
-    /// The signatures that its cores know to be good, in a memory of its own.
+    /// The signatures that its cores know to be good, in its own memory.
     pub fn verified(&self) -> Verified {
-        self.verified.apart()
+        self.verified.detached()
     }
 }
 
@@ -92,7 +92,7 @@ pub struct Following {
 }
 
 impl Following {
-    /// The same in a forked world.
+    /// Copy for a forked world.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Following {
         let left = self.left.as_ref().map(|part| part.fork(world));

@@ -6,7 +6,7 @@ use console::Console;
 use gateway::Gateway;
 use perception::Perception;
 use sim::Sim;
-use topology::{Member, Role, sim_keys};
+use topology::{Member, MemberRole, sim_keys};
 use wire::audit::Recorder;
 use wire::id::NodeId;
 use wire::setup::Setup;
@@ -28,32 +28,32 @@ pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
 }
 
 /// The core of `role`, made from `setup` at `now`.
-pub(crate) fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
+pub(crate) fn core(role: &MemberRole, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
     let node = setup.node;
     let failed = |why: String| AssemblyError { node, why };
     Ok(match role {
-        Role::Sim(config) => {
+        MemberRole::Sim(config) => {
             let keys = sim_keys(&setup);
             Part::Sim(Box::new(Sim::new(config, keys, Some(setup.key()), now).map_err(|e| failed(e.to_string()))?))
         }
-        Role::Perception(config) => {
+        MemberRole::Perception(config) => {
             let core = Perception::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?;
             Part::Perception { core: Box::new(core), rendered: config.rendered }
         }
-        Role::Autonomy(config) => {
+        MemberRole::Autonomy(config) => {
             Part::Autonomy(Box::new(Autonomy::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
         }
-        Role::Gateway(config) => {
+        MemberRole::Gateway(config) => {
             Part::Gateway(Box::new(Gateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
         }
-        Role::Console(config) => {
+        MemberRole::Console(config) => {
             Part::Console(Box::new(Console::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
         }
-        Role::Recorder => {
+        MemberRole::Recorder => {
             let seals = setup.channels.first().ok_or_else(|| failed("no channel for seals".into()))?.key.clone();
             Part::Recorder(Box::new(Recorder::new(setup.boot, setup.key(), seals, now)))
         }
-        Role::Adversary(config) => {
+        MemberRole::Adversary(config) => {
             Part::Adversary(Adversary::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?)
         }
     })

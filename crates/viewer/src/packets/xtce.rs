@@ -8,7 +8,7 @@ use std::fmt::Write;
 use wire::id::UnitId;
 use wire::mode::Guard;
 
-use super::{CONSOLE, CONSOLE_APID, FRESHNESS, Field, HOLDS, Kind, MODES, UNIT, apid};
+use super::{CONSOLE, CONSOLE_APID, FRESHNESS, Field, FieldEncoding, HOLDS, MODES, UNIT, apid};
 
 /// Units that a console displays.
 const UNITS: [UnitId; 3] = [UnitId::A, UnitId::B, UnitId::C];
@@ -88,13 +88,13 @@ fn telemetry(text: &mut String, types: &str, parameters: &[Parameter], container
 /// A field's parameters: one, or one a guard.
 fn parameters(field: &Field) -> Vec<Parameter> {
     let Field { name, kind, unit, words } = *field;
-    let of = match kind {
-        Kind::Unsigned(bits) => format!("u{bits}"),
-        Kind::Signed => "i32".to_owned(),
-        Kind::Named(known) if known == MODES => "mode".to_owned(),
-        Kind::Named(known) if known == FRESHNESS => "freshness".to_owned(),
-        Kind::Named(_) => "holds".to_owned(),
-        Kind::Guards => {
+    let text = match kind {
+        FieldEncoding::Unsigned(bits) => format!("u{bits}"),
+        FieldEncoding::Signed => "i32".to_owned(),
+        FieldEncoding::Named(known) if known == MODES => "mode".to_owned(),
+        FieldEncoding::Named(known) if known == FRESHNESS => "freshness".to_owned(),
+        FieldEncoding::Named(_) => "holds".to_owned(),
+        FieldEncoding::Guards => {
             let each = |guard: &Guard| {
                 (format!("{name}_{}", guard.name()), "fails".to_owned(), format!("the guard {} fails", guard.name()))
             };
@@ -103,7 +103,7 @@ fn parameters(field: &Field) -> Vec<Parameter> {
         }
     };
     let words = if unit.is_empty() { words.to_owned() } else { format!("{words}, {unit}") };
-    vec![(name.to_owned(), of, words)]
+    vec![(name.to_owned(), text, words)]
 }
 
 fn types() -> String {
@@ -162,7 +162,7 @@ fn push(text: &mut String, line: core::fmt::Arguments<'_>) {
 mod tests {
     use super::*;
 
-    /// With `HOLDSAFE_RENEW` set it is written anew; then read the diff.
+    /// With `HOLDSAFE_RENEW` set it is written again; then read the diff.
     #[test]
     fn committed_description_is_that_of_the_packets() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/operator/holdsafe.xtce.xml");

@@ -80,7 +80,7 @@ pub enum Account {
     /// Datagrams that the kernel dropped at our socket.
     #[n(13)]
     KernelDropped,
-    /// Datagrams that a relay sent towards the server from a source address of its own; not in `RelayOut`.
+    /// Datagrams that a relay sent towards the server from its own source address; not in `RelayOut`.
     #[n(14)]
     RelayStranger,
     /// Records that a relay emitted towards a side, unknown peers' included, and its socket did not take.

@@ -3,7 +3,7 @@
 //! The oracle judges from these and from what others write beside them about the world, the plant and the links (`instrument`),
 //! so that no service is the only witness of its own conduct. The numbers that are missing here are of those others' notes.
 //!
-//! The enum stays one, since its numbers are the wire's; the terms that its events are told in are beside it: `account`,
+//! The enum stays one, since its numbers are the wire's; the terms that its events are reported in are beside it: `account`,
 //! `seen`.
 
 use minicbor::{Decode, Encode};
@@ -111,7 +111,7 @@ pub enum Event {
     #[n(45)] CommandShown { #[n(0)] command: CommandId, #[n(1)] shown: ShownAs },
     /// A second connection with this certificate took the session of the first at the broker.
     #[n(48)] TakenOver { #[n(0)] peer: PeerId },
-    /// The session of this peer at the broker has ended, and not by the peer, who says so.
+    /// The session of this peer at the broker has ended, and not by the peer, who reports it.
     #[n(58)] SessionLost { #[n(0)] peer: PeerId },
     /// Console: how often that happened, as the display shows it.
     #[n(57)] LossesShown { #[n(0)] peer: PeerId, #[n(1)] times: u32 },
@@ -121,7 +121,7 @@ pub enum Event {
         #[n(0)] stamp: Instant,
         #[n(1)] x_mm: i32, #[n(2)] y_mm: i32, #[n(3)] time: ReceiverTime, #[n(4)] pose_x_mm: i32,
         #[n(5)] pose_y_mm: i32,
-        /// The unit says that it does not go by such fixes now.
+        /// The unit says that it does not use such fixes now.
         #[n(6)] distrusted: bool,
     },
     /// Console: an act of a person, and its immediate result: the command given, or the reason that none was.
@@ -145,7 +145,7 @@ pub enum Event {
         #[n(2)] tracks: u8,
     },
     /// Perception: a modality has shown only repeated content, for so long that it gives no product until that
-    /// changes (`perception::content`; where that check is waived it is told all the same).
+    /// changes (`perception::content`; where that check is waived it is reported all the same).
     #[n(83)] Repeated {
         #[n(0)] modality: Modality, #[n(1)] frame: FrameId,
         /// The frame in which this content came first: that of `frame` was to be newer.
@@ -170,7 +170,7 @@ pub enum Event {
         #[n(0)] name: Text<MAX_NAME>,
         /// True if its set-points go to the plant as they are.
         #[n(1)] bare: bool,
-        /// End of its route, where that does not begin anew.
+        /// End of its route, where that does not begin again.
         #[n(2)] goal: Option<Place>,
     },
     /// Autonomy: the guest's own word on its state, when that changed.
@@ -179,11 +179,11 @@ pub enum Event {
     #[n(95)] GuestPlaced { #[n(0)] x_mm: i32, #[n(1)] y_mm: i32 },
     /// Autonomy: the guest failed, and drives no longer.
     #[n(96)] GuestFailed { #[n(0)] fault: Fault, #[n(1)] why: Text<MAX_WHY> },
-    /// Autonomy: steps that the guest answered, and those of which the motion was limited, at the end of the run.
+    /// Autonomy: steps that the guest answered, and steps of which the motion was limited, at the end of the run.
     #[n(97)] GuestSteps { #[n(0)] steps: u32, #[n(1)] limited: u32 },
 }
 
-/// Every so many frames the colour image is told of: once a second.
+/// Every given number of frames the colour image is reported: once a second.
 pub const PICTURED_EVERY: u64 = 10;
 
 /// The short hash of bytes on a wire, as [`Event::Pictured`] and the notes of relays and guards carry it: the first eight

@@ -60,7 +60,7 @@ pub enum ShownAs {
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Inconsistency {
-    /// It moved faster than it can.
+    /// Movement faster than the body allows.
     #[n(0)]
     Kinematics,
     /// Two units claim one place.

@@ -6,7 +6,7 @@
 //! header has for its producer, 48 of them with a body. The table says which names exist; the identities that take part
 //! in one run are left to the setup of that run ([`crate::roster`]).
 
-/// Numbers of identities: those of a byte. Eight of them, 92 to 99, are no identity's, of which the scenario `malformed`
+/// Numbers of identities: one byte. Eight of them, 92 to 99, are no identity's, of which the scenario `malformed`
 /// claims one.
 pub const NODES: usize = 256;
 /// The first unit that the rule numbers.
@@ -17,11 +17,11 @@ const LAST_UNIT: u8 = 64;
 const RULED: u8 = LAST_UNIT - FIRST_RULED + 1;
 /// Number of [`FIRST_RULED`]; the others follow.
 pub(super) const UNITS: u8 = 32;
-/// The first number behind those of units.
+/// The first number behind the numbers of units.
 pub(super) const UNITS_END: u8 = UNITS + RULED;
 /// Number of the ingress observer of [`FIRST_RULED`].
 pub(super) const GUARDS: u8 = 100;
-/// The first number behind those of ingress observers.
+/// The first number behind the numbers of ingress observers.
 pub(super) const GUARDS_END: u8 = GUARDS + RULED;
 
 macro_rules! ruled {
@@ -55,7 +55,7 @@ pub(super) const NAMES: [&str; NODES] = ruled!(
 
 /// Number of the identity with this name.
 pub(super) fn number(name: &str) -> Option<u8> {
-    NAMES.iter().position(|known| *known == name).map(|at| at as u8).filter(|number| is_assigned(*number))
+    NAMES.iter().position(|known| *known == name).map(|index| index as u8).filter(|number| is_assigned(*number))
 }
 
 /// True if an identity has this number.

@@ -1,7 +1,7 @@
 //! Acceptance: the only ways from ordered to accepted.
 //!
 //! Evidence: the mark of live, synthetic or replayed that a sensor product carries under its producer's name. Which messages
-//! are products is a property of their types, and stands here; no caller says so. A statement about an intent needs the intent
+//! are products is a property of their types, and stands here; no caller states it. A statement about an intent needs the intent
 //! in place of order and product (`statement`).
 
 use super::{Attributed, BusMessage, Ordered, Record, SessionRecord, SignedReport, Statement};
@@ -104,8 +104,8 @@ impl<M> Ordered<BusMessage<'_, M>> {
 
 impl<M: Statement> Attributed<M> {
     /// The statement is about this very intent. Cannot be waived.
-    pub fn about(self, command: CommandId, intent: &IntentHash) -> Result<Record<Accepted, M>, Refusal> {
-        if self.message.about() == (command, *intent) {
+    pub fn about_intent(self, command: CommandId, intent: &IntentHash) -> Result<Record<Accepted, M>, Refusal> {
+        if self.message.subject() == (command, *intent) {
             Ok(self.next(Accepted(())))
         } else {
             Err(Refusal::Confirmation { expected: command })

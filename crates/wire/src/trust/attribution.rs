@@ -62,8 +62,8 @@ impl Decoded<SignedReport<'_>> {
         if origin.unit().is_none() {
             return Err(Refusal::Role { got: origin });
         }
-        let own = self.message.bearer(peer) == Bearer::Origin;
-        Ok(if own { ages.age(stamp, carried.received) } else { carried.age })
+        let is_own = self.message.bearer(peer) == Bearer::Origin;
+        Ok(if is_own { ages.age(stamp, carried.received) } else { carried.age })
     }
 }
 
@@ -129,8 +129,8 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
         key: &ChannelKey,
     ) -> Result<Record<Attributed, BusMessage<'b, M>>, Refusal> {
         self.check(policy, Check::Tag, Attributed::earned(), |m, _| {
-            let ours = bus::tag(key, m.signed);
-            let tagged = m.tags.chunks_exact(bus::TAG_LEN).any(|tag| tag == ours);
+            let our_bytes = bus::tag(key, m.signed);
+            let tagged = m.tags.chunks_exact(bus::TAG_LEN).any(|tag| tag == our_bytes);
             let same = usize::from(m.header.producer) == producer.index() && tagged;
             if same { Ok(()) } else { Err(Refusal::Tag { expected: producer }) }
         })

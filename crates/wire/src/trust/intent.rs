@@ -2,7 +2,7 @@
 //!
 //! Each check wraps the stage before it, so that the type of an intent lists the checks passed, innermost first. The
 //! signature is asked of these two types alone: an intent that left a check out, or passed two in the other order, has
-//! another type. At the gateway the age and the rate are those of the request, which came over a station's own channel; at
+//! another type. At the gateway the age and the rate belong to the request, which came over a station's own channel; at
 //! the unit they are the intent's and its operator's.
 
 use super::stage::{Fresh, InRole, InTime, NotRepeated, NotRevoked, WithinRate, WorthVerifying};

@@ -100,12 +100,12 @@ impl<S, M> Record<S, M> {
         Record { message: self.message, evidence: self.evidence, stage: earned }
     }
 
-    /// The same with another view of its message, at the same stage.
+    /// The record with another view of its message, at the same stage.
     fn map<N>(self, view: impl FnOnce(M) -> N) -> Record<S, N> {
         Record { message: view(self.message), evidence: self.evidence, stage: self.stage }
     }
 
-    /// The same, if `check` is waived or `judge` has no objection: one of several checks before the next stage.
+    /// The record, if `check` is waived or `judge` has no objection: one of several checks before the next stage.
     fn judged(
         mut self,
         policy: &Policy,
@@ -114,7 +114,7 @@ impl<S, M> Record<S, M> {
     ) -> Result<Self, Refusal> {
         match policy.check(check) {
             Requirement::Required => judge(&self.message, &self.evidence)?,
-            Requirement::Waived => self.evidence.waived = self.evidence.waived.with(check),
+            Requirement::Waived => self.evidence.waived = self.evidence.waived.with_check(check),
         }
         Ok(self)
     }

@@ -53,8 +53,8 @@ impl Window {
             }
             return Ok(());
         }
-        let behind = highest.0 - got.0;
-        let unseen = behind < u64::from(self.width) && behind < 64 && seen & (1 << behind) == 0 && got.0 > 0;
+        let distance = highest.0 - got.0;
+        let unseen = distance < u64::from(self.width) && distance < 64 && seen & (1 << distance) == 0 && got.0 > 0;
         if unseen { Ok(()) } else { Err(Refusal::Replayed { highest, got }) }
     }
 
@@ -96,25 +96,25 @@ impl Windows {
         Self { windows: BTreeMap::new(), width, jump }
     }
 
-    fn of(&mut self, peer: PeerId, origin: NodeId) -> &mut Window {
+    fn window(&mut self, peer: PeerId, origin: NodeId) -> &mut Window {
         self.windows.entry((peer, origin)).or_insert_with(|| Window::new(self.width, self.jump))
     }
 }
 
 impl<'b> Attributed<SessionRecord<'b>> {
-    /// Of this session, and not seen in it before.
+    /// Checks that it is of this session and not seen in it before.
     pub fn in_session(
         self,
         policy: &Policy,
         session: Nonce,
         window: &mut Window,
     ) -> Result<Record<Ordered, SessionRecord<'b>>, Refusal> {
-        let ours = self.judged(policy, Check::Session, |record, _| {
+        let our_record = self.judged(policy, Check::Session, |record, _| {
             let got = record.outer.session;
             if got == session { Ok(()) } else { Err(Refusal::Session { expected: session, got }) }
         })?;
-        let (boot, sequence) = (ours.message.outer.boot, ours.message.outer.sequence);
-        ours.check(policy, Check::Sequence, Ordered(()), |_, _| window.admit(boot, sequence))
+        let (boot, sequence) = (our_record.message.outer.boot, our_record.message.outer.sequence);
+        our_record.check(policy, Check::Sequence, Ordered(()), |_, _| window.admit(boot, sequence))
     }
 }
 
@@ -128,7 +128,7 @@ impl<'b> Attributed<SignedReport<'b>> {
     ) -> Result<Record<Ordered, SignedReport<'b>>, Refusal> {
         let report = &self.message.report;
         let (origin, boot, sequence) = (report.origin, report.boot, report.sequence);
-        self.check(policy, Check::Sequence, Ordered(()), |_, _| windows.of(peer, origin).admit(boot, sequence))
+        self.check(policy, Check::Sequence, Ordered(()), |_, _| windows.window(peer, origin).admit(boot, sequence))
     }
 }
 

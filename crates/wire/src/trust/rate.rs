@@ -20,16 +20,16 @@ pub struct WithinRate<S>(PhantomData<S>);
 #[derive(Debug)]
 pub struct WorthVerifying<S>(PhantomData<S>);
 
-/// So many at once, and so many a second.
+/// Number at once, and rate a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Allowance {
     /// At once.
     pub burst: u32,
-    /// In a second, in the long run.
+    /// Limit in a second, in the long run.
     pub per_s: u32,
 }
 
-/// Need for a command. Each rate class has a bucket of its own, so that requests in one take no
+/// Need for a command. Each rate class has its own bucket, so that requests in one take no
 /// allowance from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateClass {
@@ -45,8 +45,8 @@ pub enum RateClass {
 /// Failed verifications, for any claimed sender: at a tenth of a millisecond each, a few thousandths
 /// of a processor.
 const UNPROVEN: Allowance = Allowance { burst: 16, per_s: 16 };
-/// Refusals are counted one by one and told at most so often, so that a flood is not one in the log and in answers too. At
-/// once as many as one operator may ask for, so that each operator is told of each refusal while there is no flood.
+/// Refusals are counted one by one and reported at most so often, so that a flood is not one in the log and in answers too. At
+/// once as many as one operator may ask for, so that each operator is informed of each refusal while there is no flood.
 const TOLD: Allowance = Allowance { burst: 8, per_s: 4 };
 
 /// A bucket for each sender and class, of the stations and operators of the run, and two that are nobody's.
@@ -63,7 +63,7 @@ const CLASSES: usize = 3;
 
 impl RateClass {
     /// Rate class of a command of this kind.
-    pub fn of(kind: CommandKind) -> RateClass {
+    pub fn from_kind(kind: CommandKind) -> RateClass {
         match kind {
             CommandKind::Hold => RateClass::Hold,
             CommandKind::Disarm => RateClass::Withdraw,
@@ -114,11 +114,11 @@ impl Rates {
 
     /// Charges `who` for one.
     pub fn charge(&mut self, who: NodeId, class: RateClass, now: Instant) {
-        let at = self.full.iter().position(|(node, _)| *node == who).unwrap_or_else(|| {
+        let index = self.full.iter().position(|(node, _)| *node == who).unwrap_or_else(|| {
             self.full.push((who, [now; CLASSES]));
             self.full.len() - 1
         });
-        let full = &mut self.full[at].1[class as usize];
+        let full = &mut self.full[index].1[class as usize];
         *full = class.allowance().charged(*full, now);
     }
 
@@ -140,7 +140,7 @@ impl Rates {
     }
 
     /// True if a refusal at `now` is to be logged, beside being counted.
-    pub fn tell(&mut self, now: Instant) -> bool {
+    pub fn should_report(&mut self, now: Instant) -> bool {
         let due = TOLD.room(self.told, now);
         if due {
             self.told = TOLD.charged(self.told, now);
@@ -150,16 +150,16 @@ impl Rates {
 }
 
 impl<S> Record<S, Intent> {
-    /// Checks that one more is needed of `who`, the command's sender or the channel's owner.
+    /// Checks that one more is needed of `node`, the command's sender or the channel's owner.
     pub fn within_rate(
         self,
         policy: &Policy,
         rates: &Rates,
-        who: NodeId,
+        node: NodeId,
         now: Instant,
     ) -> Result<Record<WithinRate<S>, Intent>, Refusal> {
         self.check(policy, Check::Rate, WithinRate(PhantomData), |intent, _| {
-            rates.room(who, RateClass::of(intent.kind), now)
+            rates.room(node, RateClass::from_kind(intent.kind), now)
         })
     }
 
@@ -171,7 +171,7 @@ impl<S> Record<S, Intent> {
         now: Instant,
     ) -> Result<Record<WorthVerifying<S>, Intent>, Refusal> {
         self.check(policy, Check::Rate, WorthVerifying(PhantomData), |intent, _| {
-            rates.room_to_verify(RateClass::of(intent.kind), now)
+            rates.room_to_verify(RateClass::from_kind(intent.kind), now)
         })
     }
 }
@@ -181,16 +181,16 @@ mod tests {
     use super::*;
 
     /// Number of `tries`, evenly over a second, that pass.
-    fn through(rates: &mut Rates, who: NodeId, class: RateClass, from: Instant, tries: u64) -> u32 {
+    fn count_passed(rates: &mut Rates, node: NodeId, class: RateClass, from: Instant, tries: u64) -> u32 {
         let try_at = |n| from + Span(n * 1_000_000 / tries);
-        let mut through = 0;
+        let mut passed = 0;
         for now in (0..tries).map(try_at) {
-            if rates.room(who, class, now).is_ok() {
-                rates.charge(who, class, now);
-                through += 1;
+            if rates.room(node, class, now).is_ok() {
+                rates.charge(node, class, now);
+                passed += 1;
             }
         }
-        through
+        passed
     }
 
     /// It takes no allowance from another sender or rate class.
@@ -200,9 +200,9 @@ mod tests {
             let mut rates = Rates::default();
             let start = Instant(5_000_000);
             let Allowance { burst, per_s } = class.allowance();
-            let first = through(&mut rates, NodeId::OPERATOR_2, class, start, 1000);
+            let first = count_passed(&mut rates, NodeId::OPERATOR_2, class, start, 1000);
             assert_eq!(first, burst + per_s - 1, "{class:?}");
-            let next = through(&mut rates, NodeId::OPERATOR_2, class, start + Span::s(1), 1000);
+            let next = count_passed(&mut rates, NodeId::OPERATOR_2, class, start + Span::s(1), 1000);
             assert_eq!(next, per_s, "{class:?}");
             let now = start + Span::s(2);
             assert_eq!(rates.room(NodeId::OPERATOR, class, now), Ok(()), "{class:?}");
@@ -218,8 +218,8 @@ mod tests {
     fn an_idle_bucket_fills_up_and_no_further() {
         let mut rates = Rates::default();
         let Allowance { burst, per_s } = RateClass::Hold.allowance();
-        through(&mut rates, NodeId::OPERATOR, RateClass::Hold, Instant(0), 500);
-        let after = through(&mut rates, NodeId::OPERATOR, RateClass::Hold, Instant(60_000_000), 500);
+        count_passed(&mut rates, NodeId::OPERATOR, RateClass::Hold, Instant(0), 500);
+        let after = count_passed(&mut rates, NodeId::OPERATOR, RateClass::Hold, Instant(60_000_000), 500);
         assert_eq!(after, burst + per_s - 1);
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
 //! the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only revoke
-//! that identity, for good.
+//! that identity, permanently.
 
 use core::marker::PhantomData;
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,7 +47,7 @@ impl Revocation {
 pub struct Validity {
     /// Identity.
     pub who: NodeId,
-    /// Until so many milliseconds after the start of its judge. A restart of the judge takes off the time passed.
+    /// Until a given number of milliseconds after the start of its judge. A restart of the judge takes off the time passed.
     pub until_ms: u64,
 }
 
@@ -80,13 +80,13 @@ impl RevocationList {
         Ok(Some(revocation.of))
     }
 
-    /// Checks that `who` is admitted at `now`.
-    pub fn stands(&self, who: NodeId, now: Instant) -> Result<(), Refusal> {
-        if self.revoked.contains(&who) {
-            return Err(Refusal::Revoked { got: who });
+    /// Checks that `node` is admitted at `now`.
+    pub fn check_admitted(&self, node: NodeId, now: Instant) -> Result<(), Refusal> {
+        if self.revoked.contains(&node) {
+            return Err(Refusal::Revoked { got: node });
         }
-        match self.ends.get(&who).copied() {
-            Some(end) if now >= end => Err(Refusal::Expired { got: who, over: now.since(end) }),
+        match self.ends.get(&node).copied() {
+            Some(end) if now >= end => Err(Refusal::Expired { got: node, over: now.since(end) }),
             Some(_) | None => Ok(()),
         }
     }
@@ -109,7 +109,7 @@ impl<S> Record<S, Intent> {
         now: Instant,
     ) -> Result<Record<NotRevoked<S>, Intent>, Refusal> {
         self.check(policy, Check::Revocation, NotRevoked(PhantomData), |intent, _| {
-            revoked.stands(intent.id.operator, now)
+            revoked.check_admitted(intent.id.operator, now)
         })
     }
 }
@@ -127,16 +127,16 @@ mod tests {
         let mandate = Validity { who: NodeId::OPERATOR, until_ms: 100 };
         let mut revoked = RevocationList::new(&[mandate], Instant(0));
         let second = Revocation { of: NodeId::OPERATOR_2 };
-        let at = Instant(99_999);
-        assert!(matches!(revoked.revoke(&keys, at, &second.sign(&operator)), Err(Refusal::Signature { .. })));
-        assert_eq!(revoked.stands(NodeId::OPERATOR_2, at), Ok(()));
-        assert_eq!(revoked.revoke(&keys, at, &second.sign(&authority)), Ok(Some(NodeId::OPERATOR_2)));
-        assert_eq!(revoked.revoke(&keys, at, &second.sign(&authority)), Ok(None));
-        assert_eq!(revoked.stands(NodeId::OPERATOR_2, at), Err(Refusal::Revoked { got: NodeId::OPERATOR_2 }));
-        assert_eq!(revoked.stands(NodeId::OPERATOR, at), Ok(()));
+        let time = Instant(99_999);
+        assert!(matches!(revoked.revoke(&keys, time, &second.sign(&operator)), Err(Refusal::Signature { .. })));
+        assert_eq!(revoked.check_admitted(NodeId::OPERATOR_2, time), Ok(()));
+        assert_eq!(revoked.revoke(&keys, time, &second.sign(&authority)), Ok(Some(NodeId::OPERATOR_2)));
+        assert_eq!(revoked.revoke(&keys, time, &second.sign(&authority)), Ok(None));
+        assert_eq!(revoked.check_admitted(NodeId::OPERATOR_2, time), Err(Refusal::Revoked { got: NodeId::OPERATOR_2 }));
+        assert_eq!(revoked.check_admitted(NodeId::OPERATOR, time), Ok(()));
         let over = Span::ms(1);
         let expired = Refusal::Expired { got: NodeId::OPERATOR, over };
-        assert_eq!(revoked.stands(NodeId::OPERATOR, Instant(101_000)), Err(expired));
+        assert_eq!(revoked.check_admitted(NodeId::OPERATOR, Instant(101_000)), Err(expired));
     }
 
     #[test]

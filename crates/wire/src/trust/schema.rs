@@ -141,9 +141,9 @@ pub struct SignedReport<'b> {
 }
 
 impl<'b> SignedReport<'b> {
-    /// Length and schema of a signed report that was received at `at`.
-    pub fn decode(at: Instant, bytes: &'b [u8]) -> Result<Record<Decoded, SignedReport<'b>>, Refusal> {
-        let framed = Received::new(at, bytes).frame(MAX_REPORT)?;
+    /// Length and schema of a signed report that was received at `time`.
+    pub fn decode(time: Instant, bytes: &'b [u8]) -> Result<Record<Decoded, SignedReport<'b>>, Refusal> {
+        let framed = Received::new(time, bytes).frame(MAX_REPORT)?;
         let (report, signed) = framed.decode_signed::<Report>(MAX_REPORT)?;
         Ok(framed.holds(SignedReport { report, bytes, signed }))
     }
@@ -162,9 +162,9 @@ impl<'b> Record<Decoded, SignedReport<'b>> {
 }
 
 impl Record<Decoded, Intent> {
-    /// Parses a signed intent that was received at `at`. The signature is checked later, by `by_operator`.
-    pub fn parse<'b>(at: Instant, bytes: &'b [u8], max: usize) -> Result<(Self, Signed<'b>), Refusal> {
-        let framed = Received::new(at, bytes).frame(max)?;
+    /// Parses a signed intent that was received at `time`. The signature is checked later, by `by_operator`.
+    pub fn parse<'b>(time: Instant, bytes: &'b [u8], max: usize) -> Result<(Self, Signed<'b>), Refusal> {
+        let framed = Received::new(time, bytes).frame(max)?;
         let (intent, signed) = framed.decode_signed::<Intent>(max)?;
         Ok((framed.holds(intent), signed))
     }
@@ -176,15 +176,15 @@ impl Record<Decoded, Intent> {
 }
 
 impl<'b, M: Statement> Record<Decoded, SignedStatement<'b, M>> {
-    /// Length and schema of a signed statement that was received at `at`.
-    pub fn parse_statement(at: Instant, bytes: &'b [u8]) -> Result<Self, Refusal> {
-        let framed = Received::new(at, bytes).frame(MAX_ORDER)?;
+    /// Length and schema of a signed statement that was received at `time`.
+    pub fn parse_statement(time: Instant, bytes: &'b [u8]) -> Result<Self, Refusal> {
+        let framed = Received::new(time, bytes).frame(MAX_ORDER)?;
         let (message, signed) = framed.decode_signed::<M>(MAX_ORDER)?;
         Ok(framed.holds(SignedStatement { message, signed }))
     }
 
     /// The command and the signed intent that it claims to be about, for finding them; untrusted.
     pub fn claimed(&self) -> (CommandId, IntentHash) {
-        self.message.message.about()
+        self.message.message.subject()
     }
 }

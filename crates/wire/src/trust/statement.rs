@@ -17,13 +17,13 @@ pub trait Statement: Encode<()> + for<'b> Decode<'b, ()> {
     const PURPOSE: Purpose;
 
     /// The command and the SHA-256 of its signed intent.
-    fn about(&self) -> (CommandId, IntentHash);
+    fn subject(&self) -> (CommandId, IntentHash);
 }
 
 impl Statement for Confirmation {
     const PURPOSE: Purpose = Purpose::Confirmation;
 
-    fn about(&self) -> (CommandId, IntentHash) {
+    fn subject(&self) -> (CommandId, IntentHash) {
         (self.id, self.intent)
     }
 }
@@ -31,7 +31,7 @@ impl Statement for Confirmation {
 impl Statement for Ack {
     const PURPOSE: Purpose = Purpose::Ack;
 
-    fn about(&self) -> (CommandId, IntentHash) {
+    fn subject(&self) -> (CommandId, IntentHash) {
         (self.id, self.intent)
     }
 }
@@ -63,10 +63,10 @@ mod tests {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
         let bytes = key.sign(Purpose::Confirmation, &codec::encode(&Confirmation { id, intent: [3; 32] }));
         let parse = || Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(Instant(0), &bytes).unwrap();
-        let by = |signer| parse().by_signer(&policy, signer, &keys);
-        assert!(by(NodeId::OPERATOR).unwrap().about(id, &[3; 32]).is_ok());
-        assert!(by(NodeId::OPERATOR).unwrap().about(id, &[4; 32]).is_err());
-        assert!(by(NodeId::UNIT_A).is_err());
+        let signed_by = |signer| parse().by_signer(&policy, signer, &keys);
+        assert!(signed_by(NodeId::OPERATOR).unwrap().about_intent(id, &[3; 32]).is_ok());
+        assert!(signed_by(NodeId::OPERATOR).unwrap().about_intent(id, &[4; 32]).is_err());
+        assert!(signed_by(NodeId::UNIT_A).is_err());
         assert!(Decoded::<SignedStatement<'_, Ack>>::parse_statement(Instant(0), &bytes).is_err());
     }
 }

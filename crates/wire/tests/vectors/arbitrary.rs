@@ -71,8 +71,8 @@ proptest! {
         let vectors: Vec<Vec<u8>> = values::all().into_iter().flat_map(|(_, v)| v).map(|v| v.bytes).collect();
         let mut bytes = which.get(&vectors).clone();
         for (at, byte) in damage {
-            let at = at.index(bytes.len());
-            bytes[at] = byte;
+            let position = at.index(bytes.len());
+            bytes[position] = byte;
         }
         offer(&bytes);
         let mut sender = Sender::new(Topic::Tracks, NodeId::SIM, Boot(1), ChannelKey([1; 32]));
@@ -157,8 +157,8 @@ fn track() -> impl Strategy<Value = ReportedTrack> {
     let class = prop::sample::select(Class::ALL.to_vec());
     let place = any::<(u32, i32, i32)>();
     let evidence = any::<(u16, u8, u64, u8, u16, u16)>();
-    (place, class, evidence).prop_map(|((id, x_mm, y_mm), class, of)| {
-        let (confidence, supported, age, contradicted, bearings_mrad, across_px) = of;
+    (place, class, evidence).prop_map(|((id, x_mm, y_mm), class, nearest)| {
+        let (confidence, supported, age, contradicted, bearings_mrad, across_px) = nearest;
         ReportedTrack {
             id: TrackId(id),
             class,
@@ -177,17 +177,18 @@ fn track() -> impl Strategy<Value = ReportedTrack> {
 /// Any value for any guard.
 fn measured(seed: u32, value: i32) -> Measured {
     let some = |at: usize| (seed >> at & 1 == 1).then_some(value.rotate_left(at as u32));
-    let measured = Guard::ALL.iter().enumerate().fold(Measured::default(), |m, (at, guard)| m.with(*guard, some(at)));
+    let measured =
+        Guard::ALL.iter().enumerate().fold(Measured::default(), |m, (index, guard)| m.with_value(*guard, some(index)));
     measured.claimed((seed & 1 << 20 != 0).then_some((UnitId::C, Inconsistency::Exclusion)))
 }
 
 /// None, or values all over their ranges.
 fn settings(seed: u32) -> Option<Settings> {
-    let of = |k: usize| {
+    let key_of = |k: usize| {
         let range = &RANGES[k];
         range.start() + (seed >> (7 * k)) as u16 % (range.end() - range.start() + 1)
     };
-    let (speed_mm_s, margin_mm, arm_permille, keep_permille) = (of(0), of(1), of(2), of(3));
+    let (speed_mm_s, margin_mm, arm_permille, keep_permille) = (key_of(0), key_of(1), key_of(2), key_of(3));
     seed.is_multiple_of(2).then_some(Settings { speed_mm_s, margin_mm, arm_permille, keep_permille })
 }
 

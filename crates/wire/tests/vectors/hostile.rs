@@ -123,7 +123,7 @@ fn wrong_type_nan_and_infinity_are_refused() {
     each(|label, value, item| {
         for wrong in wrong {
             let got = verdict(value, &spliced(&value.bytes, item.start, item.end, wrong));
-            // What stands for a variant without fields is read past, and found by encoding again.
+            // What represents a variant without fields is read past, and found by encoding again.
             let bare = item.major == 4 && item.argument == 0 && matches!(got, Err(Malformed::NonCanonical { .. }));
             let refused = bare || matches!(got, Err(Malformed::Schema { .. }));
             assert!(refused, "{label} at {} {wrong:02x?}: {got:?}", item.start);
@@ -141,9 +141,9 @@ fn unknown_field_or_trailing_null_is_refused() {
             let grown = [&[0x80 | (item.argument as u8 + 1)], &value.bytes[item.start + item.head..item.end], &[extra]];
             let got = verdict(value, &spliced(&value.bytes, item.start, item.end, &grown.concat()));
             // A number may be the optional field that was left out; that is then another message, and a canonical one.
-            let another = extra == 0x00 && got == Ok(false);
+            let is_other = extra == 0x00 && got == Ok(false);
             let refused = matches!(got, Err(Malformed::NonCanonical { .. } | Malformed::Schema { .. }));
-            assert!(refused || another, "{label} at {} {extra:02x}: {got:?}", item.start);
+            assert!(refused || is_other, "{label} at {} {extra:02x}: {got:?}", item.start);
         }
     });
 }

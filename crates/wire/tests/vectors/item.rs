@@ -40,17 +40,17 @@ fn head(bytes: &[u8], start: usize) -> (u8, u64, usize) {
 
 fn walk(bytes: &[u8], start: usize, found: &mut Vec<Item>) -> usize {
     let (major, argument, length) = head(bytes, start);
-    let at = found.len();
+    let index = found.len();
     found.push(Item { start, head: length, end: 0, major, argument });
     let inner = start + length;
     let end = match major {
         0 | 1 | 7 => inner,
         2 | 3 => inner + argument as usize,
-        4 => (0..argument).fold(inner, |at, _| walk(bytes, at, found)),
-        5 => (0..2 * argument).fold(inner, |at, _| walk(bytes, at, found)),
+        4 => (0..argument).fold(inner, |index, _| walk(bytes, index, found)),
+        5 => (0..2 * argument).fold(inner, |index, _| walk(bytes, index, found)),
         6.. => panic!("a tag at byte {start}"),
     };
-    found[at].end = end;
+    found[index].end = end;
     end
 }
 

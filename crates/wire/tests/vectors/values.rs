@@ -13,7 +13,7 @@ use wire::crop::{Crop, PIXELS, Pictured, Pixels};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::guest::{self, Answer, Block, Declared, Disc, Fault, Place, Reply, Start};
+use wire::guest::{self, Answer, Block, Declared, Disc, Fault, MissionStart, Place, Reply};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
@@ -130,9 +130,9 @@ pub(crate) fn report() -> Report {
             x_mm: 8000,
             y_mm: -70_000,
             confidence: 870,
-            supported: Modalities::default().with(Modality::Rgb).with(Modality::Lidar),
+            supported: Modalities::default().with_modality(Modality::Rgb).with_modality(Modality::Lidar),
             age: Span::ms(80),
-            contradicted: Modalities::default().with(Modality::Thermal),
+            contradicted: Modalities::default().with_modality(Modality::Thermal),
             bearings_mrad: 524,
             across_px: 17,
         }]
@@ -143,7 +143,7 @@ pub(crate) fn report() -> Report {
         measured: Measured::default()
             .aged(Guard::Rgb, Some(Span::ms(84)))
             .aged(Guard::SealedLog, Some(Span(u64::MAX)))
-            .with(Guard::Geofence, Some(-120)),
+            .with_value(Guard::Geofence, Some(-120)),
         settings: Some(VALUES),
         motion: None,
         contact: None,
@@ -155,7 +155,7 @@ fn reports() -> Vec<Named> {
     let bare = Report {
         mode: Mode::Degraded,
         cause: Cause::Lost(Guard::Thermal),
-        failing: Guards::default().with(Guard::Thermal).with(Guard::Designation),
+        failing: Guards::default().with_guard(Guard::Thermal).with_guard(Guard::Designation),
         authority: None,
         last_command: None,
         tracks: List::default(),
@@ -292,7 +292,7 @@ fn feeds() -> Vec<Named> {
         waived: Waived::default(),
         report: opaque(b"signed"),
     };
-    let waived = Waived::default().with(Check::Freshness).with(Check::Signature);
+    let waived = Waived::default().with_check(Check::Freshness).with_check(Check::Signature);
     let unknown_age = AcceptedReport { age: None, waived, ..report };
     vec![
         named!("accepted", Feed<'_>, Feed::Accepted(report)),
@@ -572,7 +572,7 @@ fn outputs() -> Vec<Named> {
 fn guest_requests() -> Vec<Named> {
     let (now, at) = (Instant(3_600_000_000), Place(-1000, 2000));
     let block = Block { at, half_mm: [500, 300], heading_mrad: -1571 };
-    let start = |points: usize| Start {
+    let start = |points: usize| MissionStart {
         now,
         period: Span::ms(50),
         max_speed_mm_s: 3000,
@@ -584,7 +584,7 @@ fn guest_requests() -> Vec<Named> {
         blocks: (points > 0).then(|| std::iter::repeat_n(block, points).collect()),
     };
     let fix = Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3 }, sigma_mm: 40, time: ReceiverTime(9) };
-    let step = |fixed: bool| guest::Step {
+    let step = |fixed: bool| guest::ControlStep {
         number: 7,
         now,
         mode: Mode::Ready,
@@ -657,18 +657,21 @@ fn entries() -> Vec<Named> {
 
 /// Decisions of services.
 fn decisions() -> Vec<(&'static str, Event)> {
-    let at = Interface::Uplink;
+    let interface = Interface::Uplink;
     let waived = Waived::default();
     let transition = |cause, because| Event::Transition {
         from: Mode::Ready,
         to: Mode::Degraded,
         cause,
         because,
-        failing: Guards::default().with(Guard::Lidar),
+        failing: Guards::default().with_guard(Guard::Lidar),
     };
     vec![
         ("started", Event::Started),
-        ("accepted", Event::Accepted { at, record: RECORD, peer: PeerId::UNIT_C, age: Some(Span::ms(9)), waived }),
+        (
+            "accepted",
+            Event::Accepted { at: interface, record: RECORD, peer: PeerId::UNIT_C, age: Some(Span::ms(9)), waived },
+        ),
         (
             "accepted-of-unknown-age",
             Event::Accepted {
@@ -676,12 +679,17 @@ fn decisions() -> Vec<(&'static str, Event)> {
                 record: RECORD,
                 peer: PeerId::UNIT_C,
                 age: None,
-                waived: waived.with(Check::Freshness),
+                waived: waived.with_check(Check::Freshness),
             },
         ),
         (
             "refused",
-            Event::Refused { at, peer: Some(PeerId::UNIT_B), reason: Reason::Origin, detail: Text::new("origin: …") },
+            Event::Refused {
+                at: interface,
+                peer: Some(PeerId::UNIT_B),
+                reason: Reason::Origin,
+                detail: Text::new("origin: …"),
+            },
         ),
         (
             "refused-from-nobody-known",

@@ -70,7 +70,7 @@ fn trials(context: &Context, kept: &Kept, planned: &[Planned], mode: Mode, jobs:
             jobs,
             out: None,
         };
-        // A file of its own is open only as long as its trial runs.
+        // Its own file is open only as long as its trial runs.
         batch.run_kept(&[kept.shelf(mode, planned)?], 1, progress, &context.stop)
     };
     let mut missing = Vec::new();

@@ -17,7 +17,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, engine, out, plan};
 use twin::cost::{Course, Known, Watched, watched};
-use twin::stopwatch::Stage;
+use twin::stopwatch::WorkStage;
 use wire::id::NodeId;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 
@@ -62,7 +62,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// The same trials for every round.
+/// Trials shared by every round.
 struct Bench<'a> {
     context: &'a Context,
     planned: &'a Planned,
@@ -86,11 +86,12 @@ struct Round {
 impl<'a> Bench<'a> {
     fn prepare(context: &'a Context, planned: &'a Planned, trials: u64) -> Result<Self, Failure> {
         let course = |i| {
-            let course = Course::of(&planned.variation.scenario, &planned.setup, context.seed.wrapping_add(i));
+            let course = Course::record(&planned.variation.scenario, &planned.setup, context.seed.wrapping_add(i));
             course.map_err(failed)?.ok_or_else(|| Failure::internal("a topology without a sim"))
         };
         let courses = (0..trials).map(course).collect::<Result<_, _>>()?;
-        let known = Known::of(&planned.variation.scenario, &planned.setup, context.seed, SUFFIX).map_err(failed)?;
+        let known =
+            Known::measure(&planned.variation.scenario, &planned.setup, context.seed, SUFFIX).map_err(failed)?;
         Ok(Self { context, planned, courses, known })
     }
 
@@ -103,7 +104,7 @@ impl<'a> Bench<'a> {
         let (scenario, setup) = (&self.planned.variation.scenario, &self.planned.setup);
         let mut worlds: Vec<_> = self.courses.iter().map(Course::bare).collect();
         let ((), bare) = timed(|| worlds.iter_mut().for_each(|world| world.drive()));
-        if self.context.stop.asked() {
+        if self.context.stop.is_requested() {
             return Err(EngineError::Stopped.into());
         }
         let one = |seed| engine::trial(Mode::Twin, scenario, setup, seed, &self.context.stop).map(|_| ());
@@ -111,7 +112,7 @@ impl<'a> Bench<'a> {
         ran?;
         let one = |seed| watched(scenario, setup, seed, link::clock::trace_us);
         let (trials, watched) = timed(|| self.seeds().map(one).collect::<Result<Vec<_>, _>>());
-        let one = |_| self.known.along(scenario, setup).map(|_| ());
+        let one = |_| self.known.run_with_baseline(scenario, setup).map(|_| ());
         let (ran, along) = timed(|| self.seeds().try_for_each(one));
         ran.map_err(failed)?;
         let ((), forked) = timed(|| self.seeds().for_each(|_| drop(self.known.forked(setup))));
@@ -121,10 +122,10 @@ impl<'a> Bench<'a> {
 
     fn sum_up(&self, rendered: bool, rounds: &[Round]) -> TwinCost {
         let sim_seconds: f64 = self.courses.iter().map(Course::seconds).sum();
-        let per_second = |of: fn(&Round) -> f64| Spread::of(rounds.iter().map(|r| of(r) / sim_seconds * 1e6));
+        let per_second = |of: fn(&Round) -> f64| Spread::from_values(rounds.iter().map(|r| of(r) / sim_seconds * 1e6));
         let (bare, twin) = (per_second(|r| r.bare), per_second(|r| r.twin));
         let times = self.courses.len() as f64;
-        let again = self.courses.first().map_or(0.0, Course::seconds) * times;
+        let repeated = self.courses.first().map_or(0.0, Course::seconds) * times;
         let suffix = SUFFIX as f64 / 1e6 * times;
         let counted = |of: fn(&Watched) -> u64| {
             let all = rounds.iter().flat_map(|r| &r.trials).map(of).sum::<u64>();
@@ -138,18 +139,18 @@ impl<'a> Bench<'a> {
             rounds: rounds.len(),
             trials: self.courses.len(),
             sim_seconds,
-            per_cpu_second: Spread::of(rounds.iter().map(|r| sim_seconds / r.twin)),
-            bare_per_cpu_second: Spread::of(rounds.iter().map(|r| sim_seconds / r.bare)),
-            ratio: Spread::of(rounds.iter().map(|r| r.twin / r.bare)),
-            watching: Spread::of(rounds.iter().map(|r| r.watched / r.twin)),
-            along_per_cpu_second: Spread::of(rounds.iter().map(|r| again / r.along)),
-            forked_per_cpu_second: Spread::of(rounds.iter().map(|r| again / r.forked)),
-            suffix_per_cpu_second: Spread::of(rounds.iter().map(|r| suffix / r.forked)),
+            per_cpu_second: Spread::from_values(rounds.iter().map(|r| sim_seconds / r.twin)),
+            bare_per_cpu_second: Spread::from_values(rounds.iter().map(|r| sim_seconds / r.bare)),
+            ratio: Spread::from_values(rounds.iter().map(|r| r.twin / r.bare)),
+            watching: Spread::from_values(rounds.iter().map(|r| r.watched / r.twin)),
+            along_per_cpu_second: Spread::from_values(rounds.iter().map(|r| repeated / r.along)),
+            forked_per_cpu_second: Spread::from_values(rounds.iter().map(|r| repeated / r.forked)),
+            suffix_per_cpu_second: Spread::from_values(rounds.iter().map(|r| suffix / r.forked)),
             stages: stages(rounds, twin.median, bare.median),
             twin_us: twin,
             bare_us: bare,
-            sign_us: Spread::of(rounds.iter().map(|r| r.sign)),
-            verify_us: Spread::of(rounds.iter().map(|r| r.verify)),
+            sign_us: Spread::from_values(rounds.iter().map(|r| r.sign)),
+            verify_us: Spread::from_values(rounds.iter().map(|r| r.verify)),
             signatures_made: counted(|w| w.signatures.made),
             signatures_asked: counted(|w| w.signatures.asked),
             signatures_verified: counted(|w| w.signatures.verified),
@@ -160,12 +161,12 @@ impl<'a> Bench<'a> {
 /// Every stage's share of the watched time of all rounds, laid over `twin` microseconds a simulated second. The sim's
 /// own is parted: the share of bare rapier is physics, the rest is sensing.
 fn stages(rounds: &[Round], twin: f64, bare: f64) -> Vec<StageCost> {
-    let spent = |stage: Stage| rounds.iter().flat_map(|r| &r.trials).map(|w| w.stopwatch.spent(stage)).sum::<u64>();
-    let all = Stage::ALL.map(spent).iter().sum::<u64>() as f64;
+    let spent = |stage: WorkStage| rounds.iter().flat_map(|r| &r.trials).map(|w| w.stopwatch.spent(stage)).sum::<u64>();
+    let all = WorkStage::ALL.map(spent).iter().sum::<u64>() as f64;
     let mut rows = Vec::new();
-    for stage in Stage::ALL {
+    for stage in WorkStage::ALL {
         let us = spent(stage) as f64 / all * twin;
-        if stage == Stage::Sim {
+        if stage == WorkStage::Sim {
             rows.push(StageCost::new("physics", bare, twin));
             rows.push(StageCost::new("sensing and truth", us - bare, twin));
         } else {

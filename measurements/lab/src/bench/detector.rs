@@ -7,7 +7,7 @@ use dataset::cells::{self, Split};
 use dataset::quality::{Quality, measure};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::runtime;
 use results::report::started;
 use runner::bring::Bring;
@@ -45,11 +45,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut rows = Vec::new();
     for split in splits {
         for cell in &cells {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
             let numbers = context.seed..context.seed + args.frames;
-            rows.push(measure(&stages, cell, split, numbers, &Limits::default()).map_err(Failure::internal)?);
+            rows.push(
+                measure(&stages, cell, split, numbers, &CorroborationLimits::default()).map_err(Failure::internal)?,
+            );
             progress.step();
         }
     }

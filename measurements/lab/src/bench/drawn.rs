@@ -60,12 +60,12 @@ impl Case {
     pub(super) fn planned(&self, context: &Context, dir: &Path) -> Result<Planned, Failure> {
         let file = file(dir, "words", &self.name());
         let policy = self.waived.then(|| self::file(dir, "policies", &self.of));
-        let again = policy.as_ref().map_or_else(String::new, |policy| format!(" --policy {}", policy.display()));
+        let repeated = policy.as_ref().map_or_else(String::new, |policy| format!(" --policy {}", policy.display()));
         let wanted = Wanted { policy, rendered: true, ..Wanted::default() };
         let (_, planned) = plan::plan(context, &file, &wanted)?;
         let [mut one] = <[Planned; 1]>::try_from(planned)
             .map_err(|_| Failure::internal("a sequence that was drawn has several cells"))?;
-        one.command = Some(format!("holdsafe run {} --trials 1 --live{again}", file.display()));
+        one.command = Some(format!("holdsafe run {} --trials 1 --live{repeated}", file.display()));
         Ok(one)
     }
 }
@@ -84,7 +84,7 @@ pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Resul
     })?;
     let wanted = || Stratum::ALL.into_iter().flat_map(|stratum| (1..=lot.each).map(move |number| (stratum, number)));
     let missing: Vec<_> = wanted().filter(|place| !done.contains_key(place)).collect();
-    let sources = Sources::of(context)?;
+    let sources = Sources::load(context)?;
     let progress = Progress::new("sequences drawn", missing.len(), context.talk);
     let drawn = parallel::map(parallel::cores(), &missing, |(stratum, number)| {
         let case = sources.draw(context, lot, *stratum, *number, dir)?;
@@ -111,7 +111,7 @@ struct Sources {
 }
 
 impl Sources {
-    fn of(context: &Context) -> Result<Self, Failure> {
+    fn load(context: &Context) -> Result<Self, Failure> {
         let mut weaknesses = search_config::weaknesses(context)?;
         // A policy can name a waived check, and `run` takes a policy; a wrong bound is in no file that it takes. What needs several
         // parts needs controls.
@@ -128,7 +128,7 @@ impl Sources {
                 Stratum::Finding | Stratum::Edge => self.weakened(context, &mut rng)?,
             };
             let drawn = config.sample(stratum, &ends_in(&find), rng.next_u64(), &context.stop);
-            if let Some(drawn) = drawn.map_err(|why| stopped_or_unfit(context, why))? {
+            if let Some(drawn) = drawn.map_err(|reason| stopped_or_unfit(context, reason))? {
                 let waived = stratum != Stratum::Safe;
                 let case = Case { stratum, number, of, waived, sequence: drawn.sequence.clone() };
                 write(&case, &drawn, &config, dir)?;

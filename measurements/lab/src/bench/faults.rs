@@ -1,7 +1,7 @@
 //! `lab faults`: the platform under faults of its processes, clocks, disk, memory, links and files, one row each, and a count of anything of
 //! ours that is on the machine afterwards.
 //!
-//! Faults of processes are those of a scenario, at moments that the seed draws, and are judged by the oracle's table of owed responses.
+//! Faults of processes are those of a scenario, at moments that the seed draws, and are judged by the oracle's table of required responses.
 //! Clocks and limits are set around a service by a script that starts it. Each row is numbered as the plan of faults is
 //! (`docs/reviewer/faults.md`).
 
@@ -78,7 +78,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     measuring.processes()?;
     measuring.scenarios()?;
     measuring.links()?;
-    measuring.around()?;
+    measuring.measure()?;
     measuring.files()?;
     let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, rows: measuring.rows };
     if let Some(dir) = &out {
@@ -120,16 +120,16 @@ impl Measuring<'_> {
     fn add(
         &mut self,
         fault: &'static str,
-        what: String,
+        name: String,
         mode: &'static str,
         attempts: &Attempts,
     ) -> Result<(), Failure> {
-        let row = FaultRow::new(fault, what, mode, attempts, self.left()?);
+        let row = FaultRow::new(fault, name, mode, attempts, self.left()?);
         for trial in attempts.trials.iter().filter(|trial| !survived(trial)) {
             let broken = trial.responses.iter().filter(|response| !response.kept);
             let broken: Vec<String> = broken.map(|response| format!("{response:?}")).collect();
-            let why = [trial.findings.clone(), broken].concat().join("; ");
-            link::note!("{fault} {}: seed {}, {} ({why})", row.what, trial.seed, trial.outcome.name());
+            let reason = [trial.findings.clone(), broken].concat().join("; ");
+            link::note!("{fault} {}: seed {}, {} ({reason})", row.what, trial.seed, trial.outcome.name());
         }
         link::note!("{fault} {}: {} attempts, {} lost", row.what, row.attempts, row.lost);
         self.rows.push(row);
@@ -137,7 +137,7 @@ impl Measuring<'_> {
     }
 
     /// One row of trials of a scenario.
-    fn trials(&mut self, fault: &'static str, what: String, scenario: &Scenario, mode: Mode) -> Result<(), Failure> {
+    fn trials(&mut self, fault: &'static str, name: String, scenario: &Scenario, mode: Mode) -> Result<(), Failure> {
         let rendered = mode == Mode::Live;
         let wanted = Wanted { rendered, where_trained: rendered, ..Wanted::default() };
         let mut planned: Vec<Planned> = plan::of_scenario(self.context, scenario, &wanted)?;
@@ -146,9 +146,9 @@ impl Measuring<'_> {
             one.command = Some(format!("lab faults --only {fault} --runs 1"));
         }
         let (n, seed, jobs) = (self.args.runs, self.context.seed, self.args.jobs);
-        let batch = Batch { label: &what, mode, planned: &planned, n, seed, jobs, out: None };
+        let batch = Batch { label: &name, mode, planned: &planned, n, seed, jobs, out: None };
         let trials: Vec<Trial> = batch.run(self.context.talk, &self.context.stop)?;
-        self.add(fault, what, mode.name(), &Attempts { trials, refused: 0 })
+        self.add(fault, name, mode.name(), &Attempts { trials, refused: 0 })
     }
 
     fn processes(&mut self) -> Result<(), Failure> {
@@ -168,12 +168,12 @@ impl Measuring<'_> {
             }
         }
         if self.wanted("F10") {
-            let what = "broker killed within 50 ms of a HOLD".to_owned();
-            self.trials("F10", what, &nominal.killing_broker_at_hold(), Mode::Live)?;
+            let label = "broker killed within 50 ms of a HOLD".to_owned();
+            self.trials("F10", label, &nominal.killing_broker_at_hold(), Mode::Live)?;
         }
         for (first, second, apart_s) in PAIRS.into_iter().filter(|_| pairs) {
-            let what = format!("kill of {first:?}, and of {second:?} {apart_s} s later").to_lowercase();
-            self.trials("combined", what, &nominal.killing_both(first, second, apart_s), Mode::Live)?;
+            let label = format!("kill of {first:?}, and of {second:?} {apart_s} s later").to_lowercase();
+            self.trials("combined", label, &nominal.killing_both(first, second, apart_s), Mode::Live)?;
         }
         Ok(())
     }
@@ -195,21 +195,21 @@ impl Measuring<'_> {
         let (losses, jitters) = LINKS;
         let links = self.wanted("F5");
         for loss in losses.into_iter().filter(|_| links) {
-            let what = format!("loss {} %, delays up to 500 ms", loss * 100.0);
+            let name = format!("loss {} %, delays up to 500 ms", loss * 100.0);
             let (n, seed, jobs) = (self.args.runs, self.context.seed, self.args.jobs);
             let mut trials = Vec::new();
             for bad in jitters.into_iter().filter_map(|jitter| nominal.on_a_bad_link(loss, jitter)) {
                 let planned = plan::of_scenario(self.context, &bad, &Wanted::default())?;
-                let batch = Batch { label: &what, mode: Mode::Twin, planned: &planned, n, seed, jobs, out: None };
+                let batch = Batch { label: &name, mode: Mode::Twin, planned: &planned, n, seed, jobs, out: None };
                 trials.extend(batch.run(self.context.talk, &self.context.stop)?);
             }
-            self.add("F5", what, Mode::Twin.name(), &Attempts { trials, refused: 0 })?;
+            self.add("F5", name, Mode::Twin.name(), &Attempts { trials, refused: 0 })?;
         }
         Ok(())
     }
 
     /// Clocks, descriptors, memory, and shared memory that is full, around one service or all.
-    fn around(&mut self) -> Result<(), Failure> {
+    fn measure(&mut self) -> Result<(), Failure> {
         for around in Around::all() {
             if !self.wanted(around.fault) {
                 continue;
@@ -229,9 +229,9 @@ impl Measuring<'_> {
             return Ok(());
         }
         let (attempts, survived) = tamper::power_cuts(self.context)?;
-        let what = "recording cut at each byte: read up to its last seal".to_owned();
+        let name = "recording cut at each byte: read up to its last seal".to_owned();
         let mut row =
-            FaultRow::new("F13", what, "files", &Attempts { trials: Vec::new(), refused: attempts }, self.left()?);
+            FaultRow::new("F13", name, "files", &Attempts { trials: Vec::new(), refused: attempts }, self.left()?);
         (row.survived, row.refused, row.lost) = (survived, 0, attempts - survived);
         row.lost_upper_95 = stats::rate_upper(row.lost, attempts, stats::LEVEL);
         self.rows.push(row);

@@ -1,5 +1,5 @@
 //! `lab growth`: cost of a simulated second of the twin by its size: objects in view, platforms at one gateway, and
-//! platforms abreast, each with a control of its own.
+//! platforms abreast, each with its own control.
 //!
 //! It measures and prints; no test asserts its numbers. Rounds go through all rows, so that each sees the same machine;
 //! a row's figure is the median of its rounds. The formats bound the length of a row: a scene has at most 64 objects, a
@@ -57,7 +57,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     progress.finish();
     let row = |(place, costs): (&Place, Vec<f64>)| {
-        Ok(GrowthRow { of: place.of, n: place.n, tracks: tracks(context, &place.planned)?, us: Spread::of(costs) })
+        Ok(GrowthRow {
+            of: place.of,
+            n: place.n,
+            tracks: tracks(context, &place.planned)?,
+            us: Spread::from_values(costs),
+        })
     };
     let rows = places.iter().zip(costs).map(row).collect::<Result<_, Failure>>()?;
     let growth = Growth::new(context.seed, args.trials, rows);
@@ -77,7 +82,8 @@ fn places(context: &Context) -> Result<Vec<Place>, Failure> {
     };
     let place = |of, n, path: &str, value| {
         let variation = &nominal.variation;
-        let scenario = variation.with(&Settings::one(path, value)).map_err(|why| plan::unfit(variation, why))?;
+        let scenario =
+            variation.with_settings(&Settings::one(path, value)).map_err(|reason| plan::unfit(variation, reason))?;
         let variation = Variation { scenario, ..variation.clone() };
         Ok(Place { of, n, planned: plan::prepare(context, variation, &wanted)? })
     };
@@ -106,7 +112,7 @@ fn persons(n: usize) -> Value {
 fn cost(context: &Context, place: &Place, trials: u64) -> Result<f64, Failure> {
     let before = batch::cpu_seconds(Mode::Twin);
     for i in 0..trials {
-        if context.stop.asked() {
+        if context.stop.is_requested() {
             return Err(EngineError::Stopped.into());
         }
         trial(place, context.seed.wrapping_add(i * place.twins() as u64))?;
@@ -125,7 +131,7 @@ impl Place {
     }
 }
 
-/// Runs and judges its twins in turns, each under a seed of its own.
+/// Runs and judges its twins in turns, each under its own seed.
 fn trial(place: &Place, seed: u64) -> Result<(), EngineError> {
     let (scenario, setup) = (&place.planned.variation.scenario, &place.planned.setup);
     let seeds = (0..place.twins() as u64).map(|i| seed.wrapping_add(i));

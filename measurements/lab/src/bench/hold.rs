@@ -24,9 +24,9 @@ use wire::person::{Act, Order};
 
 /// Time of the first HOLD: by then the script has the unit driving. Microseconds.
 const FIRST_US: u64 = 8_000_000;
-/// From one HOLD to the next; in between the unit is resumed and drives again.
+/// Time from one HOLD to the next; in between the unit is resumed and drives again.
 const CYCLE_US: u64 = 2_500_000;
-/// From a HOLD to the two steps that resume.
+/// Time from a HOLD to the two steps that resume.
 const RESUME_US: [u64; 2] = [1_200_000, 1_300_000];
 
 #[derive(Debug, clap::Args)]
@@ -45,7 +45,7 @@ struct Measured {
     seed: u64,
     cut: bool,
     given: u64,
-    /// Of those given while the unit was driving; with the link cut, of all.
+    /// Stages of those given while the unit was driving; with the link cut, of all.
     stages: Vec<Stage>,
 }
 
@@ -65,7 +65,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     if args.cut {
         let variation = &one.variation;
-        one.variation.scenario = variation.with(&cut(seconds)).map_err(|why| plan::unfit(variation, why))?;
+        one.variation.scenario =
+            variation.with_settings(&cut(seconds)).map_err(|reason| plan::unfit(variation, reason))?;
     }
     let hands: Vec<u64> = (0..args.holds).map(|n| FIRST_US + n * CYCLE_US).collect();
     let acts = hands.iter().flat_map(|at| cycle(*at, args.cut)).collect();
@@ -74,7 +75,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let stage = |(stage, at): (&'static str, fn(&Hold) -> Option<u64>)| {
         let counted = holds.iter().filter(|hold| args.cut || hold.held.is_some());
         let taken = counted.filter_map(|hold| Some((at(hold)?.saturating_sub(hold.hand)) as f64 / 1000.0));
-        Stage { stage, from_the_hand_ms: Sample::of(taken) }
+        Stage { stage, from_the_hand_ms: Sample::from_values(taken) }
     };
     let stages = if args.cut { UNANSWERED.map(stage).into() } else { ANSWERED.map(stage).into() };
     let measured =

@@ -4,13 +4,13 @@
 //! itself brings about the first loss of the run, and the other by itself does not. The explanation names a place,
 //! never a fault. The fault that a place means is read off a table written beforehand ([`Fault::shows`]): of the run's
 //! faults that can show there and had begun, the newest. An explanation is right if it means the fault without which
-//! the loss does not come and with which alone it does. So a run whose two faults show at one place can only be told
-//! apart by the times at which they began, and a fault that shows where the table does not have it is a miss.
+//! the loss does not come and with which alone it does. So a run whose two faults show at one place can only be
+//! distinguished by the times at which they began, and a fault that shows where the table does not have it is a miss.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Micros, SCHEMA_VERSION};
-use explain::{Explanation, Origin, Place, explain};
+use explain::{Explanation, FaultSite, Origin, explain};
 use instrument::Sensor;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
@@ -54,9 +54,9 @@ struct Row {
     /// The faults, each by itself, the one that brought the loss about first.
     faults: Vec<String>,
     loss: String,
-    named: Place,
+    named: FaultSite,
     /// Places that the explanation cannot tell apart from the named one.
-    or: Vec<Place>,
+    or: Vec<FaultSite>,
     why: String,
     told: Told,
     /// The fault that the explanation means; none where no fault of the run shows there.
@@ -87,7 +87,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Tally {
+    fn from_rows<'a>(rows: impl Iterator<Item = &'a Row>) -> Tally {
         rows.fold(Tally::default(), |tally, row| Tally {
             n: tally.n + 1,
             right: tally.right + u64::from(row.told == Told::Right),
@@ -106,7 +106,7 @@ struct Measured {
     double: Share,
     single_undecided: u64,
     double_undecided: u64,
-    /// By the action type that brought the loss about.
+    /// Rows by the action type that brought the loss about.
     by_move: BTreeMap<String, Tally>,
     /// Every row that is not right.
     misses: Vec<Row>,
@@ -127,16 +127,17 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     progress.finish();
     let drawn = rows.iter().map(|(drawn, _)| u64::from(*drawn)).sum();
     let rows: Vec<Row> = rows.into_iter().filter_map(|(_, row)| row).collect();
-    let with = |n: usize| Tally::of(rows.iter().filter(|row| row.faults.len() == n));
+    let with = |n: usize| Tally::from_rows(rows.iter().filter(|row| row.faults.len() == n));
     let (single, double) = (with(1), with(2));
     let moves: BTreeSet<&String> = rows.iter().map(|row| &row.kind).collect();
-    let by_move = moves.iter().map(|kind| ((*kind).clone(), Tally::of(rows.iter().filter(|row| row.kind == **kind))));
+    let by_move =
+        moves.iter().map(|kind| ((*kind).clone(), Tally::from_rows(rows.iter().filter(|row| row.kind == **kind))));
     let measured = Measured {
         schema_version: SCHEMA_VERSION,
         seed: context.seed,
         drawn,
-        single: Share::of(single.right, single.n),
-        double: Share::of(double.right, double.n),
+        single: Share::new(single.right, single.n),
+        double: Share::new(double.right, double.n),
         single_undecided: single.undecided,
         double_undecided: double.undecided,
         by_move: by_move.collect(),
@@ -165,8 +166,8 @@ fn show(measured: &Measured) {
     out::say(format_args!("{} drawings in all", measured.drawn));
     for row in &measured.misses {
         let (seed, faults, loss) = (row.seed, row.faults.join(" | "), &row.loss);
-        let what = if row.told == Told::Undecided { "cannot be told apart" } else { "missed" };
-        out::say(format_args!("{what}: seed {seed}: {faults}\n  {loss}; named {:?}: {}", row.named, row.why));
+        let name = if row.told == Told::Undecided { "cannot be told apart" } else { "missed" };
+        out::say(format_args!("{name}: seed {seed}: {faults}\n  {loss}; named {:?}: {}", row.named, row.why));
     }
 }
 
@@ -180,7 +181,7 @@ fn counted(
 ) -> Result<(u32, Option<Row>), Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     for drawn in 1..=MAX_DRAWS {
-        if context.stop.asked() {
+        if context.stop.is_requested() {
             return Err(runner::error::EngineError::Stopped.into());
         }
         let faults: Vec<Fault<'_>> = (0..if two { 2 } else { 1 }).map(|_| Fault::draw(spaces, &mut rng)).collect();
@@ -215,12 +216,12 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
     if !quiet {
         return Ok(None);
     }
-    let meant = meant(faults, loss.origin.place, loss.origin.since_us);
+    let meant = fault_at(faults, loss.origin.place, loss.origin.since_us);
     let mut order: Vec<usize> = (0..faults.len()).collect();
     order.sort_by_key(|i| *i != truth);
     Ok(Some(Row {
         seed,
-        faults: order.iter().map(|i| faults[*i].told()).collect(),
+        faults: order.iter().map(|i| faults[*i].describe()).collect(),
         loss: format!(
             "{} to {} at {} ms ({})",
             loss.from.name(),
@@ -231,8 +232,8 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
         named: loss.origin.place,
         why: format!("{} (since {} ms)", loss.origin.what, loss.origin.since_us / 1000),
         or: loss.origin.or.clone(),
-        told: told(faults, &loss.origin, truth),
-        meant: meant.map(|m| faults[m].told()),
+        told: score(faults, &loss.origin, truth),
+        meant: meant.map(|m| faults[m].describe()),
         kind: faults[truth].name(),
     }))
 }
@@ -246,8 +247,8 @@ fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scen
 }
 
 /// Score of an origin where `truth` is the fault that brought the loss about.
-fn told(faults: &[Fault<'_>], origin: &Origin, truth: usize) -> Told {
-    let means_it = |place: &Place| meant(faults, *place, origin.since_us) == Some(truth);
+fn score(faults: &[Fault<'_>], origin: &Origin, truth: usize) -> Told {
+    let means_it = |place: &FaultSite| fault_at(faults, *place, origin.since_us) == Some(truth);
     match origin.or.is_empty() {
         true if means_it(&origin.place) => Told::Right,
         false if means_it(&origin.place) || origin.or.iter().any(means_it) => Told::Undecided,
@@ -256,7 +257,7 @@ fn told(faults: &[Fault<'_>], origin: &Origin, truth: usize) -> Told {
 }
 
 /// The fault that a place means: of those that can show there and had begun, the newest.
-fn meant(faults: &[Fault<'_>], place: Place, since: Micros) -> Option<usize> {
+fn fault_at(faults: &[Fault<'_>], place: FaultSite, since: Micros) -> Option<usize> {
     let fits = |fault: &Fault<'_>| fault.shows().contains(&place) && fault.begins() <= since.saturating_add(DATED_BACK);
     (0..faults.len()).filter(|i| fits(&faults[*i])).max_by_key(|i| faults[*i].begins())
 }
@@ -283,55 +284,57 @@ impl<'a> Fault<'a> {
         format!("{} {}", self.space.name.as_str(), of.name.as_str())
     }
 
-    fn told(&self) -> String {
-        AttackSequence::new(vec![self.action.clone()]).told(self.space)
+    fn describe(&self) -> String {
+        AttackSequence::new(vec![self.action.clone()]).describe(self.space)
     }
 
     /// Places at which it can show to the services: its target, and the dependants of that alone.
-    fn shows(&self) -> Vec<Place> {
+    fn shows(&self) -> Vec<FaultSite> {
         let of = &self.space.moves[self.action.kind];
         let value = |key: &str| of.set.get(key).and_then(|v| v.as_str()).unwrap_or_default();
         match of.table.as_str() {
             "fault" => match value("sensor") {
-                "rgb" => vec![Place::Sensor(Sensor::Rgb), Place::Track],
-                "depth" => vec![Place::Sensor(Sensor::Depth), Place::Track],
-                "thermal" => vec![Place::Sensor(Sensor::Thermal), Place::Track],
-                "lidar" => vec![Place::Sensor(Sensor::Lidar), Place::Track],
-                "localisation" => vec![Place::Sensor(Sensor::Localisation), Place::Course],
-                "odometry" => vec![Place::Sensor(Sensor::Odometry)],
+                "rgb" => vec![FaultSite::Sensor(Sensor::Rgb), FaultSite::Track],
+                "depth" => vec![FaultSite::Sensor(Sensor::Depth), FaultSite::Track],
+                "thermal" => vec![FaultSite::Sensor(Sensor::Thermal), FaultSite::Track],
+                "lidar" => vec![FaultSite::Sensor(Sensor::Lidar), FaultSite::Track],
+                "localisation" => vec![FaultSite::Sensor(Sensor::Localisation), FaultSite::Course],
+                "odometry" => vec![FaultSite::Sensor(Sensor::Odometry)],
                 _ => Vec::new(),
             },
             "kill" => match value("process") {
-                "sim" => vec![Place::World],
-                "perception" => vec![Place::Perception, Place::Track],
-                "autonomy" => vec![Place::Unit],
-                "gateway" => vec![Place::Gateway],
-                "broker" => vec![Place::CommandPlane],
-                "console" => vec![Place::Console],
-                "recorder" => vec![Place::Recorder],
-                "adversary" => vec![Place::Telemetry, Place::Uplink, Place::Downlink, Place::CommandPlane],
+                "sim" => vec![FaultSite::World],
+                "perception" => vec![FaultSite::Perception, FaultSite::Track],
+                "autonomy" => vec![FaultSite::Unit],
+                "gateway" => vec![FaultSite::Gateway],
+                "broker" => vec![FaultSite::CommandPlane],
+                "console" => vec![FaultSite::Console],
+                "recorder" => vec![FaultSite::Recorder],
+                "adversary" => {
+                    vec![FaultSite::Telemetry, FaultSite::Uplink, FaultSite::Downlink, FaultSite::CommandPlane]
+                }
                 _ => Vec::new(),
             },
             "forge" | "republish" => match value("topic") {
-                "tracks" | "candidates" | "frames" => vec![Place::Perception, Place::Track],
-                "navigation" => vec![Place::World, Place::Sensor(Sensor::Localisation)],
-                "seals" => vec![Place::Recorder],
+                "tracks" | "candidates" | "frames" => vec![FaultSite::Perception, FaultSite::Track],
+                "navigation" => vec![FaultSite::World, FaultSite::Sensor(Sensor::Localisation)],
+                "seals" => vec![FaultSite::Recorder],
                 _ => Vec::new(),
             },
             "loss" | "burst_loss" | "delay" | "jitter" | "replay" | "duplicate" | "reorder" | "corrupt" | "inject"
             | "reoriginate" => match value("direction") {
-                "up" => vec![Place::Uplink],
-                "down" => vec![Place::Downlink],
-                _ => vec![Place::Telemetry, Place::Uplink, Place::Downlink],
+                "up" => vec![FaultSite::Uplink],
+                "down" => vec![FaultSite::Downlink],
+                _ => vec![FaultSite::Telemetry, FaultSite::Uplink, FaultSite::Downlink],
             },
             "teammate" | "falsehood" | "mode_confusion" | "session_replay" | "malformed" => {
-                vec![Place::Teammate(UnitId::B), Place::Teammate(UnitId::C)]
+                vec![FaultSite::Teammate(UnitId::B), FaultSite::Teammate(UnitId::C)]
             }
             // Orders are requested from any side; their transport is not part of it.
-            "rogue" => vec![Place::Operator],
-            "alter" => vec![Place::Track],
+            "rogue" => vec![FaultSite::Operator],
+            "alter" => vec![FaultSite::Track],
             // Byte streams, the broker, the display's feed and the operator's requests.
-            _ => vec![Place::CommandPlane],
+            _ => vec![FaultSite::CommandPlane],
         }
     }
 }

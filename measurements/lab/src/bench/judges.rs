@@ -1,6 +1,6 @@
 //! `lab judges`: the oracle beside the second judge (`tools/judge`), over logs of the twin.
 //!
-//! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied,
+//! The logs cover every variation of every scenario with a platform, each as it is, with its receipts denied,
 //! and with each check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run
 //! leaves (`live::store::lines`) and no output of the oracle. Properties for which it has no rule it lists, and those
 //! are counted apart: to abstain is no agreement.
@@ -94,7 +94,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     parallel::each(threads, threads, |thread| {
         let mut second = Judge::start(&judge)?;
         for i in (thread as u64..args.logs).step_by(threads) {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(Failure::from(runner::error::EngineError::Stopped));
             }
             // Every defect meets every case: the shift lets few logs cover many defects.
@@ -141,18 +141,19 @@ fn one(
             *c.agreed.entry(class).or_default() += 1;
             let of = |key: &str| told.latency_ms.get(key).copied().flatten();
             let near = |a: Option<f64>, b: Option<f64>| a.zip(b).map_or(a == b, |(a, b)| (a - b).abs() < 0.001);
-            let ours = verdict.latency;
-            let same = near(of("to_degraded"), ours.to_degraded) && near(of("to_hold_safe"), ours.to_hold_safe);
+            let our_latency = verdict.latency;
+            let same =
+                near(of("to_degraded"), our_latency.to_degraded) && near(of("to_hold_safe"), our_latency.to_hold_safe);
             c.latencies_differ += u64::from(!same);
         }
         Some(class) => {
             c.disagree += 1;
-            let says = verdict
+            let texts = verdict
                 .findings
                 .iter()
                 .take(5)
                 .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
-            let oracle_says = says.chain((!verdict.receipt).then(|| "no receipt".to_owned())).collect();
+            let oracle_says = texts.chain((!verdict.receipt).then(|| "no receipt".to_owned())).collect();
             c.disagreements.push(Disagreement {
                 case: name,
                 seed,
@@ -185,7 +186,7 @@ fn made(case: &Planned, defect: Defect, seed: u64) -> Result<(Evidence, Verdict,
     Ok((evidence, verdict, name))
 }
 
-/// The second judge, a process of its own.
+/// The second judge, its own process.
 struct Judge {
     process: Child,
     to: Option<BufWriter<ChildStdin>>,
@@ -234,7 +235,7 @@ fn show(c: &Compared) {
     for d in &c.disagreements {
         let (oracle, second) = (d.oracle.name(), d.second.name());
         out::say(format_args!("{} (seed {}): oracle {oracle}, second judge {second}", d.case, d.seed));
-        d.oracle_says.iter().for_each(|says| out::say(format_args!("  oracle: {says}")));
-        d.second_says.iter().take(5).for_each(|says| out::say(format_args!("  second: {says}")));
+        d.oracle_says.iter().for_each(|text| out::say(format_args!("  oracle: {text}")));
+        d.second_says.iter().take(5).for_each(|text| out::say(format_args!("  second: {text}")));
     }
 }

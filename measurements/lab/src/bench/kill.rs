@@ -120,7 +120,7 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
         if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
             continue;
         }
-        let expected = [owed(process)?.ends_in].map(class);
+        let expected = [required_response(process)?.ends_in].map(class);
         let twin = if mode == Mode::Twin { " --twin" } else { "" };
         let on = args.platform.as_ref().map_or_else(String::new, |name| format!(" --platform {name}"));
         for mut one in plan::of_scenario(context, &nominal.killing(process, &expected), &wanted)? {
@@ -132,7 +132,7 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
     Ok(all)
 }
 
-fn owed(process: Process) -> Result<&'static OwedResponse, Failure> {
+fn required_response(process: Process) -> Result<&'static OwedResponse, Failure> {
     let node = node_of(process);
     process_fault::owed_response(Under::A, node)
         .ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
@@ -149,11 +149,12 @@ fn class(mode: Driving) -> Outcome {
 
 fn row(planned: &Planned, mode: Mode, trials: &[Trial]) -> KillRow {
     let cell = planned.variation.cell.clone().unwrap_or_default();
-    let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
+    let own_trials: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
     let responses: Vec<&Response> =
-        own.iter().filter(|t| t.outcome != Outcome::Invalid).flat_map(|t| &t.responses).collect();
-    let owed = PROCESSES.iter().find(|(name, _)| *name == cell).and_then(|(_, process)| owed(*process).ok());
-    KillRow::new(cell, mode, owed, &planned.setup.bounds, &own, &responses)
+        own_trials.iter().filter(|t| t.outcome != Outcome::Invalid).flat_map(|t| &t.responses).collect();
+    let owed =
+        PROCESSES.iter().find(|(name, _)| *name == cell).and_then(|(_, process)| required_response(*process).ok());
+    KillRow::new(cell, mode, owed, &planned.setup.bounds, &own_trials, &responses)
 }
 
 #[cfg(test)]
@@ -162,7 +163,7 @@ mod tests {
 
     #[test]
     fn every_killed_process_has_a_stated_response() {
-        assert!(PROCESSES.iter().all(|(_, process)| owed(*process).is_ok()));
+        assert!(PROCESSES.iter().all(|(_, process)| required_response(*process).is_ok()));
         assert_eq!(PROCESSES.len(), process_fault::OWED_RESPONSES.len());
     }
 }

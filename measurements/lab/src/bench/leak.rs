@@ -1,7 +1,7 @@
 //! `lab leak`: accuracy with which lengths and times on the links tell the unit's mode, against chance.
 //!
 //! It measures trials in the twin and prints; no test asserts its numbers. Operator and faults begin later than in the
-//! scenarios, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that
+//! scenarios, so that IDLE has its own seconds beside those in which connections are set up, and by a time that
 //! differs from run to run, so that a window does not begin with an order because the script does.
 
 use crate::leak::measure::{Leak, measure};
@@ -47,10 +47,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
         };
         for _ in 0..args.trials {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(runner::error::EngineError::Stopped.into());
             }
-            // A seed of its own for each run: the same seed in two scenarios begins in the same way.
+            // Its own seed for each run: the same seed in two scenarios begins in the same way.
             let seed = context.seed + runs.len() as u64;
             let scenario = one.variation.scenario.later(later_s(seed));
             runs.push(crate::measured::twin_seconds(&scenario, &one.setup, seed)?);
@@ -93,7 +93,7 @@ fn shown(leak: &Leak) -> String {
         table.add_row([row.mode.name().to_owned()].into_iter().chain(counts).chain([by_run]));
     }
     let [balanced, lower, upper] = leak.balanced_by_run;
-    let (by_run, over) = (leak.by_run, leak.over_majority);
+    let (by_run, paired) = (leak.by_run, leak.over_majority);
     format!(
         "{}: learned from {} runs ({} s), guessed {} ({} s)\n\
          right: {} of seconds; always {}: {}\n\
@@ -112,10 +112,10 @@ fn shown(leak: &Leak) -> String {
         percent(by_run.lower_95),
         percent(by_run.upper_95),
         leak.commonest.name(),
-        over.difference,
-        over.interval_95[0],
-        over.interval_95[1],
-        over.p,
+        paired.difference,
+        paired.interval_95[0],
+        paired.interval_95[1],
+        paired.p,
         percent(leak.balanced),
         percent(balanced),
         percent(lower),

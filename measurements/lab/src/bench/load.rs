@@ -37,8 +37,8 @@ struct Told {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let measure = |asked: Asked| {
-        let measured = (asked.seconds > 0).then(|| load(asked)).transpose();
+    let measure = |requested: Asked| {
+        let measured = (requested.seconds > 0).then(|| load(requested)).transpose();
         measured.map_err(|error| Failure::new(Exit::Environment, format!("{error}; is the loopback interface there?")))
     };
     let (sessions, rate) = (args.sessions as usize, args.rate);

@@ -53,7 +53,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn measured(context: &Context, args: &Args, python: &Python) -> Result<MavlinkObject, Failure> {
     let rows = expected::rows().map_err(Failure::internal)?;
     let mut sender = Pymavlink::new(python).map_err(Failure::internal)?;
-    let mut ours = Pymavlink::new(python).map_err(Failure::internal)?;
+    let mut our_pymavlink = Pymavlink::new(python).map_err(Failure::internal)?;
     let mut library = Behind::new().map_err(Failure::internal)?;
     let mut object = MavlinkObject {
         schema_version: SCHEMA_VERSION,
@@ -65,18 +65,18 @@ fn measured(context: &Context, args: &Args, python: &Python) -> Result<MavlinkOb
     };
     let progress = Progress::new("cells", rows.len() * Link::ALL.len() * 2, context.talk);
     for (row, link) in rows.iter().flat_map(|row| Link::ALL.map(|link| (row, link))) {
-        let trial = asked(context, args, row, link);
+        let trial = run_trial(context, args, row, link);
         let mut cell = |receiver: &mut dyn Receiver| {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(Failure::from(runner::error::EngineError::Stopped));
             }
             let counted = trial::run(trial, &mut sender, receiver);
             progress.step();
             Ok(counted)
         };
-        let at_pymavlink = cell(&mut ours)?;
+        let at_pymavlink = cell(&mut our_pymavlink)?;
         let at_library = cell(&mut library)?;
-        let name = format!("pymavlink {}", ours.version);
+        let name = format!("pymavlink {}", our_pymavlink.version);
         object.rows.push(MavlinkRow::new(row, link, &name, at_pymavlink));
         object.rows.push(MavlinkRow::new(row, link, library::NAME, at_library));
     }
@@ -85,7 +85,7 @@ fn measured(context: &Context, args: &Args, python: &Python) -> Result<MavlinkOb
     Ok(object)
 }
 
-fn asked(context: &Context, args: &Args, row: &Row, link: Link) -> Trial {
+fn run_trial(context: &Context, args: &Args, row: &Row, link: Link) -> Trial {
     let (rounds, accept_unsigned) = (args.messages, args.accept_unsigned);
     Trial { attack: row.name, link, rounds, seed: context.seed, accept_unsigned }
 }

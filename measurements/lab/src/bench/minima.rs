@@ -1,7 +1,7 @@
 //! `lab search --shrink N`: for each weakness, the minimal cases to which the first findings of N seeds of drawing
 //! shrink.
 //!
-//! Shrinking keeps the cause, so that minimal cases are counted cause by cause. The fewest actions are those of the
+//! Shrinking keeps the cause, so that minimal cases are counted cause by cause. The fewest actions are as in the
 //! shortest sequences that `search --exhaust` tries and that are findings of the weakness with the cause.
 
 use std::collections::BTreeMap;
@@ -14,13 +14,13 @@ use runner::failure::{Exit, Failure};
 use runner::out;
 use runner::search_config::{MOST_SEQUENCES, stopped_or_unfit, unfit};
 use scenario::Weakness;
-use search::{AttackSequence, Cause, Found, Moments, ROUND, Shrunk, Source, Strategy};
+use search::{AttackSequence, Cause, FoundSequence, Moments, ROUND, Shrunk, Source, Strategy};
 
 pub(super) fn run(bench: &Bench<'_>, weaknesses: &[Weakness], seeds: u64) -> Result<Exit, Failure> {
     let progress = Progress::new("findings shrunk", weaknesses.len() * seeds as usize, bench.context.talk);
     let mut rows = Vec::new();
     for weakness in weaknesses {
-        rows.extend(minima(bench, &Sought::of(bench.context, weakness.clone())?, seeds, &progress)?);
+        rows.extend(minima(bench, &Sought::load(bench.context, weakness.clone())?, seeds, &progress)?);
     }
     progress.finish();
     let (seed, budget) = (bench.context.seed, bench.budget);
@@ -37,11 +37,11 @@ pub(super) fn run(bench: &Bench<'_>, weaknesses: &[Weakness], seeds: u64) -> Res
 fn minima(bench: &Bench<'_>, sought: &Sought, seeds: u64, progress: &Progress) -> Result<Vec<MinimaRow>, Failure> {
     let config = &sought.config;
     let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
-    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
+    let moments = Moments::from_run(&nominal, &config.space, &config.setup.bounds);
     let all: Vec<u64> = (1..=seeds).collect();
     let shrunk = parallel::map(bench.threads, &all, |seed| {
         let result = bench.search(sought, &Source::Strategy(Strategy::Guided), *seed)?;
-        let shrink = |(cause, found): (Cause, Found)| {
+        let shrink = |(cause, found): (Cause, FoundSequence)| {
             let shrunk = config.shrink(&found.sequence, &sought.test(), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)
         };
@@ -76,7 +76,7 @@ fn fewest(
         let stop = &bench.context.stop;
         for round in sequences.chunks(ROUND as usize) {
             let counted = sought.config.try_each(round, &sought.test(), bench.threads, &untold, stop);
-            let counted = counted.map_err(|why| stopped_or_unfit(bench.context, why))?;
+            let counted = counted.map_err(|reason| stopped_or_unfit(bench.context, reason))?;
             if counted.iter().any(|one| one.cause.as_ref() == Some(cause)) {
                 return Ok(Some(k));
             }

@@ -11,7 +11,7 @@ use runner::{Context, out};
 use scenario::load_platform;
 use serde::Serialize;
 use sim::fidelity::Fidelity;
-use sim::plant::{Motion, Plant, SetPoint};
+use sim::plant::{BodyMotion, Plant, SetPoint};
 use sim::scene::Scene;
 use sim::wind::Wind;
 use sim::world::{STEP, World};
@@ -85,13 +85,13 @@ fn fly(body: &Body, (name, along, turn, wind): (&'static str, [f32; 3], f32, f32
     let air = Wind { east_m_s: wind, ..Wind::default() };
     let mut world = World::new(Arc::new(Scene { objects: Vec::new(), wind: air, ..Scene::default() }));
     let start = world.scene().start;
-    let mut plant = Plant::of(&mut world, &start, body, &Fidelity::SHIPPED, 1)
+    let mut plant = Plant::from_body(&mut world, &start, body, &Fidelity::SHIPPED, 1)
         .map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
     let origin = plant.state(&world).position;
     let samples = (1..=800 / SAMPLED).map(|k| {
         for step in (k - 1) * SAMPLED + 1..=k * SAMPLED {
             let now = Instant(step * STEP.0);
-            plant.accept(now, SetPoint { motion: Motion::Velocity { along, turn }, until: now + Span::ms(300) });
+            plant.accept(now, SetPoint { motion: BodyMotion::Velocity { along, turn }, until: now + Span::ms(300) });
             plant.step(now, &mut world);
         }
         let (state, flight) = (plant.state(&world), plant.flight(&world));

@@ -82,9 +82,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         trials.push(ran);
     }
-    let [without, with] = &trials[..] else { return Err(Failure::internal("two ways")) };
-    let chunks = without.chunks(args.runs as usize).zip(with.chunks(args.runs as usize));
-    let rows = planned.iter().zip(chunks).map(|(planned, (without, with))| row(planned, without, with)).collect();
+    let [ablated_trials, with] = &trials[..] else { return Err(Failure::internal("two ways")) };
+    let chunks = ablated_trials.chunks(args.runs as usize).zip(with.chunks(args.runs as usize));
+    let rows = planned
+        .iter()
+        .zip(chunks)
+        .map(|(planned, (ablated_trials, with))| row(planned, ablated_trials, with))
+        .collect();
     let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, rows };
     if let Some(dir) = &out {
         out::write_result(dir, "result.json", "bench-rendering", &measured)?;
@@ -98,15 +102,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// Trials of one variation, by seed.
-fn row(planned: &Planned, without: &[Trial], with: &[Trial]) -> Row {
+fn row(planned: &Planned, ablated_trials: &[Trial], trials: &[Trial]) -> Row {
     let mut pairs = BTreeMap::new();
-    for (a, b) in without.iter().zip(with).filter(|(a, b)| a.outcome != b.outcome) {
+    for (a, b) in ablated_trials.iter().zip(trials).filter(|(a, b)| a.outcome != b.outcome) {
         *pairs.entry(format!("{} > {}", a.outcome.name(), b.outcome.name())).or_insert(0) += 1;
     }
     Row {
         scenario: planned.variation.scenario.name.as_str().to_owned(),
         cell: planned.variation.cell.clone(),
-        otherwise: Share::of(pairs.values().sum(), without.len() as u64),
+        otherwise: Share::new(pairs.values().sum(), ablated_trials.len() as u64),
         pairs,
     }
 }

@@ -50,7 +50,7 @@ struct Measured {
     inputs: u64,
     /// Speed at which gateway and unit alone take the inputs of the null attack, every signature verified.
     speed: Speed,
-    /// The same of perception with its networks, rendered; a third of its inputs are sets of frames.
+    /// Inference by perception with its networks, rendered; a third of its inputs are sets of frames.
     inference: Inference,
     differences: Vec<Different>,
 }
@@ -93,7 +93,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     let measured = Mutex::new(empty);
     parallel::each(parallel::cores(), args.runs as usize, |i| {
-        if context.stop.asked() {
+        if context.stop.is_requested() {
             return Err(Failure::from(runner::error::EngineError::Stopped));
         }
         let (case, seed) = (&cases[i % cases.len()], context.seed.wrapping_add(i as u64));
@@ -135,7 +135,7 @@ fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
         let (inputs, cpu_us) = (AtomicU64::new(0), AtomicU64::new(0));
         let before = trace_us();
         parallel::each(threads, threads * FEEDINGS, |_| {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(Failure::from(runner::error::EngineError::Stopped));
             }
             let before = thread_cpu_us();
@@ -153,7 +153,8 @@ fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
             speed.resident_kib[0] = speed.resident_kib[1];
         }
     }
-    (speed.inputs_per_second, speed.inputs_per_cpu_second) = (Spread::of(by_clock), Spread::of(by_cpu));
+    (speed.inputs_per_second, speed.inputs_per_cpu_second) =
+        (Spread::from_values(by_clock), Spread::from_values(by_cpu));
     Ok(speed)
 }
 

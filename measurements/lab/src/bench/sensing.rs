@@ -1,5 +1,5 @@
 //! `lab sensing`: rides through random scenes, sensed both ways: accuracy of the tracks, and likeness of the noise
-//! model's findings to those of the stages that it stands in for.
+//! model's findings to findings of the stages that it replaces.
 //!
 //! It measures and prints; no test asserts its numbers.
 
@@ -10,9 +10,9 @@ use dataset::rides::{self, FRAMES};
 use dataset::tracking::{Follower, Tracking};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::fused::Disputed;
-use perception::stages::{Claims, Stages};
+use perception::stages::{StageClaims, Stages};
 use results::report::started;
 use runner::bring::Bring;
 use runner::failure::{Exit, Failure};
@@ -81,7 +81,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     for ground in &grounds {
         let (mut rendered, mut stand_in) = (Way::default(), Way::default());
         for number in context.seed..context.seed + args.rides {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
             let (scene, drive) = ground.ride(number)?;
@@ -152,7 +152,7 @@ impl Grounds {
 }
 
 fn ride(stages: &Stages, scene: &Scene, mut ride: Ride, rendered: &mut Way, stand_in: &mut Way) {
-    let limits = Limits::default();
+    let limits = CorroborationLimits::default();
     let mut followers = [Follower::default(), Follower::default()];
     for way in [&mut *rendered, &mut *stand_in] {
         way.likeness.begin(scene.objects.len());
@@ -160,7 +160,7 @@ fn ride(stages: &Stages, scene: &Scene, mut ride: Ride, rendered: &mut Way, stan
     for _ in 0..FRAMES {
         let shot = ride.shoot();
         let seen = stages.candidates(&frames(&shot.shown, shot.frame, shot.stamp), limits.score);
-        let stood_in = Claims { candidates: shot.stand_in.clone(), disputed: Disputed::default() };
+        let stood_in = StageClaims { candidates: shot.stand_in.clone(), disputed: Disputed::default() };
         let ways = [(&mut *rendered, &seen), (&mut *stand_in, &stood_in)];
         for (follower, (way, found)) in followers.iter_mut().zip(ways) {
             follower.take(found, &limits, &shot, scene);
@@ -168,7 +168,7 @@ fn ride(stages: &Stages, scene: &Scene, mut ride: Ride, rendered: &mut Way, stan
         }
     }
     for (follower, way) in followers.iter().zip([rendered, stand_in]) {
-        way.tracking = way.tracking.with(&follower.score());
+        way.tracking = way.tracking.merged(&follower.score());
         way.by_ride.push(follower.score().gospa());
     }
 }
@@ -178,7 +178,7 @@ const YARD: (f32, f32) = (0.6, 0.0);
 
 impl Way {
     fn done(self) -> Self {
-        Way { gospa_m: Some(Mean::of(&self.by_ride)), ..self }
+        Way { gospa_m: Some(Mean::from_values(&self.by_ride)), ..self }
     }
 }
 
@@ -217,9 +217,9 @@ fn tables(measured: &Measured) -> String {
         }
     }
     let rides = measured.rows.first().map_or(0, |row| row.rides);
-    let told = measured.rows.iter().filter(|row| !row.departs.is_empty());
+    let rows = measured.rows.iter().filter(|row| !row.departs.is_empty());
     let departs: String =
-        told.map(|row| format!("\n{}: the noise model departs: {}", row.cell, row.departs.join("; "))).collect();
+        rows.map(|row| format!("\n{}: the noise model departs: {}", row.cell, row.departs.join("; "))).collect();
     format!("{tracks}\n{stages}{departs}\n{rides} rides of {FRAMES} frames a cell, {} seeds", measured.split)
 }
 

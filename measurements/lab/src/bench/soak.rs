@@ -66,11 +66,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let long = nominal.soak(args.minutes as f64 * 60.0, 0.0);
     let planned = plan::of_scenario(context, &long, &Wanted { rendered: true, ..Wanted::default() })?;
     let Some(one) = planned.first() else { return Err(Failure::new(Exit::NoEvidence, "nothing to run")) };
-    let over = AtomicBool::new(false);
+    let bool = AtomicBool::new(false);
     let (run, samples) = std::thread::scope(|scope| {
-        let sampler = scope.spawn(|| sample(&over));
+        let sampler = scope.spawn(|| sample(&bool));
         let run = run_live(&long, &one.setup, context.seed, &context.stop, View::nobody(&mut |_| {}));
-        over.store(true, Ordering::Relaxed);
+        bool.store(true, Ordering::Relaxed);
         (run, sampler.join().unwrap_or_default())
     });
     let run = run?;
@@ -97,9 +97,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// Every service of this program until the run is over, by name and number of its process.
-fn sample(over: &AtomicBool) -> BTreeMap<String, Vec<Sample>> {
+fn sample(bool: &AtomicBool) -> BTreeMap<String, Vec<Sample>> {
     let (mut samples, mut at) = (BTreeMap::<String, Vec<Sample>>::new(), 0.0);
-    while !over.load(Ordering::Relaxed) {
+    while !bool.load(Ordering::Relaxed) {
         for entry in fs::read_dir("/proc").into_iter().flatten().filter_map(Result::ok) {
             let process = entry.path();
             let Some(name) = service(&process) else { continue };
@@ -123,8 +123,8 @@ fn sample(over: &AtomicBool) -> BTreeMap<String, Vec<Sample>> {
 fn service(process: &Path) -> Option<String> {
     let words = fs::read(process.join("cmdline")).ok()?;
     let mut words = words.split(|byte| *byte == 0);
-    let own = std::env::current_exe().ok()?;
-    let ours = words.next()? == own.as_os_str().as_encoded_bytes() && words.next()? == b"service";
+    let own_path = std::env::current_exe().ok()?;
+    let ours = words.next()? == own_path.as_os_str().as_encoded_bytes() && words.next()? == b"service";
     let name = words.next().filter(|_| ours)?;
     Some(String::from_utf8_lossy(name).into_owned())
 }
@@ -138,7 +138,7 @@ fn row(process: String, samples: &[Sample]) -> Row {
         process,
         samples: settled.len(),
         memory_mib: ends(&|(_, pages, _)| pages * PAGE / MIB),
-        growth_mib: Slope::of(&points),
+        growth_mib: Slope::from_points(&points),
         descriptors,
     }
 }
@@ -162,6 +162,6 @@ fn show(measured: &Measured) {
         ]);
     }
     out::say(format_args!("{table}"));
-    let why = if findings.is_empty() { String::new() } else { format!(" ({})", findings.join("; ")) };
-    out::say(format_args!("{minutes} min: {}{why}, {false_trips} false trips", outcome.name()));
+    let reason = if findings.is_empty() { String::new() } else { format!(" ({})", findings.join("; ")) };
+    out::say(format_args!("{minutes} min: {}{reason}, {false_trips} false trips", outcome.name()));
 }

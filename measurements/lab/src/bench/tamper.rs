@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 
-use adversary::insider::{InsiderRecorder, Kept};
+use adversary::insider::{InsiderRecorder, RecordedEntry};
 use adversary::plan::Tampering;
 use evidence::SCHEMA_VERSION;
 use evidence::log::{Logged, by_recorder};
@@ -55,7 +55,7 @@ struct Tally {
     unchained: u64,
     /// Found by chains, signatures, heads or clocks.
     found: u64,
-    /// Of these, reported at the entry itself or at the next of its chain.
+    /// Number of these reported at the entry itself or at the next of its chain.
     located: u64,
     missed: u64,
     /// The first that were missed, or found by the digest alone though an entry differs.
@@ -129,7 +129,7 @@ struct Measured {
     /// Neighbours; a seal may stand elsewhere among the entries of others, which is harmless.
     swaps: Tally,
     cuts: Cuts,
-    /// Whole logs whose chains and seals were computed anew.
+    /// Whole logs whose chains and seals were recomputed.
     rewritten: Tally,
     /// Logs that end at a seal.
     cut_at_a_seal: Tally,
@@ -221,8 +221,8 @@ fn write(folder: &Path, log: &[Logged]) -> Result<(Vec<u8>, Vec<Sealed>), Failur
     Ok((fs::read(&path)?, sealed))
 }
 
-fn changes(context: &Context, sweep: &Sweep<'_>, of: &Recorded, values: u8) -> Result<Tally, Failure> {
-    let pieces = of.file.len().div_ceil(PIECE);
+fn changes(context: &Context, sweep: &Sweep<'_>, recorded: &Recorded, values: u8) -> Result<Tally, Failure> {
+    let pieces = recorded.file.len().div_ceil(PIECE);
     let progress = Progress::new("pieces of 256 bytes", pieces, context.talk);
     let all = Mutex::new(vec![Tally::default(); pieces]);
     parallel::each(parallel::cores(), pieces, |piece| {
@@ -230,7 +230,7 @@ fn changes(context: &Context, sweep: &Sweep<'_>, of: &Recorded, values: u8) -> R
         let mut rng = ChaCha8Rng::seed_from_u64(context.seed);
         rng.set_stream(piece as u64 + 1);
         let mut tally = Tally::default();
-        for at in (piece * PIECE..of.file.len()).take(PIECE) {
+        for at in (piece * PIECE..recorded.file.len()).take(PIECE) {
             let first = rng.next_u32() % 255;
             // Steps that share no factor with 255 come to each of its values once.
             for with in (0..u32::from(values)).map(|n| ((first + n * 97) % 255 + 1) as u8) {
@@ -259,16 +259,16 @@ pub(super) fn power_cuts(context: &Context) -> Result<(u64, u64), Failure> {
     Ok((cuts.n, cuts.n - cuts.misses.len() as u64))
 }
 
-fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Failure> {
+fn cuts(context: &Context, sweep: &Sweep<'_>, recorded: &Recorded) -> Result<Cuts, Failure> {
     let mut cuts = Cuts::default();
-    for length in 0..of.file.len() {
+    for length in 0..recorded.file.len() {
         if length % PIECE == 0 {
             stopped(context)?;
         }
-        let sealed = of.sealed.iter().rev().find(|(end, _)| *end <= length).map_or(0, |(_, entries)| *entries);
+        let sealed = recorded.sealed.iter().rev().find(|(end, _)| *end <= length).map_or(0, |(_, entries)| *entries);
         let recovered = sweep.cut(length).is_some_and(|read| read >= sealed);
         // Verifying takes longer than reading: it is done at every seal, and at every `PIECE`th length between.
-        let judged = of.sealed.iter().any(|(end, _)| *end == length) || length % PIECE == 0;
+        let judged = recorded.sealed.iter().any(|(end, _)| *end == length) || length % PIECE == 0;
         let found = !judged || sweep.cut_is_found(length);
         cuts.n += 1;
         cuts.recovered += u64::from(recovered);
@@ -281,19 +281,19 @@ fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Fai
 }
 
 /// A recorder with its own key rewrites the whole log.
-fn rewrites(of: &Recorded, does: Tampering) -> Tally {
+fn rewrites(recorded: &Recorded, does: Tampering) -> Tally {
     let mut tally = Tally::default();
-    let Some(recorder) = of.topology.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
+    let Some(recorder) = recorded.topology.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
     // The entries of guards and launcher are out of the recorder's hands.
-    let (log, witnessed): (Vec<&Logged>, Vec<&Logged>) = of.log.iter().partition(|l| by_recorder(l.node));
-    let log = log.into_iter().map(|l| Kept { at: l.at, node: l.node, bytes: l.bytes.clone() });
-    let log: Vec<Kept> = log.collect();
+    let (log, witnessed): (Vec<&Logged>, Vec<&Logged>) = recorded.log.iter().partition(|l| by_recorder(l.node));
+    let log = log.into_iter().map(|l| RecordedEntry { at: l.at, node: l.node, bytes: l.bytes.clone() });
+    let log: Vec<RecordedEntry> = log.collect();
     for seed in 0..STORIES {
         let mut hands = log.clone();
         if InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands).is_none() {
             continue;
         }
-        let mut log_verifier = LogVerifier::new(&of.held);
+        let mut log_verifier = LogVerifier::new(&recorded.held);
         for kept in &hands {
             // The verifier notes an entry that does not follow.
             let _ = log_verifier.take(kept.at, kept.node, &kept.bytes);
@@ -309,7 +309,7 @@ fn rewrites(of: &Recorded, does: Tampering) -> Tally {
 }
 
 fn stopped(context: &Context) -> Result<(), Failure> {
-    match context.stop.asked() {
+    match context.stop.is_requested() {
         true => Err(runner::error::EngineError::Stopped.into()),
         false => Ok(()),
     }

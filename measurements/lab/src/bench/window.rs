@@ -125,14 +125,14 @@ fn arrivals(records: u64, period: u64, (loss, late): (u64, u64), seed: u64) -> V
     let mut all = Vec::new();
     for sequence in 1..=records {
         let (lost, held) = (below(100) < loss, below(100) < late);
-        let (on_time, lateness, again) = (below(20_000), below(LATEST_MS * 1000), 1 + below(AGAIN_MS * 1000));
+        let (on_time, lateness, repeated) = (below(20_000), below(LATEST_MS * 1000), 1 + below(AGAIN_MS * 1000));
         let first = sequence * period + if held { lateness } else { on_time };
         if lost {
-            all.push(Arrival { at: sequence * period + again, sequence, kind: Kind::Withheld });
+            all.push(Arrival { at: sequence * period + repeated, sequence, kind: Kind::Withheld });
         } else {
             all.push(Arrival { at: first, sequence, kind: Kind::First });
             // Only an accepted record can be replayed; one that the window refused first time it refuses again.
-            all.push(Arrival { at: first + again, sequence, kind: Kind::Again });
+            all.push(Arrival { at: first + repeated, sequence, kind: Kind::Again });
         }
     }
     all.sort_unstable();

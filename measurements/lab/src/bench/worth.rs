@@ -56,20 +56,20 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(seeds) = args.shrink {
         return minima::run(&bench, &chosen, seeds);
     }
-    let chosen_by = |of: &Strategy| args.strategy.is_empty() || args.strategy.contains(of);
+    let chosen_by = |strategy: &Strategy| args.strategy.is_empty() || args.strategy.contains(strategy);
     let program = optimizer.map(|program| Source::Program(optimizer::name(program)));
     let shipped = Strategy::ALL.into_iter().filter(chosen_by).map(Source::Strategy);
     let strategies: Vec<Source> = shipped.chain(program).collect();
     // A list of which the last does not fit is refused before hours are spent on the others.
     for weakness in &chosen {
-        Sought::of(context, weakness.clone())?;
+        Sought::load(context, weakness.clone())?;
     }
     let hunts = chosen.len() * strategies.len() * args.draws as usize;
     let progress = Progress::new("hunts", hunts, context.talk);
     let mut weaknesses = Vec::new();
     let before = load_average();
     for weakness in chosen {
-        weaknesses.push(compared(&bench, &Sought::of(context, weakness)?, &strategies, args.draws, &progress)?);
+        weaknesses.push(compared(&bench, &Sought::load(context, weakness)?, &strategies, args.draws, &progress)?);
     }
     progress.finish();
     let object = WorthObject {
@@ -100,20 +100,21 @@ pub(super) struct Bench<'a> {
 
 impl Bench<'_> {
     /// One search run for a first finding, on one thread.
-    pub(super) fn search(&self, sought: &Sought, by: &Source, seed: u64) -> Result<RunResult, Failure> {
-        let strategy = match by {
+    pub(super) fn search(&self, sought: &Sought, source: &Source, seed: u64) -> Result<RunResult, Failure> {
+        let strategy = match source {
             Source::Strategy(strategy) => *strategy,
             // It is given the approaches of the run without a sequence, as guided drawing is; their CPU time counts.
             Source::Program(_) => Strategy::Guided,
         };
         let run = RunConfig { strategy, seed, budget: self.budget, first: true };
-        let program = self.optimizer.filter(|_| matches!(by, Source::Program(_)));
+        let program = self.optimizer.filter(|_| matches!(source, Source::Program(_)));
         let start = |program| Optimizer::start(program, &sought.config, run, &self.context.stop);
-        let mut own = program.map(start).transpose().map_err(|why| stopped_or_unfit(self.context, why))?;
-        let own = own.as_mut().map(|own| own as &mut dyn Proposer);
+        let mut own_optimizer =
+            program.map(start).transpose().map_err(|reason| stopped_or_unfit(self.context, reason))?;
+        let own = own_optimizer.as_mut().map(|own_optimizer| own_optimizer as &mut dyn Proposer);
         let untold = Progress::new("", 0, Talk::Quiet);
         let result = sought.config.search(run, own, &sought.test(), 1, &untold, &self.context.stop);
-        result.map_err(|why| stopped_or_unfit(self.context, why))
+        result.map_err(|reason| stopped_or_unfit(self.context, reason))
     }
 }
 
@@ -126,7 +127,7 @@ pub(super) struct Sought {
 
 impl Sought {
     /// The search for `weakness`, and one control for each of its parts.
-    pub(super) fn of(context: &Context, weakness: Weakness) -> Result<Self, Failure> {
+    pub(super) fn load(context: &Context, weakness: Weakness) -> Result<Self, Failure> {
         let config = |weakness: &Weakness| search_config::of_weakness(context, weakness, Wanted::default());
         let controls = weakness.controls().map(|control| config(&control)).collect::<Result<_, Failure>>()?;
         Ok(Self { config: config(&weakness)?, controls, weakness })
@@ -169,7 +170,8 @@ fn compared(
     draws: u64,
     progress: &Progress,
 ) -> Result<WeaknessRow, Failure> {
-    let turns: Vec<(u64, &Source)> = (1..=draws).flat_map(|seed| strategies.iter().map(move |of| (seed, of))).collect();
+    let turns: Vec<(u64, &Source)> =
+        (1..=draws).flat_map(|seed| strategies.iter().map(move |source| (seed, source))).collect();
     let result = parallel::map(bench.threads, &turns, |(seed, strategy)| {
         let result = bench.search(sought, strategy, *seed)?;
         progress.step();
@@ -180,7 +182,7 @@ fn compared(
         let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts().map(waits).unzip();
         let finding = |result: &RunResult| {
             let (cause, found) = result.found.first_key_value()?;
-            let sequence = found.sequence.told(&sought.config.space);
+            let sequence = found.sequence.describe(&sought.config.space);
             Some(format!("{} {}: {sequence}", cause.outcome.name(), cause.broken))
         };
         StrategyRow::new(strategy.clone(), trials, cpu_seconds, hunts().map(finding).collect())

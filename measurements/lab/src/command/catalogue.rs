@@ -2,7 +2,7 @@
 //! or docs/researcher/figures.md.
 
 use evidence::SCHEMA_VERSION;
-use results::catalogue::Row;
+use results::catalogue::ThreatRow;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, out, plan};
@@ -18,7 +18,7 @@ struct Listed<'a> {
 #[derive(Serialize)]
 struct ListedRow<'a> {
     #[serde(flatten)]
-    row: &'a Row,
+    row: &'a ThreatRow,
     scenarios: Vec<&'a str>,
 }
 
@@ -41,7 +41,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let platforms = scenario::platforms(&context.root()?)?;
         out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &topology, &platforms).trim_end()));
     } else if context.json {
-        let named = |row: &Row| row.of(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
+        let named = |row: &ThreatRow| row.scenarios_naming(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
         let rows = catalogue.row.iter().map(|row| ListedRow { row, scenarios: named(row) }).collect();
         out::print_json("catalogue", &Listed { schema_version: SCHEMA_VERSION, rows })?;
     } else {

@@ -70,8 +70,8 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell]) -> Result<
     let split = args.split;
     let manifest_path = dir.join("manifest.json");
     if manifest_path.exists() {
-        let what = format!("{} is there already; name another folder", manifest_path.display());
-        return Err(Failure::new(Exit::Usage, what));
+        let name = format!("{} is there already; name another folder", manifest_path.display());
+        return Err(Failure::new(Exit::Usage, name));
     }
     std::fs::create_dir_all(dir).map_err(|e| Failure::new(Exit::Usage, format!("{}: {e}", dir.display())))?;
     let names: Vec<String> = cells.iter().map(|cell| cell.name.clone()).collect();
@@ -83,7 +83,7 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell]) -> Result<
     let progress = Progress::new("frames", cells.len() * args.frames as usize, context.talk);
     for number in (0..args.frames).map(|k| context.seed + k) {
         for cell in cells {
-            if context.stop.asked() {
+            if context.stop.is_requested() {
                 return Err(Failure::new(Exit::Interrupted, format!("interrupted; {} has no manifest", dir.display())));
             }
             let example = Example::new(&Sensors::GROUND, cell, split, number).map_err(Failure::internal)?;

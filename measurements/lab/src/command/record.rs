@@ -38,11 +38,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let beside = std::env::current_exe()?.with_file_name(program);
     let mut measurement = Command::new(&beside);
     measurement.arg("--root").arg(&root).args(words).arg("--json").stderr(Stdio::inherit());
-    let output = measurement.output().map_err(|why| {
-        Failure::new(Exit::Environment, format!("{}: {why}; build it with the same profile", beside.display()))
+    let output = measurement.output().map_err(|error| {
+        Failure::new(Exit::Environment, format!("{}: {error}; build it with the same profile", beside.display()))
     })?;
     let result = serde_json::from_slice(&output.stdout)
-        .map_err(|why| Failure::new(Exit::NoEvidence, format!("`{program}` printed no JSON object: {why}")))?;
+        .map_err(|error| Failure::new(Exit::NoEvidence, format!("`{program}` printed no JSON object: {error}")))?;
     let record = Record { command: args.command.join(" "), exit: output.status.code(), commit, machine, result };
     let path = file(&folder, &args.name);
     fs::write(&path, serde_json::to_string_pretty(&record).map_err(Failure::internal)? + "\n")?;
@@ -60,10 +60,10 @@ fn commit(root: &Path) -> Result<String, Failure> {
 fn git(root: &Path, arguments: &[&str]) -> Result<String, Failure> {
     let words = arguments.iter().map(OsString::from);
     let output = Command::new("git").arg("-C").arg(root).args(words).output();
-    let output = output.map_err(|why| Failure::new(Exit::Environment, format!("git: {why}")))?;
+    let output = output.map_err(|error| Failure::new(Exit::Environment, format!("git: {error}")))?;
     if !output.status.success() {
-        let why = String::from_utf8_lossy(&output.stderr).trim().to_owned();
-        return Err(Failure::new(Exit::Environment, format!("git {}: {why}", arguments.join(" "))));
+        let reason = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+        return Err(Failure::new(Exit::Environment, format!("git {}: {reason}", arguments.join(" "))));
     }
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }

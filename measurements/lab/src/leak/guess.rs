@@ -22,7 +22,7 @@ const MODES: usize = Mode::ALL.len();
 pub enum Before {
     /// Its share of the training windows: makes the fewest mistakes.
     Share,
-    /// The same for every mode that was learned: makes no mode the loser of being rare.
+    /// An equal weight for every mode that was learned: makes no mode the loser of being rare.
     Equal,
 }
 
@@ -32,9 +32,9 @@ pub struct Guess {
     features: Range<usize>,
     /// Cuts of each feature.
     cuts: Vec<Vec<f64>>,
-    /// By feature, bin and mode.
+    /// Counts by feature, bin and mode.
     counts: Vec<Vec<[u64; MODES]>>,
-    /// By mode.
+    /// Windows by mode.
     windows: [u64; MODES],
 }
 
@@ -95,21 +95,21 @@ fn cuts(windows: &[&Window], feature: usize) -> Vec<f64> {
 
 /// Cuts `values` and then both parts, as long as that is worth it.
 fn cut(values: &[(f64, Mode)], cuts: &mut Vec<f64>) {
-    let whole = Part::of(values);
+    let whole = Part::from_values(values);
     let (mut below, mut best) = (Part::default(), None::<(f64, usize)>);
     for at in 1..values.len() {
         below.0[values[at - 1].1 as usize] += 1;
         if values[at - 1].0 < values[at].0 {
-            let left = below.entropy() * at as f64 + whole.without(&below).entropy() * (values.len() - at) as f64;
+            let left = below.entropy() * at as f64 + whole.remove(&below).entropy() * (values.len() - at) as f64;
             if best.is_none_or(|(least, _)| left < least) {
                 best = Some((left, at));
             }
         }
     }
-    let Some((_, at)) = best.filter(|_| cuts.len() < CUTS) else { return };
-    let (low, high) = values.split_at(at);
-    if whole.is_worth([Part::of(low), Part::of(high)]) {
-        cuts.push(values[at - 1].0);
+    let Some((_, index)) = best.filter(|_| cuts.len() < CUTS) else { return };
+    let (low, high) = values.split_at(index);
+    if whole.is_worth([Part::from_values(low), Part::from_values(high)]) {
+        cuts.push(values[index - 1].0);
         cut(low, cuts);
         cut(high, cuts);
     }
@@ -120,13 +120,13 @@ fn cut(values: &[(f64, Mode)], cuts: &mut Vec<f64>) {
 struct Part([u64; MODES]);
 
 impl Part {
-    fn of(values: &[(f64, Mode)]) -> Self {
+    fn from_values(values: &[(f64, Mode)]) -> Self {
         let mut part = Self::default();
         values.iter().for_each(|(_, mode)| part.0[*mode as usize] += 1);
         part
     }
 
-    fn without(&self, other: &Part) -> Part {
+    fn remove(&self, other: &Part) -> Part {
         Part(std::array::from_fn(|mode| self.0[mode] - other.0[mode]))
     }
 

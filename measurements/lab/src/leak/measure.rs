@@ -44,12 +44,12 @@ pub struct Leak {
     pub majority: f64,
     /// One second of each guessed run: the share that was right.
     pub by_run: Share,
-    /// The same seconds, beside always guessing the commonest.
+    /// Comparison over equal seconds, beside always guessing the commonest.
     pub over_majority: Paired,
     /// Mean over modes of the share of its seconds that were guessed, all modes being as likely before.
     pub balanced: f64,
-    /// The same over one second of each mode in each run, and an interval that holds with at least 95 % (the exact intervals of the
-    /// modes, simultaneous after Bonferroni, and the mean of their ends).
+    /// Balanced share over one second of each mode in each run, and an interval that holds with at least 95 % (the exact intervals
+    /// of the modes, simultaneous after Bonferroni, and the mean of their ends).
     pub balanced_by_run: [f64; 3],
     /// Chance, for that: one in the number of modes.
     pub chance: f64,
@@ -57,7 +57,7 @@ pub struct Leak {
     pub rows: Vec<Row>,
 }
 
-/// Measures over `runs`; those of even seeds are learned from. `None` when either half is empty.
+/// Measures over `runs`; runs of even seeds are learned from. `None` when either half is empty.
 pub fn measure(runs: &[Run], sees: Sees, seed: u64) -> Option<Leak> {
     let (learned, guessed): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| run.seed.is_multiple_of(2));
     let windows = |runs: &[&Run]| runs.iter().map(|run| run.windows.len()).sum::<usize>();
@@ -83,8 +83,8 @@ pub fn measure(runs: &[Run], sees: Sees, seed: u64) -> Option<Leak> {
         accuracy: share(&right),
         commonest: guess.commonest(),
         majority: share(&common),
-        by_run: Share::of(count(&right), drawn.len() as u64),
-        over_majority: Paired::of(drawn.len() as u64, more, less),
+        by_run: Share::new(count(&right), drawn.len() as u64),
+        over_majority: Paired::from_counts(drawn.len() as u64, more, less),
         balanced: mean(rows.iter().map(recall)),
         balanced_by_run: balanced(&rows),
         chance: 1.0 / rows.len().max(1) as f64,
@@ -113,7 +113,7 @@ fn rows(guess: &Guess, runs: &[&Run], rng: &mut ChaCha8Rng) -> Vec<Row> {
             }
         }
         if n > 0 {
-            rows.push(Row { mode, guessed, by_run: Share::of(hits, n) });
+            rows.push(Row { mode, guessed, by_run: Share::new(hits, n) });
         }
     }
     rows

@@ -66,13 +66,13 @@ pub struct StratumRow {
     /// Sequences that were run.
     #[serde(rename = "words")]
     pub sequences: u64,
-    /// Of these INVALID live.
+    /// Number of these INVALID live.
     pub invalid: u64,
     /// Both UNSAFE, or neither.
     pub unsafe_or_not: Agreed,
     /// Both UNSAFE or LATE, or neither.
     pub broken_or_not: Agreed,
-    /// The same class.
+    /// Agreement in the class.
     pub same_class: Agreed,
 }
 
@@ -85,45 +85,45 @@ pub struct Agreed {
     pub n: u64,
     /// Exact one-sided lower 95 % bound on the rate of agreement.
     pub lower_95: f64,
-    /// The same where each INVALID run counts as disagreeing.
+    /// The bound where each INVALID run counts as disagreeing.
     pub lower_95_with_invalid: f64,
 }
 
 impl Agreed {
     /// Agreement on `sequences`: `alike` gives whether the classes in the twin and live count as the same.
-    fn of(sequences: &[&SequenceRow], alike: impl Fn(Outcome, Outcome) -> bool) -> Self {
+    fn from_sequences(sequences: &[&SequenceRow], alike: impl Fn(Outcome, Outcome) -> bool) -> Self {
         let valid: Vec<_> = sequences.iter().filter(|sequence| sequence.live != Outcome::Invalid).collect();
         let k = valid.iter().filter(|sequence| alike(sequence.twin, sequence.live)).count() as u64;
         let (n, all) = (valid.len() as u64, sequences.len() as u64);
         Self { k, n, lower_95: rate_lower(k, n, LEVEL), lower_95_with_invalid: rate_lower(k, all, LEVEL) }
     }
 
-    fn told(&self) -> String {
+    fn describe(&self) -> String {
         let percent = |rate: f64| format!("{:.1} %", rate * 100.0);
         format!("{} of {}: {} ({})", self.k, self.n, percent(self.lower_95), percent(self.lower_95_with_invalid))
     }
 }
 
 impl StratumRow {
-    fn of(stratum: Stratum, sequences: &[SequenceRow]) -> Self {
-        let own: Vec<&SequenceRow> = sequences.iter().filter(|sequence| sequence.stratum == stratum).collect();
+    fn from_sequences(stratum: Stratum, sequences: &[SequenceRow]) -> Self {
+        let own_rows: Vec<&SequenceRow> = sequences.iter().filter(|sequence| sequence.stratum == stratum).collect();
         let is_unsafe = |outcome: Outcome| outcome == Outcome::Unsafe;
         let broken = |outcome: Outcome| matches!(outcome, Outcome::Unsafe | Outcome::Late);
         Self {
             stratum,
-            sequences: own.len() as u64,
-            invalid: own.iter().filter(|sequence| sequence.live == Outcome::Invalid).count() as u64,
-            unsafe_or_not: Agreed::of(&own, |twin, live| is_unsafe(twin) == is_unsafe(live)),
-            broken_or_not: Agreed::of(&own, |twin, live| broken(twin) == broken(live)),
-            same_class: Agreed::of(&own, |twin, live| twin == live),
+            sequences: own_rows.len() as u64,
+            invalid: own_rows.iter().filter(|sequence| sequence.live == Outcome::Invalid).count() as u64,
+            unsafe_or_not: Agreed::from_sequences(&own_rows, |twin, live| is_unsafe(twin) == is_unsafe(live)),
+            broken_or_not: Agreed::from_sequences(&own_rows, |twin, live| broken(twin) == broken(live)),
+            same_class: Agreed::from_sequences(&own_rows, |twin, live| twin == live),
         }
     }
 }
 
 impl AgreementObject {
-    /// Of these sequences, in any order.
+    /// Object for these sequences, in any order.
     pub fn new(seed: u64, draws: u64, build: String, sequences: Vec<SequenceRow>) -> Self {
-        let strata = Stratum::ALL.map(|stratum| StratumRow::of(stratum, &sequences)).to_vec();
+        let strata = Stratum::ALL.map(|stratum| StratumRow::from_sequences(stratum, &sequences)).to_vec();
         Self { schema_version: evidence::SCHEMA_VERSION, seed, draws, build, strata, sequences }
     }
 }
@@ -143,9 +143,9 @@ pub fn agreement_table(object: &AgreementObject) -> String {
             row.stratum.name().to_owned(),
             row.sequences.to_string(),
             row.invalid.to_string(),
-            row.unsafe_or_not.told(),
-            row.broken_or_not.told(),
-            row.same_class.told(),
+            row.unsafe_or_not.describe(),
+            row.broken_or_not.describe(),
+            row.same_class.describe(),
         ]);
     }
     let mut text = format!(
@@ -154,39 +154,39 @@ pub fn agreement_table(object: &AgreementObject) -> String {
         object.seed, object.draws
     );
     let missed = |sequence: &&SequenceRow| sequence.is_missed();
-    let told = object.sequences.iter().filter(missed).map(|sequence| one("UNSAFE live, not so in the twin", sequence));
+    let texts = object.sequences.iter().filter(missed).map(|sequence| one("UNSAFE live, not so in the twin", sequence));
     let invalid = object
         .sequences
         .iter()
         .filter(|sequence| sequence.live == Outcome::Invalid)
         .map(|sequence| one("INVALID live", sequence));
-    text.extend(told.chain(invalid));
-    for ((stratum, twin, live), names) in others(&object.sequences) {
+    text.extend(texts.chain(invalid));
+    for ((stratum, twin, live), names) in other_differences(&object.sequences) {
         text.push_str(&format!("{}: {} in the twin, {} live: {names}\n", stratum.name(), twin.name(), live.name()));
     }
     text
 }
 
-fn one(what: &str, sequence: &SequenceRow) -> String {
-    let why = sequence.findings.join("; ");
+fn one(label: &str, sequence: &SequenceRow) -> String {
+    let reason = sequence.findings.join("; ");
     let SequenceRow { name, of, twin, live, .. } = sequence;
     let (twin, live) = (twin.name(), live.name());
     format!(
-        "{what}: {name} ({of}): {}\n  twin {twin}, live {live}: {why}\n  {}\n",
+        "{label}: {name} ({of}): {}\n  twin {twin}, live {live}: {reason}\n  {}\n",
         sequence.sequence, sequence.reproduce
     )
 }
 
 /// The other sequences whose classes differ, by these.
-fn others(sequences: &[SequenceRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
-    let mut others: BTreeMap<_, Vec<&str>> = BTreeMap::new();
+fn other_differences(sequences: &[SequenceRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
+    let mut other_map: BTreeMap<_, Vec<&str>> = BTreeMap::new();
     let told = |sequence: &&SequenceRow| {
         sequence.twin == sequence.live || sequence.is_missed() || sequence.live == Outcome::Invalid
     };
     for sequence in sequences.iter().filter(|sequence| !told(sequence)) {
-        others.entry((sequence.stratum, sequence.twin, sequence.live)).or_default().push(&sequence.name);
+        other_map.entry((sequence.stratum, sequence.twin, sequence.live)).or_default().push(&sequence.name);
     }
-    others.into_iter().map(|(key, names)| (key, names.join(", "))).collect()
+    other_map.into_iter().map(|(key, names)| (key, names.join(", "))).collect()
 }
 
 #[cfg(test)]
@@ -212,13 +212,13 @@ mod tests {
     fn invalid_live_run_lowers_the_second_bound_only() {
         let valid = (0..20).map(|_| sequence(Stratum::Safe, Outcome::HoldSafe, Outcome::HoldSafe));
         let sequences: Vec<_> = valid.chain([sequence(Stratum::Safe, Outcome::HoldSafe, Outcome::Invalid)]).collect();
-        let row = StratumRow::of(Stratum::Safe, &sequences);
+        let row = StratumRow::from_sequences(Stratum::Safe, &sequences);
         assert_eq!((row.sequences, row.invalid, row.same_class.k, row.same_class.n), (21, 1, 20, 20));
         // 20 of 20: 0.05 to the power of 1/20.
         assert!((row.same_class.lower_95 - 0.8609).abs() < 5e-5);
         assert_eq!(row.same_class.lower_95_with_invalid, rate_lower(20, 21, LEVEL));
         assert!(row.same_class.lower_95_with_invalid < row.same_class.lower_95);
-        assert_eq!(StratumRow::of(Stratum::Edge, &sequences).sequences, 0);
+        assert_eq!(StratumRow::from_sequences(Stratum::Edge, &sequences).sequences, 0);
     }
 
     #[test]
@@ -230,7 +230,7 @@ mod tests {
             sequence(Stratum::Finding, Outcome::Late, Outcome::HoldSafe),
             sequence(Stratum::Finding, Outcome::Unsafe, Outcome::Degraded),
         ];
-        let row = StratumRow::of(Stratum::Finding, &sequences);
+        let row = StratumRow::from_sequences(Stratum::Finding, &sequences);
         assert_eq!((row.unsafe_or_not.k, row.broken_or_not.k, row.same_class.k), (2, 3, 1));
     }
 

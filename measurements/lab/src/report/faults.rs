@@ -31,11 +31,11 @@ pub struct FaultRow {
     pub mode: &'static str,
     /// Attempts.
     pub attempts: u64,
-    /// Of these INVALID: the fault did not provably arrive, or the host overslept.
+    /// Number of these INVALID: the fault did not provably arrive, or the host overslept.
     pub invalid: u64,
     /// Valid attempts after which the platform was in the stated mode in time, and runs that were refused in words before they began.
     pub survived: u64,
-    /// Of these refused before the run began.
+    /// Number of these refused before the run began.
     pub refused: u64,
     /// Valid attempts without that.
     pub lost: u64,
@@ -57,17 +57,17 @@ pub struct Attempts {
 }
 
 impl FaultRow {
-    /// Of attempts at one fault.
+    /// Row of attempts at one fault.
     pub fn new(fault: &'static str, what: String, mode: &'static str, of: &Attempts, left: Left) -> Self {
         let valid: Vec<&Trial> = of.trials.iter().filter(|trial| trial.outcome != Outcome::Invalid).collect();
         let lost = valid.iter().filter(|trial| !survived(trial)).count() as u64;
         let attempts = of.trials.len() as u64 + of.refused;
         let judged = valid.len() as u64 + of.refused;
-        let owed = valid.iter().flat_map(|trial| &trial.responses).filter(|response| response.owed);
-        let by_process: Vec<Option<f64>> = owed.map(|response| response.settled_ms).collect();
+        let responses = valid.iter().flat_map(|trial| &trial.responses).filter(|response| response.owed);
+        let by_process: Vec<Option<f64>> = responses.map(|response| response.settled_ms).collect();
         let to_mode_ms = match by_process.is_empty() {
-            false => Times::of(by_process.into_iter()),
-            true => Times::of(valid.iter().map(|t| t.latency_ms.to_hold_safe.or(t.latency_ms.to_degraded))),
+            false => Times::from_values(by_process.into_iter()),
+            true => Times::from_values(valid.iter().map(|t| t.latency_ms.to_hold_safe.or(t.latency_ms.to_degraded))),
         };
         let lost_upper_95 = rate_upper(lost, judged, LEVEL);
         let (invalid, survived, refused) = (of.trials.len() as u64 - valid.len() as u64, judged - lost, of.refused);

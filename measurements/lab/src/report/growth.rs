@@ -12,9 +12,9 @@ use results::report::Spread;
 pub enum Grown {
     /// Objects in view of the unit.
     Objects,
-    /// Units with body, perception and autonomy of their own, at one gateway.
+    /// Units with their own body, perception and autonomy, at one gateway.
     Platforms,
-    /// The same, each with a gateway and an operator of its own.
+    /// Units, each with a gateway and its own operator.
     Abreast,
 }
 
@@ -43,7 +43,7 @@ pub struct Fit {
 
 impl Fit {
     /// None of fewer than three rows: a line goes through any two.
-    fn of(of: Grown, rows: &[(f64, f64)]) -> Option<Fit> {
+    fn fit_rows(of: Grown, rows: &[(f64, f64)]) -> Option<Fit> {
         let sum = |term: fn(f64, f64) -> f64| rows.iter().map(|(n, us)| term(*n, *us) / (us * us)).sum::<f64>();
         let (w, n, nn) = (sum(|_, _| 1.0), sum(|n, _| n), sum(|n, _| n * n));
         let (us, n_us) = (sum(|_, us| us), sum(|n, us| n * us));
@@ -86,11 +86,11 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// Of these rows.
+    /// Growth of these rows.
     pub fn new(seed: u64, trials: u64, rows: Vec<GrowthRow>) -> Self {
-        let fit = |of: Grown| {
-            let own = rows.iter().filter(|row| row.of == of).map(|row| (row.n as f64, row.us.median));
-            Fit::of(of, &own.collect::<Vec<_>>())
+        let fit = |grown: Grown| {
+            let own = rows.iter().filter(|row| row.of == grown).map(|row| (row.n as f64, row.us.median));
+            Fit::fit_rows(grown, &own.collect::<Vec<_>>())
         };
         let fits = [Grown::Objects, Grown::Platforms, Grown::Abreast].into_iter().filter_map(fit).collect();
         Self { schema_version: SCHEMA_VERSION, seed, trials, rows, fits }
@@ -128,9 +128,9 @@ pub fn growth_table(growth: &Growth) -> String {
         growth.seed, growth.trials
     );
     for Fit { of, fixed_us, each_us, off } in &growth.fits {
-        let (of, off) = (of.name(), off * 100.0);
+        let (name, off) = (of.name(), off * 100.0);
         text.push_str(&format!(
-            "{of}: {fixed_us:.0} us and {each_us:.0} each; no row is off that by more than {off:.0} %\n"
+            "{name}: {fixed_us:.0} us and {each_us:.0} each; no row is off that by more than {off:.0} %\n"
         ));
     }
     text
@@ -144,10 +144,10 @@ mod tests {
     #[test]
     fn exact_line_is_fitted_exactly() {
         let straight: Vec<_> = [1.0, 2.0, 4.0, 64.0].map(|n| (n, 100.0 + 7.0 * n)).to_vec();
-        let fit = Fit::of(Grown::Objects, &straight).unwrap();
+        let fit = Fit::fit_rows(Grown::Objects, &straight).unwrap();
         assert!((fit.fixed_us - 100.0).abs() < 1e-6 && (fit.each_us - 7.0).abs() < 1e-6 && fit.off < 1e-9, "{fit:?}");
         let square: Vec<_> = [1.0, 2.0, 4.0, 64.0].map(|n| (n, n * n)).to_vec();
-        assert!(Fit::of(Grown::Objects, &square).unwrap().off > 0.5);
-        assert_eq!(Fit::of(Grown::Objects, &straight[..2]), None);
+        assert!(Fit::fit_rows(Grown::Objects, &square).unwrap().off > 0.5);
+        assert_eq!(Fit::fit_rows(Grown::Objects, &straight[..2]), None);
     }
 }

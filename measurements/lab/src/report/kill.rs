@@ -24,9 +24,9 @@ pub struct Times {
 }
 
 impl Times {
-    pub(super) fn of(values: impl Iterator<Item = Option<f64>>) -> Times {
+    pub(super) fn from_values(values: impl Iterator<Item = Option<f64>>) -> Times {
         let values: Vec<f64> = values.flatten().collect();
-        Times { max: values.iter().copied().reduce(f64::max), sample: Sample::of(values) }
+        Times { max: values.iter().copied().reduce(f64::max), sample: Sample::from_values(values) }
     }
 }
 
@@ -39,7 +39,7 @@ pub struct KillRow {
     pub mode: Mode,
     /// Trials.
     pub n: u64,
-    /// Of these INVALID: the kill did not provably arrive, the log does not hold, the host overslept.
+    /// Number of these INVALID: the kill did not provably arrive, the log does not hold, the host overslept.
     pub invalid: u64,
     /// Classes of all trials.
     pub outcomes: BTreeMap<Outcome, u64>,
@@ -74,7 +74,7 @@ pub struct KillRow {
 }
 
 impl KillRow {
-    /// Of `trials`, with the `responses` of the valid ones.
+    /// Row of `trials`, with the `responses` of the valid ones.
     pub fn new(
         process: String,
         mode: Mode,
@@ -84,7 +84,7 @@ impl KillRow {
         responses: &[&Response],
     ) -> KillRow {
         let plant = |get: &dyn Fn(&evidence::process_fault::PlantResponse) -> Option<f64>| {
-            Times::of(responses.iter().map(|r| r.plant.as_ref().and_then(get)))
+            Times::from_values(responses.iter().map(|r| r.plant.as_ref().and_then(get)))
         };
         let kept = responses.iter().filter(|r| r.kept).count() as u64;
         KillRow {
@@ -100,8 +100,8 @@ impl KillRow {
             before: tally(responses.iter().map(|r| r.before)),
             after: tally(responses.iter().map(|r| r.after)),
             causes: tally(responses.iter().filter_map(|r| r.cause.clone())),
-            restricted_ms: Times::of(responses.iter().map(|r| r.restricted_ms)),
-            settled_ms: Times::of(responses.iter().map(|r| r.settled_ms)),
+            restricted_ms: Times::from_values(responses.iter().map(|r| r.restricted_ms)),
+            settled_ms: Times::from_values(responses.iter().map(|r| r.settled_ms)),
             speed_mm_s: plant(&|p| Some(f64::from(p.speed_mm_s))),
             lease_ended_ms: plant(&|p| p.lease_ended_ms),
             standing_ms: plant(&|p| p.standing_ms),

@@ -30,7 +30,7 @@ pub struct LivenessRow {
 pub struct LivenessObject {
     /// Version of this object.
     pub schema_version: u32,
-    /// Of the draws.
+    /// Seed of the draws.
     pub seed: u64,
     /// Every detector in every weather.
     pub rows: Vec<LivenessRow>,
@@ -39,7 +39,7 @@ pub struct LivenessObject {
 }
 
 impl LivenessObject {
-    /// From the measured outcomes.
+    /// Object for the measured outcomes.
     pub fn new(schema_version: u32, seed: u64, outcomes: Vec<Outcome>) -> Self {
         let row = |outcome: Outcome| LivenessRow {
             name: outcome.detector.name(),
@@ -57,7 +57,7 @@ impl LivenessObject {
         Self { schema_version, seed, rows, within_budget }
     }
 
-    fn of(&self, detector: Detector) -> impl Iterator<Item = &LivenessRow> {
+    fn rows_of(&self, detector: Detector) -> impl Iterator<Item = &LivenessRow> {
         self.rows.iter().filter(move |row| row.outcome.detector == detector)
     }
 }
@@ -75,14 +75,14 @@ pub fn liveness_table(curve: &LivenessObject) -> String {
     let heads: Vec<String> = ["detector".to_owned()].into_iter().chain(heads).collect();
     let mut table = new_table(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for detector in Detector::all() {
-        let cells = curve.of(detector).filter(|row| shown(&row.outcome.weather));
+        let cells = curve.rows_of(detector).filter(|row| shown(&row.outcome.weather));
         let cells = cells.map(|row| format!("{:.0} / {:.3}", row.outcome.latency_ms, row.per_hour));
         table.add_row([detector.name()].into_iter().chain(cells));
     }
-    let within = if curve.within_budget.is_empty() { "none".to_owned() } else { curve.within_budget.join(", ") };
+    let text = if curve.within_budget.is_empty() { "none".to_owned() } else { curve.within_budget.join(", ") };
     format!(
         "{table}\nmean latency in ms / false trips an hour, by loss (0/x: by turns none and x, a minute each), no jitter\n\
-         below {} an hour (95 %) in every weather with up to {} % loss: {within}",
+         below {} an hour (95 %) in every weather with up to {} % loss: {text}",
         BUDGET.1,
         BUDGET.0 * 100.0
     )
@@ -111,8 +111,8 @@ pub fn liveness_svg(curve: &LivenessObject) -> String {
          latency in ms; grey: fixed, blue: accrual, red: configured</text>\n"
     );
     for (i, weather) in weathers.iter().enumerate() {
-        let at = ((i % columns) as f64 * PANEL.0, (i / columns) as f64 * PANEL.1 + EDGE.1);
-        panel(&mut text, at, curve, weather);
+        let place = ((i % columns) as f64 * PANEL.0, (i / columns) as f64 * PANEL.1 + EDGE.1);
+        panel(&mut text, place, curve, weather);
     }
     text.push_str("</svg>\n");
     text
@@ -171,8 +171,8 @@ fn decade(value: f64) -> f64 {
     if value > 0.0 { value.log10() } else { DECADES.0 }
 }
 
-fn put(text: &mut String, what: core::fmt::Arguments<'_>) {
-    text.write_fmt(what).expect("invariant: writing to a String cannot fail");
+fn put(text: &mut String, name: core::fmt::Arguments<'_>) {
+    text.write_fmt(name).expect("invariant: writing to a String cannot fail");
 }
 
 #[cfg(test)]

@@ -22,11 +22,11 @@ pub struct Party {
 }
 
 impl Party {
-    fn of(required: Required, accepted: u64, n: u64) -> Self {
-        Self { required, measured: Measured::of(accepted, n), accepted: Share::of(accepted, n) }
+    fn new(required: Required, accepted: u64, n: u64) -> Self {
+        Self { required, measured: Measured::from_counts(accepted, n), accepted: Share::new(accepted, n) }
     }
 
-    fn told(&self) -> String {
+    fn describe(&self) -> String {
         let class = |class: &dyn std::fmt::Debug| format!("{class:?}").to_uppercase();
         let measured = self.measured.map_or_else(|| "-".to_owned(), |m| class(&m));
         let Share { hits, n, lower_95, upper_95, .. } = self.accepted;
@@ -67,13 +67,13 @@ pub struct MavlinkRow {
 }
 
 impl MavlinkRow {
-    /// Of a trial's counts.
+    /// Row of a trial's counts.
     pub fn new(row: &Row, link: Link, receiver: &str, counted: Result<Counts, EndFault>) -> Self {
-        let Cell { attack, honest, rule } = row.on(link);
+        let Cell { attack, honest, rule } = row.cell(link);
         let fault = counted.as_ref().err().map(ToString::to_string);
         let counts = counted.unwrap_or_default();
-        let attacker = Party::of(*attack, counts.attacks_accepted, counts.attacks);
-        let honest = Party::of(*honest, counts.honest_accepted, counts.honest);
+        let attacker = Party::new(*attack, counts.attacks_accepted, counts.attacks);
+        let honest = Party::new(*honest, counts.honest_accepted, counts.honest);
         let pairs = [attacker, honest].map(|party| (party.measured, party.required));
         let verdict = judge(counts.undelivered, pairs);
         let known = (verdict == Verdict::Finding).then(|| finding::explained(row.name, link, receiver));
@@ -119,14 +119,14 @@ pub fn mavlink_table(object: &MavlinkObject) -> String {
         let name = row.attack.name();
         let receiver = row.receiver.clone();
         let verdict = row.verdict.name().to_owned();
-        let parties = [row.attacker.told(), row.honest.told()];
+        let parties = [row.attacker.describe(), row.honest.describe()];
         let [attacker, honest] = parties;
         table.add_row([name, row.link.name().to_owned(), receiver, attacker, honest, row.late.to_string(), verdict]);
     }
     let count = |verdict| object.rows.iter().filter(|row| row.verdict == verdict).count();
     let (as_published, unstated) = (count(Verdict::AsPublished), count(Verdict::Unstated));
     let (findings, invalid) = (count(Verdict::Finding), count(Verdict::Invalid));
-    let mut told = format!(
+    let mut text = format!(
         "sender {}, {} messages of the attacker in a cell, required / measured\n{table}\n\
          {} cells: {as_published} as published, {unstated} unstated, {findings} findings, {invalid} INVALID",
         object.sender,
@@ -136,7 +136,7 @@ pub fn mavlink_table(object: &MavlinkObject) -> String {
     for row in object.rows.iter().filter(|row| [Verdict::Finding, Verdict::Invalid].contains(&row.verdict)) {
         let cause = row.fault.as_deref().or(row.explanation.as_deref()).unwrap_or("not explained");
         let (name, link) = (row.attack.name(), row.link.name());
-        told += &format!("\n{}: {name}, {link}, {}: {cause}", row.verdict.name(), row.receiver);
+        text += &format!("\n{}: {name}, {link}, {}: {cause}", row.verdict.name(), row.receiver);
     }
-    told
+    text
 }

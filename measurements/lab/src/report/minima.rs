@@ -47,7 +47,7 @@ pub struct MinimaRow {
 }
 
 impl MinimaRow {
-    /// Of shrunk findings.
+    /// Row of shrunk findings.
     pub fn new(
         weakness: &Weakness,
         config: &SearchConfig,
@@ -66,9 +66,9 @@ impl MinimaRow {
             cause: cause.clone(),
             n: shrunk.len(),
             actions: minima.first().map_or(0, |(sequence, _)| sequence.actions().len()),
-            minima: minima.into_iter().map(|(sequence, n)| (sequence.told(&config.space), n)).collect(),
+            minima: minima.into_iter().map(|(sequence, n)| (sequence.describe(&config.space), n)).collect(),
             fewer_actions: fewer,
-            executions: Spread::of(shrunk.iter().map(|shrunk| shrunk.executions as f64)),
+            executions: Spread::from_values(shrunk.iter().map(|shrunk| shrunk.executions as f64)),
         }
     }
 }

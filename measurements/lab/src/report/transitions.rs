@@ -12,7 +12,7 @@ use stats::{LEVEL, rate_upper};
 pub struct TransitionRow {
     /// Process and ending, `gateway/hang`.
     pub pair: String,
-    /// By change of mode.
+    /// Counts by change of mode.
     pub changes: BTreeMap<String, TransitionCell>,
 }
 
@@ -21,9 +21,9 @@ pub struct TransitionRow {
 pub struct TransitionCell {
     /// Trials.
     pub n: u64,
-    /// Of these, those in which every required response came in time and nothing broke.
+    /// Number of these in which every required response came in time and nothing broke.
     pub kept: u64,
-    /// Those in which no response was required, because there was no fault to respond to, and nothing broke.
+    /// Trials in which no response was required, because there was no fault to respond to, and nothing broke.
     pub nothing_owed: u64,
     /// Classes.
     pub outcomes: BTreeMap<Outcome, u64>,
@@ -31,11 +31,11 @@ pub struct TransitionCell {
 
 impl TransitionRow {
     /// Counts a trial: `owed` if a response was required, `kept` if all of that came in time and nothing broke.
-    pub fn count(&mut self, change: &str, owed: bool, kept: bool, outcome: Outcome) {
+    pub fn count(&mut self, change: &str, expected: bool, kept: bool, outcome: Outcome) {
         let cell = self.changes.entry(change.to_owned()).or_default();
         cell.n += 1;
-        cell.kept += u64::from(owed && kept);
-        cell.nothing_owed += u64::from(!owed && kept);
+        cell.kept += u64::from(expected && kept);
+        cell.nothing_owed += u64::from(!expected && kept);
         *cell.outcomes.entry(outcome).or_insert(0) += 1;
     }
 }
@@ -57,7 +57,7 @@ pub fn transition_table(rows: &[TransitionRow]) -> String {
     }
     let mut table = new_table(&[&["process"][..], &changes].concat());
     for row in rows {
-        let cell = |change: &&str| row.changes.get(*change).map_or_else(String::new, told);
+        let cell = |change: &&str| row.changes.get(*change).map_or_else(String::new, describe_cell);
         table.add_row(std::iter::once(row.pair.clone()).chain(changes.iter().map(cell)));
     }
     let cells = || rows.iter().flat_map(|row| row.changes.values());
@@ -70,12 +70,12 @@ pub fn transition_table(rows: &[TransitionRow]) -> String {
     )
 }
 
-fn told(cell: &TransitionCell) -> String {
+fn describe_cell(cell: &TransitionCell) -> String {
     let classes: Vec<String> = cell.outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
-    let nothing = match cell.nothing_owed {
+    let empty_text = match cell.nothing_owed {
         0 => String::new(),
         n if n == cell.n => return format!("nothing owed, {}", classes.join(", ")),
         n => format!(" ({n} nothing owed)"),
     };
-    format!("{}/{}{nothing} {}", cell.kept, cell.of_note(), classes.join(", "))
+    format!("{}/{}{empty_text} {}", cell.kept, cell.of_note(), classes.join(", "))
 }

@@ -10,7 +10,7 @@ use search::{Source, Strategy};
 use serde::Serialize;
 use stats::LEVEL;
 
-/// A weakness is hard where the median of uniform drawing is at least so many trials.
+/// A weakness is hard where the median of uniform drawing is at least a given number of trials.
 const HARD: f64 = 1_000.0;
 
 /// The object of `lab search --json`.
@@ -69,14 +69,14 @@ pub struct StrategyRow {
     pub each_trials: Vec<Wait>,
     /// The finding of each seed, where there is one: its cause and its sequence.
     pub each_finding: Vec<Option<String>>,
-    /// Its trials over those of uniform drawing.
+    /// Its trials over the trials of uniform drawing.
     pub ratio_trials: Ratio,
-    /// The same of CPU time.
+    /// Ratio of CPU time.
     pub ratio_cpu: Ratio,
 }
 
 impl StrategyRow {
-    /// Of search runs that took so many trials and CPU seconds.
+    /// Row of search runs that took a given number of trials and CPU seconds.
     pub fn new(
         strategy: Source,
         each_trials: Vec<Wait>,
@@ -87,31 +87,32 @@ impl StrategyRow {
             strategy,
             n: each_trials.len(),
             found: each_trials.iter().filter(|wait| wait.came).count(),
-            trials: Median::of(&each_trials, LEVEL),
-            cpu_seconds: Median::of(&each_cpu_seconds, LEVEL),
+            trials: Median::from_waits(&each_trials, LEVEL),
+            cpu_seconds: Median::from_waits(&each_cpu_seconds, LEVEL),
             each_trials,
             each_cpu_seconds,
             each_finding,
-            ratio_trials: Ratio::of(&[], &[]),
-            ratio_cpu: Ratio::of(&[], &[]),
+            ratio_trials: Ratio::from_waits(&[], &[]),
+            ratio_cpu: Ratio::from_waits(&[], &[]),
         }
     }
 
     /// With the ratios to the search runs `uniform`.
-    fn over(self, uniform: &StrategyRow) -> Self {
+    fn with_ratios(self, uniform: &StrategyRow) -> Self {
         Self {
-            ratio_trials: Ratio::of(&self.each_trials, &uniform.each_trials),
-            ratio_cpu: Ratio::of(&self.each_cpu_seconds, &uniform.each_cpu_seconds),
+            ratio_trials: Ratio::from_waits(&self.each_trials, &uniform.each_trials),
+            ratio_cpu: Ratio::from_waits(&self.each_cpu_seconds, &uniform.each_cpu_seconds),
             ..self
         }
     }
 }
 
 impl WeaknessRow {
-    /// Of these search runs; their ratios are filled in where one of them is of uniform drawing.
+    /// Row of these search runs; their ratios are filled in where one of them is of uniform drawing.
     pub fn new(weakness: &Weakness, strategies: Vec<StrategyRow>) -> Self {
         let uniform = strategies.iter().find(|row| row.strategy.is_uniform()).cloned();
-        let over = |row: StrategyRow| uniform.as_ref().map_or_else(|| row.clone(), |uniform| row.clone().over(uniform));
+        let over =
+            |row: StrategyRow| uniform.as_ref().map_or_else(|| row.clone(), |uniform| row.clone().with_ratios(uniform));
         Self {
             name: weakness.name.as_str().to_owned(),
             scenario: weakness.scenario.as_str().to_owned(),
@@ -122,13 +123,13 @@ impl WeaknessRow {
         }
     }
 
-    fn of(&self, strategy: &Source) -> Option<&StrategyRow> {
+    fn row_of(&self, strategy: &Source) -> Option<&StrategyRow> {
         self.strategies.iter().find(|row| row.strategy == *strategy)
     }
 
     /// True if uniform drawing needs [`HARD`] trials or more; none where it was not run, or not for so long.
     fn is_hard(&self) -> Option<bool> {
-        let median = self.of(&Source::Strategy(Strategy::Uniform))?.trials?.median;
+        let median = self.row_of(&Source::Strategy(Strategy::Uniform))?.trials?.median;
         (median.came || median.waited >= HARD).then_some(median.waited >= HARD)
     }
 }
@@ -145,8 +146,8 @@ pub fn worth_table(object: &WorthObject) -> String {
                 row.name.clone(),
                 of.strategy.to_string(),
                 format!("{} of {}", of.found, of.n),
-                told(of.trials),
-                told(of.cpu_seconds),
+                describe_median(of.trials),
+                describe_median(of.cpu_seconds),
                 over(known(of.ratio_trials.ratio)),
                 over(known(of.ratio_cpu.ratio)),
                 over(format!("{from} to {to}")),
@@ -167,7 +168,7 @@ pub fn worth_table(object: &WorthObject) -> String {
     )
 }
 
-fn told(median: Option<Median>) -> String {
+fn describe_median(median: Option<Median>) -> String {
     median.map_or_else(
         || "-".to_owned(),
         |of| format!("{}{}", if of.median.came { "" } else { "> " }, number(of.median.waited)),
@@ -186,7 +187,7 @@ fn summary(object: &WorthObject) -> String {
     // Every weakness has the same sources.
     let first = object.weaknesses.first().into_iter().flat_map(|row| &row.strategies).map(|row| &row.strategy);
     for strategy in first.filter(|source| !source.is_uniform()) {
-        let of = |hard: bool| rows(hard).filter_map(move |row| row.of(strategy));
+        let of = |hard: bool| rows(hard).filter_map(move |row| row.row_of(strategy));
         let reached = |hard: bool, aim: f64| of(hard).filter(|row| no_more(row.ratio_cpu.ratio, aim)).count();
         let (found, n) = of(true).fold((0, 0), |(found, n), row| (found + row.found, n + row.n));
         // Writing to a string does not fail.

@@ -16,8 +16,8 @@ fn frames_are_reproducible_and_whole_folders_untouched() {
         let arguments: Vec<&str> = ["dataset", dir.to_str().unwrap()].into_iter().chain(options).collect();
         lab(&arguments)
     };
-    let (first, again) = (write("first"), write("again"));
-    assert_eq!(first.stdout, again.stdout);
+    let (first, repeated) = (write("first"), write("again"));
+    assert_eq!(first.stdout, repeated.stdout);
     let manifest: Value = serde_json::from_slice(&first.stdout).unwrap();
     assert_eq!((&manifest["kind"], &manifest["frames"]), (&"dataset".into(), &2.into()));
     for (path, digest) in manifest["files"].as_object().unwrap() {

@@ -16,8 +16,8 @@ fn repository() -> tempfile::TempDir {
     fs::write(dir.path().join("docs/results/rows.toml"), rows).unwrap();
     fs::write(dir.path().join("docs/results/by-hand.txt"), "").unwrap();
     let git = |arguments: &[&str]| {
-        let own = ["-c", "user.name=t", "-c", "user.email=t@example.org"];
-        let done = std::process::Command::new("git").arg("-C").arg(dir.path()).args(own).args(arguments).output();
+        let own_texts = ["-c", "user.name=t", "-c", "user.email=t@example.org"];
+        let done = std::process::Command::new("git").arg("-C").arg(dir.path()).args(own_texts).args(arguments).output();
         assert!(done.unwrap().status.success(), "{arguments:?}");
     };
     git(&["init", "--quiet"]);

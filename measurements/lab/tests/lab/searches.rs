@@ -1,4 +1,4 @@
-//! `lab search` over a list of its own.
+//! `lab search` over its own list.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -42,8 +42,8 @@ fn finding_needs_every_part_of_a_weakness() {
     let object = bench(&format!("{WEAK}{more}"), &["--draws", "3", "--budget", "48", "--strategy", "uniform"]);
     let found = |n: usize| object["weaknesses"][n]["hunts"][0]["found"].clone();
     assert_eq!((found(0), found(1)), (3.into(), 0.into()), "{object}");
-    let told = object["weaknesses"][0]["hunts"][0]["each_finding"][0].as_str().unwrap();
-    assert!(told.starts_with("UNSAFE P"), "{told}");
+    let text = object["weaknesses"][0]["hunts"][0]["each_finding"][0].as_str().unwrap();
+    assert!(text.starts_with("UNSAFE P"), "{text}");
 }
 
 /// To the same attack sequence, and no shorter one has the effect.
@@ -78,7 +78,7 @@ fn list_with_unknown_names_is_answered_with_known() {
     }
 }
 
-/// Each search of its own program: its row is beside that of uniform drawing, with a ratio.
+/// Each search by another program: its row is beside that of uniform drawing, with a ratio.
 #[test]
 fn own_optimizer_is_compared_with_uniform_drawing() {
     let dir = tempfile::tempdir().unwrap();

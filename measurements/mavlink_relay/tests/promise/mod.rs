@@ -10,8 +10,8 @@ pub(crate) fn mavlink(bytes: &[u8]) -> bool {
         Ok((frame, length)) => {
             assert!(length <= LONGEST && frame.write() == bytes[..length], "another frame");
             let older = message::downgraded(&frame).write();
-            let (again, all) = Frame::read(&older).expect("a frame in MAVLink 1");
-            assert!(all == older.len() && again.is_sound(message::seed(frame.message)) || frame.message > 0xff);
+            let (repeated, all) = Frame::read(&older).expect("a frame in MAVLink 1");
+            assert!(all == older.len() && repeated.is_sound(message::seed(frame.message)) || frame.message > 0xff);
             true
         }
         Err(FrameRefused::Short { expected, got }) => {

@@ -44,7 +44,7 @@ struct Point {
     column: usize,
 }
 
-/// Where a mutant stands in the changed sources: lines from 1.
+/// Where a mutant is in the changed sources: lines from 1.
 #[derive(Serialize)]
 struct Stands {
     number: u32,
@@ -235,7 +235,7 @@ impl VisitMut for Put<'_> {
 struct Find {
     file: PathBuf,
     stand: Vec<Stands>,
-    /// Lines of the innermost thing that a mutant without an `if` of its own may stand in.
+    /// Lines of the innermost thing that a mutant without an `if` of its own may be in.
     last: Option<[usize; 2]>,
 }
 

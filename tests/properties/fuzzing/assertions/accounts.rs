@@ -17,8 +17,10 @@ pub(super) const ALL: &[Assertion] = &[
     Assertion {
         name: "forked_half_way_with_journals_kept_a_trial_decides_the_same",
         holds: |facts| {
-            let (once, again) = (&facts.decisions, &facts.witness.decisions);
-            none((once != again).then(|| format!("decisions {once}, and {again} when it was run again from a fork")))
+            let (first, second) = (&facts.decisions, &facts.witness.decisions);
+            none(
+                (first != second).then(|| format!("decisions {first}, and {second} when it was run again from a fork")),
+            )
         },
         examples: || {
             let other = Facts { decisions: "1".to_owned(), ..trial("path", &["cut"]) };
@@ -39,15 +41,15 @@ fn unaccounted(facts: &Facts) -> Option<String> {
             sums.entry((*node, *at)).or_default().1 += n;
         }
     }
-    let (at, (came, judged)) = sums.into_iter().find(|(_, (came, judged))| came != judged)?;
-    Some(format!("{} at {:?}: {came} came in, {judged} were judged", at.0, at.1))
+    let (interface, (received, judged)) = sums.into_iter().find(|(_, (received, judged))| received != judged)?;
+    Some(format!("{} at {:?}: {received} came in, {judged} were judged", interface.0, interface.1))
 }
 
-/// A trial in which so many records came in and one was accepted.
-fn counted(came: u64) -> Facts {
+/// A trial in which a given number of records came in and one was accepted.
+fn counted(received: u64) -> Facts {
     let mut facts = trial("path", &["copy"]);
     facts.witness.accounts = BTreeMap::from([
-        ((NodeId::GATEWAY, Account::Received(Interface::Requests)), came),
+        ((NodeId::GATEWAY, Account::Received(Interface::Requests)), received),
         ((NodeId::GATEWAY, Account::Accepted(Interface::Requests)), 1),
     ]);
     facts

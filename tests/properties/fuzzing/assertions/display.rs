@@ -28,9 +28,10 @@ pub(super) const ALL: &[Assertion] = &[
 /// A picture with authority of a unit that held none in the time for which something may be shown after it ended.
 fn feigned(facts: &Facts) -> Option<String> {
     let held = |from: f64, to: f64| {
-        let before = facts.witness.authority.iter().take_while(|(at, _)| *at <= from).last();
-        let mut within = facts.witness.authority.iter().filter(|(at, gained)| *gained && *at > from && *at <= to);
-        before.is_some_and(|(_, gained)| *gained) || within.next().is_some()
+        let before = facts.witness.authority.iter().take_while(|(time, _)| *time <= from).last();
+        let mut in_window =
+            facts.witness.authority.iter().filter(|(time, gained)| *gained && *time > from && *time <= to);
+        before.is_some_and(|(_, gained)| *gained) || in_window.next().is_some()
     };
     let mut pictures = facts.witness.shown.iter().filter(|shown| shown.fresh && shown.authority);
     let false_one = pictures.find(|shown| !held(shown.at_ms - facts.limits.shown, shown.at_ms));

@@ -8,7 +8,7 @@ use super::{Assertion, Facts, holding, none, same_modes, trial};
 
 /// A teammate's messages that the boundary refuses: another's records, broken ones, or no live product.
 const NOT_ITS_TO_SAY: [&str; 6] = ["forward", "relabel", "break", "flood", "synthetic", "played-back"];
-/// Those of them that leave its own reports as they are.
+/// Attack spaces among them that leave its own reports as they are.
 const BESIDE_ITS_OWN: [&str; 3] = ["forward", "break", "flood"];
 /// Messages outside perception's keys, or marked as no live product.
 const NOT_PERCEPTIONS: [&str; 4] = ["echo-navigation", "elsewhere", "synthetic", "played-back"];
@@ -44,7 +44,7 @@ pub(super) const ALL: &[Assertion] = &[
     },
     Assertion {
         name: "who_is_no_operator_changes_no_mode",
-        holds: |facts| if facts.deeds.over(&["roles"]) { same_modes(facts) } else { Ok(()) },
+        holds: |facts| if facts.deeds.in_any_space(&["roles"]) { same_modes(facts) } else { Ok(()) },
         examples: || (trial("roles", &["arm"]), holding("roles", &["arm"])),
         carried_by: Some(("boundary.role", "roles")),
     },
@@ -52,7 +52,7 @@ pub(super) const ALL: &[Assertion] = &[
         name: "what_has_no_key_on_shared_memory_changes_no_mode",
         holds: |facts| {
             let ends = facts.deeds.any(&["perception-ends", "recorder-ends"]);
-            if facts.deeds.over(&["memory"]) && !ends { same_modes(facts) } else { Ok(()) }
+            if facts.deeds.in_any_space(&["memory"]) && !ends { same_modes(facts) } else { Ok(()) }
         },
         examples: || (trial("memory", &["vehicle"]), holding("memory", &["vehicle"])),
         carried_by: Some(("boundary.tag", "memory")),
@@ -70,29 +70,30 @@ pub(super) const ALL: &[Assertion] = &[
 /// time of a report: from then on the unit may not drive within *Th*. Only where no other claim could hide it, and the unit
 /// was driving.
 fn undisputed(facts: &Facts) -> Option<String> {
-    let others = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
-    let [lie] = others.collect::<Vec<_>>()[..] else { return None };
+    let other_deeds = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
+    let [lie] = other_deeds.collect::<Vec<_>>()[..] else { return None };
     let share = facts.limits.slack_m / (lie.number * FORGETS_S);
     if lie.of != "hide-drift" || share >= 1.0 {
         return None;
     }
     // The place is claimed in reports only, and it is the next one that is judged.
     let noticed = lie.from_ms - libm::log(1.0 - share) * FORGETS_S * 1000.0 + facts.limits.report;
-    let by = noticed + facts.limits.hold;
-    let drove = drives(mode_at(&facts.mission, noticed)) && by <= facts.duration_ms && noticed < lie.until_ms();
-    let mode = mode_at(&facts.changes, by);
-    let told =
-        || format!("{mode} at {by:.0} ms, a drift of {} m/s disputed at {:?}", lie.number, facts.witness.disputed_ms);
-    (drove && (drives(mode) || facts.witness.disputed_ms.is_none())).then(told)
+    let amount = noticed + facts.limits.hold;
+    let drove = drives(mode_at(&facts.mission, noticed)) && amount <= facts.duration_ms && noticed < lie.until_ms();
+    let mode = mode_at(&facts.changes, amount);
+    let reason = || {
+        format!("{mode} at {amount:.0} ms, a drift of {} m/s disputed at {:?}", lie.number, facts.witness.disputed_ms)
+    };
+    (drove && (drives(mode) || facts.witness.disputed_ms.is_none())).then(reason)
 }
 
 /// A restriction of the unit that the mission does not have by then.
 fn stopped(facts: &Facts) -> Option<String> {
     let restricts = |change: &&Change| ["DEGRADED", "HOLD_SAFE"].contains(&change.to.as_str());
     let first = |changes: &[Change]| changes.iter().find(restricts).map(|change| change.at_ms);
-    let at = first(&facts.changes)?;
-    let early = first(&facts.mission).is_none_or(|in_mission| at + facts.limits.obeyed < in_mission);
-    early.then(|| format!("restricted at {at:.0} ms, in the mission at {:?}", first(&facts.mission)))
+    let time = first(&facts.changes)?;
+    let early = first(&facts.mission).is_none_or(|in_mission| time + facts.limits.obeyed < in_mission);
+    early.then(|| format!("restricted at {time:.0} ms, in the mission at {:?}", first(&facts.mission)))
 }
 
 fn accepted(peer: PeerId) -> Facts {

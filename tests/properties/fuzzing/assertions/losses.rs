@@ -38,25 +38,28 @@ pub(super) const ALL: &[Assertion] = &[
         // A world that was stopped shows nothing of its plant.
         holds: |facts| if facts.deeds.any(&["sim-ends", "sim-hangs"]) { Ok(()) } else { none(moves_on(facts)) },
         examples: || {
-            let at = |ms: f64, speed: i32| {
+            let speed_entry = |ms: f64, speed: i32| {
                 let mut facts = holding("path", &["cut"]);
                 facts.witness.speed = vec![(3_900.0, 3_000), (ms, speed)];
                 facts
             };
-            (at(4_500.0, 1_000), at(6_000.0, 1_000))
+            (speed_entry(4_500.0, 1_000), speed_entry(6_000.0, 1_000))
         },
         carried_by: None,
     },
 ];
 
-/// Checks that the unit is still in one of these modes so long after a process ended for good.
+/// Checks that the unit is still in one of these modes so long after a process ended permanently.
 fn ended(facts: &Facts, end: &str, within_ms: f64, modes: &[&str]) -> Result<(), String> {
     let dead = facts.deeds.any(&["autonomy-ends", "autonomy-hangs"]);
     let Some(end) = facts.deeds.each(&[end]).next().filter(|_| !dead) else { return Ok(()) };
-    let by = end.from_ms + within_ms;
-    let mode = mode_at(&facts.changes, by);
-    let owed = by <= facts.duration_ms;
-    none((owed && modes.contains(&mode)).then(|| format!("{mode} at {by:.0} ms, {within_ms:.0} ms after {}", end.of)))
+    let amount = end.from_ms + within_ms;
+    let mode = mode_at(&facts.changes, amount);
+    let expected = amount <= facts.duration_ms;
+    none(
+        (expected && modes.contains(&mode))
+            .then(|| format!("{mode} at {amount:.0} ms, {within_ms:.0} ms after {}", end.of)),
+    )
 }
 
 fn moves_on(facts: &Facts) -> Option<String> {
@@ -64,9 +67,9 @@ fn moves_on(facts: &Facts) -> Option<String> {
     let held = facts.changes.iter().zip(ends).filter(|(change, _)| change.to == "HOLD_SAFE");
     let mut resting = held.map(|(change, until)| (change.at_ms + facts.limits.rest, until));
     resting.find_map(|(from, until)| {
-        let mut speeds = facts.witness.speed.iter().filter(|(at, _)| (from..until).contains(at));
-        let (at, speed) = speeds.find(|(_, speed)| speed.abs() > STANDING)?;
-        Some(format!("{speed} mm/s at {at:.0} ms, holding since {:.0} ms", from - facts.limits.rest))
+        let mut speeds = facts.witness.speed.iter().filter(|(time, _)| (from..until).contains(time));
+        let (time, speed) = speeds.find(|(_, speed)| speed.abs() > STANDING)?;
+        Some(format!("{speed} mm/s at {time:.0} ms, holding since {:.0} ms", from - facts.limits.rest))
     })
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Facts {
     /// The unit's changes of mode, in the trial and in the mission.
     pub(super) changes: Vec<Change>,
     pub(super) mission: Vec<Change>,
-    /// The same in a trial in which every silence lasts longer, where the attack is silence alone.
+    /// Changes in a trial in which every silence lasts longer, where the attack is silence alone.
     pub(super) longer: Option<Vec<Change>>,
     pub(super) deeds: Deeds,
     pub(super) witness: Witness,
@@ -47,8 +47,8 @@ pub(super) struct Assertion {
 
 /// All of them.
 pub(super) fn all() -> impl Iterator<Item = &'static Assertion> {
-    let told = [supervision::ALL, losses::ALL, insiders::ALL, orders::ALL, display::ALL, accounts::ALL];
-    properties::ALL.iter().chain(told.into_iter().flatten())
+    let assertions = [supervision::ALL, losses::ALL, insiders::ALL, orders::ALL, display::ALL, accounts::ALL];
+    properties::ALL.iter().chain(assertions.into_iter().flatten())
 }
 
 fn names(changes: &[Change]) -> Vec<(&str, &str)> {
@@ -71,7 +71,7 @@ fn change(at_ms: f64, from: &str, to: &str) -> Change {
 
 /// A trial that goes as its mission does, with these moves at 3 s for 4 s.
 fn trial(space: &str, moves: &[&str]) -> Facts {
-    let deed = |of: &&str| Deed { of: (*of).to_owned(), from_ms: 3_000.0, lasts_ms: 4_000.0, number: 1.0 };
+    let deed = |name: &&str| Deed { of: (*name).to_owned(), from_ms: 3_000.0, lasts_ms: 4_000.0, number: 1.0 };
     let mission = vec![change(1_000.0, "IDLE", "READY")];
     Facts {
         changes: mission.clone(),
@@ -94,7 +94,7 @@ fn trial(space: &str, moves: &[&str]) -> Facts {
     }
 }
 
-/// The same, but that the unit holds from 4 s on.
+/// The facts, but that the unit holds from 4 s on.
 fn holding(space: &str, moves: &[&str]) -> Facts {
     let mut facts = trial(space, moves);
     facts.changes.push(change(4_000.0, "READY", "HOLD_SAFE"));

@@ -33,7 +33,7 @@ pub(super) const ALL: &[Assertion] = &[
         name: "a_silence_that_lasts_longer_stops_the_unit_no_later",
         holds: |facts| {
             let Some((longer, held)) = facts.longer.as_ref().zip(holds(&facts.changes)) else { return Ok(()) };
-            let later = holds(longer).is_none_or(|at| at > held);
+            let later = holds(longer).is_none_or(|time| time > held);
             none(later.then(|| format!("it held at {held:.0} ms, and with longer silence {:?}", holds(longer))))
         },
         examples: || {
@@ -45,9 +45,12 @@ pub(super) const ALL: &[Assertion] = &[
     Assertion {
         name: "without_grants_the_unit_holds_when_its_lease_has_ended",
         holds: |facts| {
-            let by = facts.limits.lease + facts.limits.hold;
-            let cuts = facts.deeds.each(&["cut", "cut-down"]).filter(|cut| cut.lasts_ms > by);
-            none(cuts.filter(|_| facts.deeds.over(&["path"])).find_map(|cut| goes_on(facts, cut.from_ms, by)))
+            let deadline = facts.limits.lease + facts.limits.hold;
+            let cuts = facts.deeds.each(&["cut", "cut-down"]).filter(|cut| cut.lasts_ms > deadline);
+            none(
+                cuts.filter(|_| facts.deeds.in_any_space(&["path"]))
+                    .find_map(|cut| goes_on(facts, cut.from_ms, deadline)),
+            )
         },
         examples: || (holding("path", &["cut"]), trial("path", &["cut"])),
         carried_by: Some(("guards.lease", "path")),
@@ -66,7 +69,11 @@ pub(super) const ALL: &[Assertion] = &[
     Assertion {
         name: "lies_to_the_display_bring_the_unit_nowhere_that_the_mission_does_not_go",
         holds: |facts| {
-            if facts.deeds.over(&["display"]) && !facts.deeds.any(&["swallow"]) { subsequence(facts) } else { Ok(()) }
+            if facts.deeds.in_any_space(&["display"]) && !facts.deeds.any(&["swallow"]) {
+                subsequence(facts)
+            } else {
+                Ok(())
+            }
         },
         examples: || (trial("display", &["alter"]), holding("display", &["alter"])),
         carried_by: None,
@@ -78,12 +85,13 @@ fn holds(changes: &[Change]) -> Option<f64> {
     changes.iter().find(|change| change.to == "HOLD_SAFE").map(|change| change.at_ms)
 }
 
-/// A unit that would have driven when a process ended, and still drives after that. One that had stopped before owes no motion.
+/// A unit that would have driven when a process ended, and still drives after that. One that had stopped before is not required to move.
 pub(super) fn goes_on(facts: &Facts, ended_ms: f64, within_ms: f64) -> Option<String> {
-    let by = ended_ms + within_ms;
-    let owed = drives(mode_at(&facts.mission, ended_ms)) && by <= facts.duration_ms;
-    let mode = mode_at(&facts.changes, by);
-    (owed && drives(mode)).then(|| format!("{mode} at {by:.0} ms, {within_ms:.0} ms after what it drives by had ended"))
+    let amount = ended_ms + within_ms;
+    let expected = drives(mode_at(&facts.mission, ended_ms)) && amount <= facts.duration_ms;
+    let mode = mode_at(&facts.changes, amount);
+    (expected && drives(mode))
+        .then(|| format!("{mode} at {amount:.0} ms, {within_ms:.0} ms after what it drives by had ended"))
 }
 
 fn subsequence(facts: &Facts) -> Result<(), String> {

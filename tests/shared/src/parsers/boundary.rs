@@ -81,8 +81,8 @@ pub fn bus(bytes: &[u8]) -> bool {
     let genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key()).seal(NOW, &tracks);
     let of_tracks = |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Tracks>(&policy, NOW, bytes).map(|_| ());
     let tracks = judged(gate(Topic::Tracks, NodeId::PERCEPTION), bytes, &genuine, of_tracks);
-    let still = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None, spatial: None });
-    let genuine = Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), key()).seal(NOW, &still);
+    let motionless = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None, spatial: None });
+    let genuine = Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), key()).seal(NOW, &motionless);
     let of_navigation = |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Navigation>(&policy, NOW, bytes).map(|_| ());
     tracks | judged(gate(Topic::Navigation, NodeId::SIM), bytes, &genuine, of_navigation)
 }

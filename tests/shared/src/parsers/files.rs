@@ -14,7 +14,7 @@ use wire::sensor::Camera;
 
 /// Most variations of one scenario.
 const MAX_VARIATIONS: usize = 4096;
-/// Longest report on the problems of one file: so much, and the file so often.
+/// Longest report on the problems of one file: length of one, and multiples of the file.
 const MAX_REPORT: (usize, usize) = (64 * 1024, 64);
 
 /// A scenario that is taken says the same once written; the problems of one that is not have their place and a remedy.
@@ -26,21 +26,21 @@ pub fn scenario(bytes: &[u8]) -> bool {
             assert!(scenario.variations(None).len() <= MAX_VARIATIONS);
             true
         }
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     }
 }
 
-/// The same of a scene's own file.
+/// Checks a scene's own file.
 pub fn scene(bytes: &[u8]) -> bool {
     let Some(text) = text(bytes) else { return false };
     match scenario::parse_scene("any.toml", text) {
         Ok(scene) => says_the_same(&scene),
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     }
 }
 
-/// The same for platform and policy files, for attack spaces with drawable numbers, and for lists of weaknesses with
-/// findable entries; a map of a recording has its problems told.
+/// Checks platform and policy files, for attack spaces with drawable numbers, and for lists of weaknesses with findable
+/// entries; a map of a recording has its problems reported.
 pub fn settings(bytes: &[u8]) -> bool {
     let Some(text) = text(bytes) else { return false };
     let platform = match scenario::parse_platform("any.toml", named(text), text) {
@@ -48,42 +48,42 @@ pub fn settings(bytes: &[u8]) -> bool {
             let _bounds = platform.bounds.to_bounds();
             says_the_same(&platform)
         }
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     };
     let policy = match scenario::parse_policy("any.toml", named(text), text) {
         Ok(policy) => says_the_same(&policy),
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     };
     let space = match AttackSpace::parse("any.toml", named(text), text) {
         Ok(space) => {
             let (first, last) = space.begins();
             assert!(first <= last && !space.moves.is_empty());
-            let mut ranges = space.moves.iter().flat_map(|of| of.ranges());
-            assert!(ranges.all(|range| range.at(0).is_finite() && range.at(range.last()).is_finite()));
+            let mut ranges = space.moves.iter().flat_map(|action_type| action_type.ranges());
+            assert!(ranges.all(|range| range.value_at(0).is_finite() && range.value_at(range.last()).is_finite()));
             says_the_same(&space)
         }
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     };
     let weaknesses = match Weaknesses::parse("any.toml", text) {
         Ok(list) => {
-            assert!(!list.weakness.is_empty() && list.weakness.iter().all(|of| !of.find.is_empty()));
+            assert!(!list.weakness.is_empty() && list.weakness.iter().all(|weakness| !weakness.find.is_empty()));
             true
         }
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     };
     let labels = match scenario::parse_labels("any.toml", text) {
         Ok(labels) => {
             assert!(labels.sha256.is_none_or(|pin| pin.len() == 64));
             true
         }
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     };
     let map = match Map::parse("any.toml", text) {
         Ok(map) => {
             assert!(map.inject.window_s.as_ref().is_finite());
             true
         }
-        Err(problems) => told(&problems, text),
+        Err(problems) => is_located(&problems, text),
     };
     platform | policy | space | weaknesses | labels | map
 }
@@ -91,7 +91,7 @@ pub fn settings(bytes: &[u8]) -> bool {
 /// A recording of another vehicle is refused at a place within it, or read up to one; a map guessed from its topics is a map, and
 /// the guards get through it.
 pub fn foreign(bytes: &[u8]) -> bool {
-    // The offsets of one that is packed as a whole are those of its inside.
+    // The offsets of one that is packed as a whole are relative to its inside.
     let packed = bytes.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]);
     let log = match Log::open(bytes) {
         Ok(log) => log,
@@ -112,7 +112,7 @@ pub fn foreign(bytes: &[u8]) -> bool {
     true
 }
 
-/// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told. Lines are read as they
+/// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is reported. Lines are read as they
 /// are, and then with digests that fit.
 pub fn shelf(bytes: &[u8]) -> bool {
     is_shelf(bytes) | is_shelf(&reseal(bytes))
@@ -122,8 +122,8 @@ fn is_shelf(bytes: &[u8]) -> bool {
     match finished(bytes) {
         Ok(trials) => {
             let line = |trial: &Trial| kept_line(trial).expect("what was read can be kept") + "\n";
-            let kept: String = trials.values().map(line).collect();
-            assert_eq!(finished(&reseal(kept.as_bytes())).expect("what is kept can be read"), trials);
+            let text: String = trials.values().map(line).collect();
+            assert_eq!(finished(&reseal(text.as_bytes())).expect("what is kept can be read"), trials);
             !trials.is_empty()
         }
         Err(failure) => {
@@ -135,17 +135,18 @@ fn is_shelf(bytes: &[u8]) -> bool {
 
 /// Bytes are a model under their own hash alone, and it is taken whole or refused at a place within them.
 pub fn model(bytes: &[u8]) -> bool {
-    let (own, small) = (hex_digest(bytes), bytes.len() <= MAX_MODEL);
-    let shipped = Networks::of(&Camera::GROUND).detector().expect("the shipped model");
-    assert_eq!(Model::pinned(bytes, &own).map(|model| model.bytes()).ok(), small.then_some(bytes));
-    for pinned in [hex_digest(own.as_bytes()).as_str(), &own[..63], "", hex_digest(shipped.bytes()).as_str()] {
-        if pinned != own {
+    let (own_text, small) = (hex_digest(bytes), bytes.len() <= MAX_MODEL);
+    let shipped = Networks::for_camera(&Camera::GROUND).detector().expect("the shipped model");
+    assert_eq!(Model::pinned(bytes, &own_text).map(|model| model.bytes()).ok(), small.then_some(bytes));
+    for pinned in [hex_digest(own_text.as_bytes()).as_str(), &own_text[..63], "", hex_digest(shipped.bytes()).as_str()]
+    {
+        if pinned != own_text {
             let refused = Model::pinned(bytes, pinned).expect_err("another hash was pinned");
             assert!(matches!(refused, ModelError::Changed { .. } | ModelError::TooLarge { .. }));
         }
     }
-    let Ok(model) = Model::pinned(bytes, &own) else { return false };
-    match Inspected::of(model) {
+    let Ok(model) = Model::pinned(bytes, &own_text) else { return false };
+    match Inspected::new(model) {
         Ok(inspected) => inspected.bytes() == bytes,
         Err(OnnxError::Malformed { at, .. } | OnnxError::Unwanted { at, .. }) => {
             assert!(at <= bytes.len(), "a place beyond the end: {at} of {}", bytes.len());
@@ -168,12 +169,12 @@ fn named(text: &str) -> &str {
 fn says_the_same<T: Serialize + DeserializeOwned>(value: &T) -> bool {
     let json = |value: &T| serde_json::to_string(value).expect("what was read can be written");
     let text = toml::to_string(value).expect("what was read can be written");
-    let again = toml::from_str(&text).unwrap_or_else(|e| panic!("what was written does not read: {e}\n{text}"));
-    assert_eq!(json(value), json(&again));
+    let repeated = toml::from_str(&text).unwrap_or_else(|e| panic!("what was written does not read: {e}\n{text}"));
+    assert_eq!(json(value), json(&repeated));
     true
 }
 
-fn told(problems: &Problems, text: &str) -> bool {
+fn is_located(problems: &Problems, text: &str) -> bool {
     assert!(!problems.all().is_empty());
     for problem in problems.all() {
         assert!(!problem.message().is_empty() && !problem.remedy().is_empty());

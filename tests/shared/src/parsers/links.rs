@@ -30,9 +30,9 @@ const MAX_WORD: usize = 4096;
 
 /// The pieces of a datagram are the datagram, and their headers are true.
 pub fn datagram(bytes: &[u8]) -> bool {
-    let (mut whole, mut over) = (Vec::new(), false);
+    let (mut whole, mut ended) = (Vec::new(), false);
     for piece in split(bytes) {
-        assert!(!over, "something behind what has no framing");
+        assert!(!ended, "something behind what has no framing");
         match piece {
             Split::Record(raw) => {
                 let header = &raw.bytes[..HEADER];
@@ -44,13 +44,13 @@ pub fn datagram(bytes: &[u8]) -> bool {
                 whole.extend_from_slice(raw.bytes);
             }
             Split::Remainder(rest) => {
-                over = true;
+                ended = true;
                 whole.extend_from_slice(rest);
             }
         }
     }
     assert_eq!(whole, bytes, "pieces that are not the datagram");
-    !whole.is_empty() && !over
+    !whole.is_empty() && !ended
 }
 
 /// An unknown peer's datagram that opens an association has its parts, and takes a cookie; no other passes the cookie
@@ -61,17 +61,17 @@ pub fn cookie(bytes: &[u8]) -> bool {
     if opens {
         let parts = hello::parts(bytes).expect("a sound hello has its parts");
         assert_eq!(parts.random.len(), COOKIE);
-        let again = hello::with_cookie(bytes, &[3; COOKIE]);
-        assert_eq!(again.is_some(), parts.cookie.is_empty());
-        if let Some(again) = again.filter(|_| bytes.len() < ROOM_FOR_A_COOKIE) {
-            assert!(hello::opens_association(&again), "with a cookie it opens nothing");
-            let proof = hello::parts(&again).expect("a sound hello has its parts");
+        let repeated = hello::with_cookie(bytes, &[3; COOKIE]);
+        assert_eq!(repeated.is_some(), parts.cookie.is_empty());
+        if let Some(repeated) = repeated.filter(|_| bytes.len() < ROOM_FOR_A_COOKIE) {
+            assert!(hello::opens_association(&repeated), "with a cookie it opens nothing");
+            let proof = hello::parts(&repeated).expect("a sound hello has its parts");
             assert!(proof.cookie == [3; COOKIE] && proof.random == parts.random);
         }
     }
     if let Some(cookie) = hello::requested_cookie(bytes) {
-        let asked = hello::verify_request(7, cookie);
-        assert_eq!(hello::requested_cookie(&asked), Some(cookie));
+        let requested = hello::verify_request(7, cookie);
+        assert_eq!(hello::requested_cookie(&requested), Some(cookie));
     }
     let mut door = CookieExchange::new().expect("the host has randomness");
     let from = LoopbackAddr::on_port(1).socket();
@@ -92,23 +92,23 @@ fn authority() -> &'static (Credential, Revocations, CertificateVerifier) {
     AUTHORITY.get_or_init(|| {
         link::crypto::init();
         let authority = Authority::new().expect("an authority");
-        let own = authority.issue(PeerId::UNIT_A, Role::Both).expect("a certificate");
-        let list = Revocations::of(&own).expect("the list beside it");
-        let verifier = CertificateVerifier::new(&own, &list).expect("a check");
-        (own, list, verifier)
+        let own_credential = authority.issue(PeerId::UNIT_A, Role::Both).expect("a certificate");
+        let list = Revocations::of(&own_credential).expect("the list beside it");
+        let verifier = CertificateVerifier::new(&own_credential, &list).expect("a check");
+        (own_credential, list, verifier)
     })
 }
 
 /// A certificate that an authority did not sign proves no peer; a list that it did not sign is not taken.
 pub fn certificate(bytes: &[u8]) -> bool {
-    let (own, list, verifier) = authority();
+    let (own_credential, list, verifier) = authority();
     let named = pki::peer_of(bytes);
     if let Ok(peer) = &named {
         let uri = peer.uri();
-        assert!(bytes.windows(uri.len()).any(|at| at == uri.as_bytes()), "{uri} stands nowhere in it");
+        assert!(bytes.windows(uri.len()).any(|window| window == uri.as_bytes()), "{uri} stands nowhere in it");
     }
     assert!(named.is_err() || pki::remaining_life(bytes).is_ok(), "it has a name and no end");
-    let presented = Credential { cert_der: bytes.to_vec(), ..own.clone() };
+    let presented = Credential { cert_der: bytes.to_vec(), ..own_credential.clone() };
     for presenter in [Presenter::Dialler, Presenter::Listener(PeerId::UNIT_A)] {
         let refused = verifier.check(&presented.chain(), presenter).expect_err("nobody signed it");
         assert!(refused.to_string().len() <= MAX_WORD, "{} bytes about it", refused.to_string().len());
@@ -127,7 +127,7 @@ pub fn topic(bytes: &[u8]) -> bool {
         assert!(pattern.to_string() == text && text.len() <= MAX_TOPIC_LEN);
     }
     for peer in [PeerId::UNIT_A, PeerId::UNIT_B, PeerId::GATEWAY, PeerId::BROKER] {
-        let covers = |verb, asked| acl::grant(peer, verb).is_some_and(|granted| granted.covers(asked));
+        let covers = |verb, requested| acl::grant(peer, verb).is_some_and(|granted| granted.covers(requested));
         match acl::permit_topic(peer, text) {
             Ok(got) => assert!(Some(got) == subject && covers(Verb::Publish, Pattern::One(got))),
             Err(refusal) => assert!(!refusal.name().is_empty() && refusal.to_string().len() <= 8 * MAX_TOPIC_LEN),
@@ -151,39 +151,39 @@ pub fn relay(bytes: &[u8]) -> bool {
         START,
     )
     .expect("a plan");
-    let (mut came, mut went) = (BTreeMap::new(), BTreeMap::new());
+    let (mut map, mut sent) = (BTreeMap::new(), BTreeMap::new());
     let mut now = START;
     while let Some((op, more)) = rest.split_first() {
         let length = usize::from(op >> 3).min(more.len()).max(1);
         let (piece, behind) = more.split_at(length.min(more.len()));
         rest = behind;
         let (connection, side) = (SessionId(u32::from(op & 3)), if op & 4 == 0 { Side::Client } else { Side::Server });
-        let whole: &mut Vec<u8> = came.entry((connection, side.other())).or_default();
+        let whole: &mut Vec<u8> = map.entry((connection, side.opposite())).or_default();
         whole.extend_from_slice(piece);
         // An empty piece would be the end of its direction.
         if !piece.is_empty() {
             relay.handle(now, &Input::Stream { connection, side, bytes: piece.to_vec() });
         }
-        collect(&mut relay, &mut went);
+        collect(&mut relay, &mut sent);
         now += Span::ms(u64::from(*op));
     }
     while let Some(due) = relay.deadline() {
         relay.handle(due, &Input::Timeout);
-        collect(&mut relay, &mut went);
+        collect(&mut relay, &mut sent);
     }
-    came.retain(|_, bytes| !bytes.is_empty());
+    map.retain(|_, bytes| !bytes.is_empty());
     let lengths = |all: &BTreeMap<(SessionId, Side), Vec<u8>>| all.values().map(Vec::len).collect::<Vec<_>>();
-    assert_eq!(lengths(&came), lengths(&went));
-    assert!(flips || came == went, "other bytes came out");
-    !went.is_empty()
+    assert_eq!(lengths(&map), lengths(&sent));
+    assert!(flips || map == sent, "other bytes came out");
+    !sent.is_empty()
 }
 
 const START: Instant = Instant(5_000_000);
 
-fn collect(relay: &mut StreamRelay, went: &mut BTreeMap<(SessionId, Side), Vec<u8>>) {
+fn collect(relay: &mut StreamRelay, map: &mut BTreeMap<(SessionId, Side), Vec<u8>>) {
     while let Some(output) = relay.output() {
         if let Output::Stream { connection, side, bytes } = output {
-            went.entry((connection, side)).or_default().extend_from_slice(&bytes);
+            map.entry((connection, side)).or_default().extend_from_slice(&bytes);
         }
     }
 }

@@ -32,7 +32,7 @@ const PURPOSES: [Purpose; 6] =
 
 /// Bytes that are taken as a message are its one encoding; those that are not are refused at a place within them.
 pub fn message(bytes: &[u8]) -> bool {
-    let taken = [
+    let accepted = [
         canonical::<Report>(bytes, MAX_REPORT),
         canonical::<SessionMessage<'_>>(bytes, MAX_SESSION_MESSAGE),
         canonical::<Intent>(bytes, MAX_ORDER),
@@ -55,7 +55,7 @@ pub fn message(bytes: &[u8]) -> bool {
         canonical::<Input>(bytes, MAX_MESSAGE),
         canonical::<Output>(bytes, MAX_MESSAGE),
     ];
-    taken.contains(&true)
+    accepted.contains(&true)
 }
 
 fn canonical<'b, M: Decode<'b, ()> + Encode<()>>(bytes: &'b [u8], max: usize) -> bool {
@@ -81,9 +81,9 @@ pub fn signature(bytes: &[u8]) -> bool {
     let mut verified = false;
     if let Ok(signed) = Signed::parse(bytes, MAX_MESSAGE) {
         assert!(signed.payload.len() <= MAX_SIGNED_PAYLOAD);
-        let ours = key.sign(Purpose::Report, signed.payload);
-        let (head, one) = (ours.len() - SIGNATURE, bytes.len() - SIGNATURE);
-        assert_eq!(ours[..head], bytes[..one], "another profile");
+        let our_bytes = key.sign(Purpose::Report, signed.payload);
+        let (head, one) = (our_bytes.len() - SIGNATURE, bytes.len() - SIGNATURE);
+        assert_eq!(our_bytes[..head], bytes[..one], "another profile");
         for purpose in PURPOSES {
             if keys.verify(NodeId::UNIT_A, purpose, &signed).is_ok() {
                 assert_eq!(key.sign(purpose, signed.payload), bytes, "the key never signed this for {purpose:?}");

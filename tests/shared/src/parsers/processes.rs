@@ -24,8 +24,8 @@ pub fn spec(bytes: &[u8]) -> bool {
             let length = bytes.len() - from.len();
             assert_eq!(bytes[..4], (length as u32 - 4).to_be_bytes(), "read beyond its end");
             let written = written(spec);
-            let again = ServiceSpec::read(written.as_slice()).expect("a written specification is one");
-            assert_eq!(self::written(again), written);
+            let repeated = ServiceSpec::read(written.as_slice()).expect("a written specification is one");
+            assert_eq!(self::written(repeated), written);
             return true;
         }
         Err(SpecError::TooLong(got)) => assert!(got > MAX_SPEC),
@@ -44,17 +44,17 @@ fn written(mut spec: ServiceSpec) -> Vec<u8> {
 }
 
 /// A line of a launcher or a service means one thing; an address that is taken is this machine's.
-pub fn said(bytes: &[u8]) -> bool {
+pub fn parses_once(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
-    let mut taken = false;
+    let mut parsed = false;
     for line in text.lines() {
         if let Some(control) = Control::parse(line) {
-            taken = true;
+            parsed = true;
             assert_eq!(control.line().trim_end(), line.trim_end());
             assert_eq!(Control::parse(&control.line()), Some(control));
         }
-        if let Some(said) = Line::parse(line) {
-            let word = match said {
+        if let Some(line_read) = Line::parse(line) {
+            let word = match line_read {
                 Line::Ready(_) => "ready ",
                 Line::Stats(_) => "stats ",
                 Line::Text(_) => "text ",
@@ -65,11 +65,11 @@ pub fn said(bytes: &[u8]) -> bool {
             };
             assert!(line.starts_with(word), "not what the service said");
         }
-        if let Ok(at) = line.parse::<LoopbackAddr>() {
-            assert!(at.socket().ip().is_loopback() && at.to_string().parse() == Ok(at));
+        if let Ok(address) = line.parse::<LoopbackAddr>() {
+            assert!(address.socket().ip().is_loopback() && address.to_string().parse() == Ok(address));
         }
     }
-    taken
+    parsed
 }
 
 /// A frame of the instrument plane that is taken holds no more than came, and is the same once written.
@@ -104,11 +104,11 @@ pub fn journal(bytes: &[u8]) -> bool {
     }
     assert!(entries.next().is_none(), "something behind its end");
     assert_eq!(writer.counts(), (read.len() as u64, 0));
-    let again = input_journal::Reader::new(written.as_slice()).expect("a written log is one");
-    assert_eq!(again.header(), header);
-    assert_eq!(again.map(|entry| entry.expect("a written entry is one")).collect::<Vec<_>>(), read);
-    let again = input_journal::Reader::new(written.as_slice()).expect("a written log is one");
-    let thinned = input_journal::thin(again, std::io::sink(), 2).expect("a written log is whole");
+    let repeated = input_journal::Reader::new(written.as_slice()).expect("a written log is one");
+    assert_eq!(repeated.header(), header);
+    assert_eq!(repeated.map(|entry| entry.expect("a written entry is one")).collect::<Vec<_>>(), read);
+    let repeated = input_journal::Reader::new(written.as_slice()).expect("a written log is one");
+    let thinned = input_journal::thin(repeated, std::io::sink(), 2).expect("a written log is whole");
     assert_eq!(thinned.whole + thinned.left_out, read.len() as u64);
     !read.is_empty()
 }
@@ -168,8 +168,8 @@ fn flawless(held: &Held, frames: &[Frame]) -> bool {
     assert_eq!(events, frames.len());
     if flaws.is_empty() {
         let whole: Vec<HeldHead> =
-            frames.iter().filter_map(|frame| Head::of::<Any>(&frame.bytes)).map(HeldHead::from).collect();
-        // A recording that was cut short lacks what came last, and says so.
+            frames.iter().filter_map(|frame| Head::from_last::<Any>(&frame.bytes)).map(HeldHead::from).collect();
+        // A recording that was cut short lacks what came last, and reports it.
         let missing = held.heads.iter().filter(|_| !held.cut_short).find(|head| !whole.contains(head));
         assert_eq!(missing, None, "held, not there, and no flaw");
         let unread = frames.iter().filter(|frame| Entry::decode(&frame.bytes).is_err());

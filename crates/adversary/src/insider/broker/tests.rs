@@ -10,7 +10,7 @@ use wire::sign::{Key, Keyring, Purpose, Signed};
 
 use super::InsiderBroker;
 use crate::plan::{AckForgery, BrokerAction, Direction, InsiderBrokerConfig, OrderForgery, OrderKind, Timed};
-use crate::testing::{at, setup, times, turn};
+use crate::testing::{at_ms, setup, times, turn};
 
 const COMMAND: Subject = Subject::Command(UnitId::A);
 const ACK: Subject = Subject::Ack(UnitId::A);
@@ -39,18 +39,18 @@ fn lateness_and_overtaking_follow_the_plan() {
     let delay = action(Direction::Down, BrokerAction::Delay { ms: 300, only: None });
     let mut late = broker(vec![delay]);
     assert_eq!(say(&mut late, 10, COMMAND, b"one"), []);
-    assert_eq!(late.deadline(), Some(at(310)));
+    assert_eq!(late.deadline(), Some(at_ms(310)));
     assert_eq!(out(&mut late, 310, &Input::Timeout), [(COMMAND, b"one".to_vec())]);
 
     let reorder = action(Direction::Down, BrokerAction::Reorder { hold_ms: 500 });
     let mut broker = broker(vec![reorder]);
-    let mut said = Vec::new();
+    let mut events = Vec::new();
     assert_eq!(say(&mut broker, 10, COMMAND, b"one"), []);
     assert_eq!(say(&mut broker, 15, ACK, b"ack"), [(ACK, b"ack".to_vec())], "the other way goes on");
     let input = Input::Published { subject: COMMAND, bytes: b"two".to_vec() };
-    let published = publications(turn(&mut broker, at(20), &input, &mut said));
+    let published = publications(turn(&mut broker, at_ms(20), &input, &mut events));
     assert_eq!(published, [(COMMAND, b"two".to_vec()), (COMMAND, b"one".to_vec())]);
-    assert_eq!(times(&said, Action::Reorder), 1);
+    assert_eq!(times(&events, Action::Reorder), 1);
     assert_eq!(say(&mut broker, 30, COMMAND, b"three"), []);
     assert_eq!(out(&mut broker, 530, &Input::Timeout), [(COMMAND, b"three".to_vec())], "nothing came to overtake it");
 }
@@ -58,16 +58,16 @@ fn lateness_and_overtaking_follow_the_plan() {
 #[test]
 fn repeats_come_at_once_later_and_on_connect() {
     let duplicate = action(Direction::Down, BrokerAction::Duplicate { copies: 2 });
-    let mut twice = broker(vec![duplicate]);
-    assert_eq!(say(&mut twice, 10, COMMAND, b"one").len(), 3);
+    let mut doubled = broker(vec![duplicate]);
+    assert_eq!(say(&mut doubled, 10, COMMAND, b"one").len(), 3);
 
     let replay = action(Direction::Down, BrokerAction::Replay { count: 3, every_ms: 100 });
-    let mut again = broker(vec![Timed { start_ms: 1_000, duration_ms: 0, ..replay }]);
+    let mut repeated = broker(vec![Timed { start_ms: 1_000, duration_ms: 0, ..replay }]);
     for (ms, bytes) in [(10, b"1st"), (20, b"2nd")] {
-        say(&mut again, ms, COMMAND, bytes);
+        say(&mut repeated, ms, COMMAND, bytes);
     }
     for (ms, bytes) in [(1_000, b"2nd"), (1_100, b"1st"), (1_200, b"2nd")] {
-        assert_eq!(out(&mut again, ms, &Input::Timeout), [(COMMAND, bytes.to_vec())]);
+        assert_eq!(out(&mut repeated, ms, &Input::Timeout), [(COMMAND, bytes.to_vec())]);
     }
 
     let mut retained = broker(vec![action(Direction::Both, BrokerAction::Retain)]);
@@ -121,7 +121,7 @@ fn no_forged_acknowledgement_verifies_for_that_order() {
 }
 
 fn broker(actions: Vec<Timed<BrokerAction>>) -> InsiderBroker {
-    InsiderBroker::new(setup(NodeId::INSIDER_BROKER, 5), InsiderBrokerConfig { actions }, at(0)).unwrap()
+    InsiderBroker::new(setup(NodeId::INSIDER_BROKER, 5), InsiderBrokerConfig { actions }, at_ms(0)).unwrap()
 }
 
 fn action(direction: Direction, action: BrokerAction) -> Timed<BrokerAction> {
@@ -133,8 +133,8 @@ fn say(broker: &mut InsiderBroker, ms: u64, subject: Subject, bytes: &[u8]) -> V
 }
 
 fn out(broker: &mut InsiderBroker, ms: u64, input: &Input) -> Vec<(Subject, Vec<u8>)> {
-    let mut said: Vec<Any> = Vec::new();
-    publications(turn(broker, at(ms), input, &mut said))
+    let mut events: Vec<Any> = Vec::new();
+    publications(turn(broker, at_ms(ms), input, &mut events))
 }
 
 fn publications(out: Vec<Output>) -> Vec<(Subject, Vec<u8>)> {

@@ -19,7 +19,7 @@ use wire::trust::BusGate;
 
 use super::InsiderGateway;
 use crate::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, OrderKind, Timed};
-use crate::testing::{at, setup, turn};
+use crate::testing::{at_ms, setup, turn};
 
 const FEED: ChannelKey = ChannelKey([4; 32]);
 
@@ -31,7 +31,7 @@ fn empty_plan_passes_the_feed_unchanged() {
     for (ms, sequence) in [(100, 1), (200, 2)] {
         let out = fed(&mut insider, ms, sequence, Mode::Ready);
         let [Output::Bus { topic: Topic::Feed, bytes }] = &out[..] else { panic!("{out:?}") };
-        let accepted = gate.admit::<Feed<'_>>(&Policy::default(), at(ms), bytes).expect("the feed's key");
+        let accepted = gate.admit::<Feed<'_>>(&Policy::default(), at_ms(ms), bytes).expect("the feed's key");
         let Feed::Accepted(message) = accepted.message() else { panic!("a report") };
         assert_eq!(message.report[..], signed(sequence, Mode::Ready)[..]);
     }
@@ -47,12 +47,12 @@ fn reports_are_withheld_held_and_made_younger() {
 
     let mut keeper = insider(vec![FeedAction::Delay { ms: 800, young: true }]);
     assert_eq!(fed(&mut keeper, 100, 1, Mode::Ready), []);
-    assert_eq!(keeper.deadline(), Some(at(900)));
-    let out = turn(&mut keeper, at(900), &Input::Timeout, &mut Vec::new());
+    assert_eq!(keeper.deadline(), Some(at_ms(900)));
+    let out = turn(&mut keeper, at_ms(900), &Input::Timeout, &mut Vec::new());
     let message = message(&out[0]);
-    let said = codec::decode::<Feed<'_>>(&message, message.len()).unwrap();
-    let Feed::Accepted(said) = said else { panic!("a report") };
-    assert_eq!((said.received, said.report[..].to_vec()), (at(900), signed(1, Mode::Ready)));
+    let feed = codec::decode::<Feed<'_>>(&message, message.len()).unwrap();
+    let Feed::Accepted(said) = feed else { panic!("a report") };
+    assert_eq!((said.received, said.report[..].to_vec()), (at_ms(900), signed(1, Mode::Ready)));
     assert!(said.age.is_some_and(|age| age < Span::ms(10)), "{:?}", said.age);
 }
 
@@ -76,7 +76,7 @@ fn no_changed_report_carries_its_units_signature() {
 #[test]
 fn planned_requests_are_swallowed_others_pass() {
     let mut insider = insider(vec![FeedAction::Swallow { only: Some(OrderKind::Hold) }]);
-    let mut said = Vec::new();
+    let mut events = Vec::new();
     for (kind, passed) in [(CommandKind::Hold, false), (CommandKind::Enable, true)] {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
         let intent =
@@ -84,24 +84,25 @@ fn planned_requests_are_swallowed_others_pass() {
         let intent = Key::from_bytes(&[9; 32]).sign(Purpose::Intent, &codec::encode(&intent));
         let request = codec::encode(&Request::Stage(intent.as_slice().into()));
         let mut console = Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), ChannelKey([5; 32]));
-        let bytes = console.seal(at(100), &request);
-        let out = turn(&mut insider, at(100), &Input::Bus { topic: Topic::Intents, bytes: bytes.clone() }, &mut said);
+        let bytes = console.seal(at_ms(100), &request);
+        let out =
+            turn(&mut insider, at_ms(100), &Input::Bus { topic: Topic::Intents, bytes: bytes.clone() }, &mut events);
         let expected = passed.then_some(Output::Bus { topic: Topic::Intents, bytes });
         assert_eq!(out, expected.into_iter().collect::<Vec<_>>(), "{kind:?}");
     }
-    assert_eq!(said.iter().filter(|event| matches!(event, Any::Instrument(Note::Swallowed { .. }))).count(), 1);
+    assert_eq!(events.iter().filter(|event| matches!(event, Any::Instrument(Note::Swallowed { .. }))).count(), 1);
 }
 
 #[test]
 fn each_action_is_logged_before_it_happens() {
     let mut insider = insider(vec![FeedAction::Replay]);
-    let mut said = Vec::new();
+    let mut events = Vec::new();
     for ms in [100, 200] {
         let bytes = honest(ms, ms / 100, Mode::Ready);
-        turn(&mut insider, at(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut said);
+        turn(&mut insider, at_ms(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut events);
     }
     let replays =
-        said.iter().filter(|event| matches!(event, Any::Instrument(Note::Attack { action: Action::Republish, .. })));
+        events.iter().filter(|event| matches!(event, Any::Instrument(Note::Attack { action: Action::Republish, .. })));
     assert_eq!(replays.count(), 0, "nothing was passed on before the window, so there is nothing old to say");
 }
 
@@ -110,12 +111,12 @@ fn insider(actions: Vec<FeedAction>) -> InsiderGateway {
     setup.channels = vec![Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED }];
     let timed = |action| Timed { start_ms: 0, duration_ms: 10_000, direction: Direction::Both, step: None, action };
     let actions = actions.into_iter().map(timed).collect();
-    InsiderGateway::new(setup, InsiderGatewayConfig { actions }, at(0)).unwrap()
+    InsiderGateway::new(setup, InsiderGatewayConfig { actions }, at_ms(0)).unwrap()
 }
 
 fn fed(insider: &mut InsiderGateway, ms: u64, sequence: u64, mode: Mode) -> Vec<Output> {
     let bytes = honest(ms, sequence, mode);
-    turn(insider, at(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut Vec::new())
+    turn(insider, at_ms(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut Vec::new())
 }
 
 /// The honest half's message on A's report.
@@ -124,13 +125,13 @@ fn honest(ms: u64, sequence: u64, mode: Mode) -> Vec<u8> {
     let accepted = AcceptedReport {
         via: PeerId::UNIT_A,
         unit: UnitId::A,
-        received: at(ms),
+        received: at_ms(ms),
         age: Some(Span::ms(20)),
         waived: Waived::default(),
         report: report.as_slice().into(),
     };
     let mut gateway = Sender::new(Topic::Feed, NodeId::GATEWAY, Boot(1), FEED);
-    gateway.seal(at(ms), &codec::encode(&Feed::Accepted(accepted)))
+    gateway.seal(at_ms(ms), &codec::encode(&Feed::Accepted(accepted)))
 }
 
 fn message(output: &Output) -> Vec<u8> {

@@ -37,18 +37,18 @@ pub(super) fn open<'a>(body: &'a [u8], budget: &mut u64) -> Result<(Cow<'a, [u8]
     let (chunk, stored) = parse(body).map_err(Unread::Damaged)?;
     *budget = budget.checked_sub(body.len() as u64).ok_or(Unread::Large)?;
     if chunk.data.len() as u64 != stored {
-        let why = format!("a chunk says {stored} bytes of data and has {}", chunk.data.len());
-        return Err(Unread::Damaged(why));
+        let reason = format!("a chunk says {stored} bytes of data and has {}", chunk.data.len());
+        return Err(Unread::Damaged(reason));
     }
     let records = expanded(&chunk, budget)?;
     if records.len() as u64 != chunk.size {
-        let why = format!("a chunk says {} bytes of records and has {}", chunk.size, records.len());
-        return Err(Unread::Damaged(why));
+        let reason = format!("a chunk says {} bytes of records and has {}", chunk.size, records.len());
+        return Err(Unread::Damaged(reason));
     }
     let got = crc32fast::hash(&records);
     if chunk.crc != 0 && got != chunk.crc {
-        let why = format!("a chunk's CRC is {:08x}, that of its bytes {got:08x}", chunk.crc);
-        return Err(Unread::Damaged(why));
+        let reason = format!("a chunk's CRC is {:08x}, that of its bytes {got:08x}", chunk.crc);
+        return Err(Unread::Damaged(reason));
     }
     Ok((records, chunk.crc != 0))
 }
@@ -67,7 +67,7 @@ pub(super) fn cut(body: &[u8], budget: u64) -> Cow<'_, [u8]> {
 
 fn expanded<'a>(chunk: &Chunk<'a>, budget: &mut u64) -> Result<Cow<'a, [u8]>, Unread> {
     let broken =
-        |why: std::io::Error| Unread::Damaged(format!("a chunk's {} data are broken: {why}", chunk.compression));
+        |error: std::io::Error| Unread::Damaged(format!("a chunk's {} data are broken: {error}", chunk.compression));
     if chunk.compression.is_empty() {
         return Ok(Cow::Borrowed(chunk.data));
     }

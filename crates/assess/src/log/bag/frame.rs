@@ -33,7 +33,7 @@ pub(super) struct Frame<'a> {
 ///
 /// # Errors
 /// The reason that there is none.
-pub(super) fn at(bytes: &[u8], at: usize) -> Result<Frame<'_>, String> {
+pub(super) fn read_frame(bytes: &[u8], at: usize) -> Result<Frame<'_>, String> {
     let left = bytes.len().saturating_sub(at);
     let Some((kind, length)) = head(bytes, at) else {
         return Err(format!("a record's header has {HEAD} bytes, {left} are left"));
@@ -48,13 +48,13 @@ pub(super) fn at(bytes: &[u8], at: usize) -> Result<Frame<'_>, String> {
 
 /// The first good record at `from` or behind it; in a file with chunks none of the messages inside one.
 pub(super) fn find(bytes: &[u8], from: usize, chunked: bool) -> Option<usize> {
-    (from..bytes.len()).find(|at| good(bytes, *at, chunked))
+    (from..bytes.len()).find(|offset| good(bytes, *offset, chunked))
 }
 
 /// True if a record begins here, and others follow it.
 pub(super) fn good(bytes: &[u8], at: usize, chunked: bool) -> bool {
     match head(bytes, at) {
-        Some((CHUNK, _)) => self::at(bytes, at).is_ok_and(|frame| chunk::is_one(frame.body)),
+        Some((CHUNK, _)) => self::read_frame(bytes, at).is_ok_and(|frame| chunk::is_one(frame.body)),
         Some(_) | None => row(bytes, at, chunked),
     }
 }
@@ -66,10 +66,10 @@ fn row(bytes: &[u8], mut at: usize, chunked: bool) -> bool {
         if i > 0 && (left.is_empty() || left == mcap::MAGIC) {
             return true;
         }
-        match self::at(bytes, at) {
+        match self::read_frame(bytes, at) {
             Ok(frame) if frame.kind >= PRIVATE => return false,
             Ok(frame) if chunked && matches!(frame.kind, HEADER | MESSAGE) => return false,
-            // Those of the summary stand behind other records; these may be inside of a chunk.
+            // Records of the summary stand behind other records; these may be inside of a chunk.
             Ok(frame) if chunked && i == 0 && matches!(frame.kind, SCHEMA | CHANNEL) => return false,
             Ok(frame) => at = frame.next,
             Err(_) => return false,

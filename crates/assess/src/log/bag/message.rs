@@ -42,8 +42,8 @@ impl Message<'_> {
     pub(in crate::log) fn numbers(&self, paths: &[Path]) -> Result<Vec<f64>, String> {
         match self.coded {
             Coded::Json => {
-                let value: Value =
-                    serde_json::from_slice(&self.unpacked()?).map_err(|why| format!("a message is no JSON: {why}"))?;
+                let value: Value = serde_json::from_slice(&self.unpacked()?)
+                    .map_err(|error| format!("a message is no JSON: {error}"))?;
                 paths.iter().map(|path| number(&value, path.steps())).collect()
             }
             Coded::Cdr(schema) => schema.numbers(&self.unpacked()?, paths),
@@ -55,7 +55,7 @@ impl Message<'_> {
         if !self.is_packed() {
             return Ok(Cow::Borrowed(self.data));
         }
-        let broken = |why: std::io::Error| format!("a message is a broken zstd frame: {why}");
+        let broken = |error: std::io::Error| format!("a message is a broken zstd frame: {error}");
         let most = self.budget.get().min(MAX_MESSAGE);
         let (bytes, ended) = read(zstd::stream::read::Decoder::with_buffer(self.data).map_err(broken)?, most + 1);
         ended.map_err(broken)?;
@@ -68,12 +68,12 @@ impl Message<'_> {
 }
 
 fn number(value: &Value, steps: &[Step]) -> Result<f64, String> {
-    let mut at = value;
+    let mut node = value;
     for step in steps {
-        let within = at.get(&step.name).and_then(|part| step.index.map_or(Some(part), |index| part.get(index)));
-        at = within.ok_or_else(|| format!("no field `{}` in a message", step.name))?;
+        let found = node.get(&step.name).and_then(|part| step.index.map_or(Some(part), |index| part.get(index)));
+        node = found.ok_or_else(|| format!("no field `{}` in a message", step.name))?;
     }
-    match at {
+    match node {
         // Writers give `null` for a number that is not finite.
         Value::Null => Ok(f64::NAN),
         Value::Bool(set) => Ok(f64::from(u8::from(*set))),

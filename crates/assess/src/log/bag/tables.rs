@@ -45,7 +45,7 @@ enum Definition {
     Not(String),
 }
 
-/// Schemas and channels of the summary, which stand in for those that a damaged chunk had.
+/// Schemas and channels of the summary, which replace those that a damaged chunk had.
 pub(super) struct Spare<'a> {
     schemas: BTreeMap<u16, &'a [u8]>,
     channels: BTreeMap<u16, &'a [u8]>,
@@ -54,12 +54,12 @@ pub(super) struct Spare<'a> {
 }
 
 impl<'a> Spare<'a> {
-    /// Of a file with a whole footer, the CRC of which fits.
-    pub(super) fn of(bytes: &'a [u8]) -> Option<Self> {
+    /// Index of a file with a whole footer, the CRC of which fits.
+    pub(super) fn from_file(bytes: &'a [u8]) -> Option<Self> {
         const FOOTER: usize = frame::HEAD + 20;
         const CHUNK_INDEX: u8 = 0x08;
         let end = bytes.len().checked_sub(FOOTER + mcap::MAGIC.len())?;
-        let footer = frame::at(bytes, end).ok().filter(|frame| frame.kind == frame::FOOTER)?.body;
+        let footer = frame::read_frame(bytes, end).ok().filter(|frame| frame.kind == frame::FOOTER)?.body;
         let from = usize::try_from(u64::from_le_bytes(*footer.first_chunk()?)).ok()?;
         let crc = u32::from_le_bytes(*footer.get(16..)?.first_chunk()?);
         let summary = bytes.get(from..end).filter(|_| from > 0)?;
@@ -68,8 +68,8 @@ impl<'a> Spare<'a> {
             return None;
         }
         let mut spare = Self { schemas: BTreeMap::new(), channels: BTreeMap::new(), chunked: false };
-        let mut at = 0;
-        while let Ok(frame) = frame::at(summary, at) {
+        let mut offset = 0;
+        while let Ok(frame) = frame::read_frame(summary, offset) {
             let id = frame.body.first_chunk().map(|id| u16::from_le_bytes(*id));
             match (frame.kind, id) {
                 (frame::SCHEMA, Some(id)) => drop(spare.schemas.insert(id, frame.body)),
@@ -77,7 +77,7 @@ impl<'a> Spare<'a> {
                 (CHUNK_INDEX, _) => spare.chunked = true,
                 _ => {}
             }
-            at = frame.next;
+            offset = frame.next;
         }
         Some(spare)
     }
@@ -173,7 +173,7 @@ impl Tables {
         let Some((spare, body)) = spare.and_then(|spare| Some((spare, *spare.channels.get(&id)?))) else {
             return Ok(());
         };
-        let parsed = |kind: u8, body| mcap::parse_record(kind, body).map_err(|why| why.to_string());
+        let parsed = |kind: u8, body| mcap::parse_record(kind, body).map_err(|error| error.to_string());
         let Record::Channel(channel) = parsed(frame::CHANNEL, body)? else { return Ok(()) };
         if let (false, Some(body)) =
             (self.schemas.contains_key(&channel.schema_id), spare.schemas.get(&channel.schema_id))

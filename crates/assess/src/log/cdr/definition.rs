@@ -1,6 +1,6 @@
 //! A message's definition in the `ros2msg` form, line by line.
 //!
-//! The definition is the message's own, followed by those of its parts behind lines of `=` and `MSG: package/Type`. A line that is none
+//! The definition is the message's own, followed by the definitions of its parts behind lines of `=` and `MSG: package/Type`. A line that is none
 //! of the known kinds is an error with its number: a definition that is understood in part would read numbers at false places. Comments may
 //! be in any encoding.
 
@@ -33,9 +33,9 @@ pub(super) fn parse(root: &str, text: &[u8]) -> Result<Types, String> {
     let mut reading = Reading { types, current: root.to_owned(), separated: false };
     for (i, line) in text.lines().enumerate() {
         let bare = line.split('#').next().unwrap_or_default().trim();
-        if let Err(why) = reading.line(bare) {
+        if let Err(reason) = reading.line(bare) {
             let shown: String = bare.chars().take(SHOWN).collect();
-            return Err(format!("line {} of its definition, `{}`: {why}", i + 1, shown.escape_debug()));
+            return Err(format!("line {} of its definition, `{}`: {reason}", i + 1, shown.escape_debug()));
         }
     }
     Ok(reading.types)
@@ -98,7 +98,7 @@ fn field(line: &str, package: &str) -> Result<Option<Field>, String> {
     let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(neither)?;
     let rest = rest.trim_start();
     let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
-    let (name, behind) = (&rest[..end], rest[end..].trim());
+    let (name, rest_of_line) = (&rest[..end], rest[end..].trim());
     let (kind, many) = kind_of(kind, package)?;
     if !is_name(name) {
         return Err(neither());
@@ -113,11 +113,13 @@ fn field(line: &str, package: &str) -> Result<Option<Field>, String> {
         }
         (Kind::Type(_), _) => false,
     };
-    match behind.strip_prefix('=').map(str::trim) {
+    match rest_of_line.strip_prefix('=').map(str::trim) {
         // A text's value need not be quoted in a constant.
         Some(value) if is_value(value) || matches!(kind, Kind::Text) && !value.is_empty() => Ok(None),
         Some(_) => Err(neither()),
-        None if behind.is_empty() || is_value(behind) => Ok(Some(Field { name: name.to_owned(), kind, many })),
+        None if rest_of_line.is_empty() || is_value(rest_of_line) => {
+            Ok(Some(Field { name: name.to_owned(), kind, many }))
+        }
         None => Err(neither()),
     }
 }
@@ -153,7 +155,7 @@ fn is_name(text: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> String {
+    fn parse_error(text: &str) -> String {
         parse("a/A", text.as_bytes()).unwrap_err()
     }
 
@@ -186,7 +188,7 @@ mod tests {
             "float64\u{b0} x",
         ];
         for line in lines {
-            assert!(told(line).contains("of its definition, `"), "{line}: {}", told(line));
+            assert!(parse_error(line).contains("of its definition, `"), "{line}: {}", parse_error(line));
         }
     }
 }

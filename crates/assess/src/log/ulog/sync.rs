@@ -28,7 +28,7 @@ pub(super) enum There<'a> {
 ///
 /// # Errors
 /// The reason that there is none.
-pub(super) fn at(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_>, String> {
+pub(super) fn read_record(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_>, String> {
     let left = bytes.len() - at;
     if let (Some(start), true) = (cut, left < HEAD) {
         return Ok(There::Cut(start));
@@ -54,8 +54,8 @@ pub(super) fn at(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_
 
 /// The first sync record at `from` or behind it.
 pub(super) fn find(bytes: &[u8], from: usize) -> Option<usize> {
-    let at = bytes.get(from..)?.windows(SYNC.len()).position(|window| window == SYNC)?;
-    Some(from + at)
+    let offset = bytes.get(from..)?.windows(SYNC.len()).position(|window| window == SYNC)?;
+    Some(from + offset)
 }
 
 /// Holds a record against its content and its successor.
@@ -65,7 +65,7 @@ pub(super) fn find(bytes: &[u8], from: usize) -> Option<usize> {
 pub(super) fn check(bytes: &[u8], at: usize, record: &Record<'_>, cut: Option<usize>) -> Result<(), String> {
     let shown = char::from(record.kind).escape_default();
     let size = record.body.len();
-    if let Some(inside) = within(bytes, at, record) {
+    if let Some(inside) = find_sync(bytes, at, record) {
         return Err(format!("a record `{shown}` of {size} bytes reaches into the sync record at byte {inside}"));
     }
     let cut = cut.is_some_and(|start| record.next + HEAD > start);
@@ -76,7 +76,7 @@ pub(super) fn check(bytes: &[u8], at: usize, record: &Record<'_>, cut: Option<us
 }
 
 /// The sync record that begins within this one.
-fn within(bytes: &[u8], at: usize, record: &Record<'_>) -> Option<usize> {
+fn find_sync(bytes: &[u8], at: usize, record: &Record<'_>) -> Option<usize> {
     if record.kind == b'S' {
         return None;
     }

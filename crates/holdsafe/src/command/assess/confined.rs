@@ -42,14 +42,14 @@ pub(super) struct Judged {
 /// Confines this process, reads a request and a recording, and prints the result.
 pub(crate) fn main() -> Exit {
     let confined =
-        link::confined::reader(NAME, Vec::new()).map_err(|why| Failure::new(Exit::Environment, why.to_string()));
-    let asked = confined.and_then(|level| {
+        link::confined::reader(NAME, Vec::new()).map_err(|error| Failure::new(Exit::Environment, error.to_string()));
+    let requested = confined.and_then(|level| {
         if !(level.landlock && level.calls) {
             link::note!("the recording is parsed under confinement {level}");
         }
         request()
     });
-    match asked {
+    match requested {
         Ok(request) => answer(&request).unwrap_or_else(|failure| failure.tell(request.json)),
         Err(failure) => failure.tell(false),
     }
@@ -63,20 +63,21 @@ fn request() -> Result<Request, Failure> {
 
 fn answer(request: &Request) -> Result<Exit, Failure> {
     let Request { file: name, judged, seed, json, files } = request;
-    let unusable = |why: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{name}: {why}"));
+    let unusable = |reason: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{name}: {reason}"));
     let mut bytes = Vec::new();
     std::io::stdin().lock().take(MAX_LOG + 1).read_to_end(&mut bytes).map_err(Failure::internal)?;
-    let log = Log::open_all(&split(files, &bytes)).map_err(|why| unusable(&why))?;
+    let log = Log::open_all(&split(files, &bytes)).map_err(|error| unusable(&error))?;
     let Some(Judged { map: (at, text), platform, terms }) = judged else {
-        let text = guess(&log).map_err(|why| unusable(&why))?;
+        let text = guess(&log).map_err(|reason| unusable(&reason))?;
         out::say(format_args!("{}", text.trim_end()));
         return Ok(Exit::Fine);
     };
     let map = Map::parse(at, text)?;
-    let result = assess::assess(&log, &map, terms, *seed).map_err(|why: TrackError| unusable(&why))?;
+    let result = assess::assess(&log, &map, terms, *seed).map_err(|error: TrackError| unusable(&error))?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    let of = Assessed { file: name.clone(), sha256, log: &log, map: &map, platform: platform.clone(), seed: *seed };
-    let object = AssessObject::new(of, &result);
+    let assessed =
+        Assessed { file: name.clone(), sha256, log: &log, map: &map, platform: platform.clone(), seed: *seed };
+    let object = AssessObject::new(assessed, &result);
     if *json {
         out::print_json("assess", &object)?;
     } else {

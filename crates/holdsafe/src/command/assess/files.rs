@@ -35,21 +35,21 @@ pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Named>, Failure> {
     Ok(files)
 }
 
-/// The recordings in a folder; one of another kind is handed on, so that its own error is told.
+/// The recordings in a folder; one of another kind is handed on, so that its own error is reported.
 fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let failed = |why: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{}: {why}", folder.display()));
-    let entries = std::fs::read_dir(folder).map_err(|why| failed(&why))?.take(16 * MAX_FILES);
+    let failed = |reason: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{}: {reason}", folder.display()));
+    let entries = std::fs::read_dir(folder).map_err(|error| failed(&error))?.take(16 * MAX_FILES);
     let mut names: Vec<String> = Vec::new();
     for entry in entries {
-        let entry = entry.map_err(|why| failed(&why))?;
+        let entry = entry.map_err(|error| failed(&error))?;
         names.extend(entry.file_name().into_string().ok());
     }
-    let with = |ends: &[&str]| -> Vec<&String> {
+    let with_ending = |ends: &[&str]| -> Vec<&String> {
         names.iter().filter(|name| ends.iter().any(|end| name.to_lowercase().ends_with(end))).collect()
     };
-    let mut found = with(&ENDS);
+    let mut found = with_ending(&ENDS);
     if found.is_empty() {
-        found = with(&[".db3", ".db3.zstd", ".bag", ".tlog"]);
+        found = with_ending(&[".db3", ".db3.zstd", ".bag", ".tlog"]);
     }
     if found.is_empty() {
         return Err(failed(
@@ -68,9 +68,9 @@ fn in_order(name: &str) -> Vec<(String, u64)> {
         let text = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
         let (before, from) = rest.split_at(text);
         let digits = from.find(|c: char| !c.is_ascii_digit()).unwrap_or(from.len());
-        let (number, behind) = from.split_at(digits);
+        let (number, remainder) = from.split_at(digits);
         parts.push((before.to_owned(), number.parse().unwrap_or(0)));
-        rest = behind;
+        rest = remainder;
     }
     parts
 }

@@ -100,14 +100,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// The points of one line, ready to run.
 fn points(context: &Context, args: &Args, wanted: &Wanted, curve: &Curve, line: Planned) -> Result<Line, Failure> {
-    let asked = |value: &f64| args.at.is_none_or(|at| at == *value);
-    let values: Vec<f64> = curve.values.iter().map(|value| value.get()).filter(asked).collect();
+    let requested = |value: &f64| args.at.is_none_or(|at| at == *value);
+    let values: Vec<f64> = curve.values.iter().map(|value| value.get()).filter(requested).collect();
     if values.is_empty() {
         let all: Vec<String> = curve.values.iter().map(|value| value.get().to_string()).collect();
         return Err(Failure::new(Exit::Usage, format!("no such value on the curve; there are: {}", all.join(", "))));
     }
     let point = |value: f64| {
-        let variation = curve.at(&line.variation, value).map_err(Failure::internal)?;
+        let variation = curve.variation_at(&line.variation, value).map_err(Failure::internal)?;
         let command = format!("holdsafe campaign curve {} --trials 1 --at {value}{}", args.scenario, line.options);
         Ok((value, Planned { command: Some(command), ..plan::prepare(context, variation, wanted)? }))
     };
@@ -117,8 +117,8 @@ fn points(context: &Context, args: &Args, wanted: &Wanted, curve: &Curve, line: 
 
 fn fold(curve: &Curve, line: Line, trials: &[Trial]) -> CurveLine {
     let point = |(value, planned): &(f64, Planned)| {
-        let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
-        CurvePoint::new(*value, curve, &planned.variation.scenario.expected, &own)
+        let own_trials: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
+        CurvePoint::new(*value, curve, &planned.variation.scenario.expected, &own_trials)
     };
     let points = line.points.iter().map(point).collect();
     CurveLine::new(line.cell, &line.policy, points)

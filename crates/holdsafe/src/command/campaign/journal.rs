@@ -12,7 +12,7 @@ use evidence::trial::Outcome;
 use link::files;
 use parallel::progress::Stop;
 use results::campaign::Plan;
-use results::campaign::row::Row;
+use results::campaign::row::TrialRow;
 use runner::failure::{Exit, Failure};
 use runner::lines::{At, Lines};
 use runner::{lines, out};
@@ -44,9 +44,9 @@ impl Journal {
             fs::rename(directory.join("plan.json.new"), directory.join(PLAN))?;
         }
         let mut index = BTreeMap::new();
-        let lines = Lines::open(&directory.join(TRIALS), |at, row: Row| {
+        let lines = Lines::open(&directory.join(TRIALS), |place, row: TrialRow| {
             belongs(plan, &row)?;
-            index.insert(row.trial, (at, row.outcome));
+            index.insert(row.trial, (place, row.outcome));
             Ok(())
         })?;
         Ok(Self { lines, index: Mutex::new(index), _lock: lock })
@@ -58,9 +58,9 @@ impl Journal {
     }
 
     /// A finished trial.
-    pub(super) fn row(&self, trial: u64) -> Result<Option<Row>, Failure> {
-        let at = self.index().get(&trial).map(|(at, _)| *at);
-        at.map(|at| self.lines.get(at)).transpose()
+    pub(super) fn row(&self, trial: u64) -> Result<Option<TrialRow>, Failure> {
+        let at = self.index().get(&trial).map(|(place, _)| *place);
+        at.map(|place| self.lines.get(place)).transpose()
     }
 
     /// Number of finished trials.
@@ -69,10 +69,10 @@ impl Journal {
     }
 
     /// Adds a finished trial. One that is there already has to be the same in everything.
-    pub(super) fn add(&self, plan: &Plan, row: &Row) -> Result<(), Failure> {
+    pub(super) fn add(&self, plan: &Plan, row: &TrialRow) -> Result<(), Failure> {
         let Some(known) = self.row(row.trial)? else {
-            let at = self.lines.put(row)?;
-            self.index().insert(row.trial, (at, row.outcome));
+            let place = self.lines.put(row)?;
+            self.index().insert(row.trial, (place, row.outcome));
             return Ok(());
         };
         if known == *row {
@@ -80,12 +80,12 @@ impl Journal {
         }
         let (v, i) = plan.place(row.trial);
         let name = plan.variations.get(v).map(|variation| variation.name()).unwrap_or_default();
-        let of = |row: &Row| format!("{} with log {}", row.outcome.name(), row.log_hash);
+        let describe = |row: &TrialRow| format!("{} with log {}", row.outcome.name(), row.log_hash);
         let message = format!(
             "trial of seed {} of `{name}`: expected {}, got {}; the same trial came out differently",
             plan.seed(i),
-            of(&known),
-            of(row)
+            describe(&known),
+            describe(row)
         );
         Err(Failure::new(Exit::Usage, message).reproduced_by(plan.reproduce(v, i)))
     }
@@ -98,9 +98,9 @@ impl Journal {
 /// The plan in a campaign's folder.
 pub(super) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
     let path = directory.join(PLAN);
-    let unusable = |why: String| {
+    let unusable = |reason: String| {
         let remedy = "name the folder that `holdsafe campaign run --out DIR` made";
-        Failure::new(Exit::Usage, format!("{}: {why}; {remedy}", path.display()))
+        Failure::new(Exit::Usage, format!("{}: {reason}; {remedy}", path.display()))
     };
     let text = files::read(&path, MAX_PLAN_BYTES).map_err(|e| unusable(e.to_string()))?;
     let plan: Plan = serde_json::from_slice(&text).map_err(|e| unusable(e.to_string()))?;
@@ -117,19 +117,19 @@ pub(super) fn has_journal(directory: &Path) -> bool {
 pub(super) fn each_row(
     directory: &Path,
     plan: &Plan,
-    take: impl FnMut(Row) -> Result<(), Failure>,
+    take: impl FnMut(TrialRow) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     lines::each(&directory.join(TRIALS), |row| belongs(plan, row), take)
 }
 
 /// Checks that a folder holds the campaign of `plan` and no other.
-pub(super) fn same(directory: &Path, plan: &Plan, there: &Plan) -> Result<(), Failure> {
-    let Some(difference) = plan.difference(there) else { return Ok(()) };
+pub(super) fn same(directory: &Path, plan: &Plan, stored: &Plan) -> Result<(), Failure> {
+    let Some(difference) = plan.difference(stored) else { return Ok(()) };
     let message = format!("{} is of another campaign: {difference}", directory.display());
     Err(Failure::new(Exit::Usage, format!("{message}; keep each campaign in a folder of its own")))
 }
 
-fn belongs(plan: &Plan, row: &Row) -> Result<(), String> {
+fn belongs(plan: &Plan, row: &TrialRow) -> Result<(), String> {
     let total = plan.total();
     if row.trial < total { Ok(()) } else { Err(format!("trial {} of a campaign of {total}", row.trial)) }
 }
@@ -140,8 +140,8 @@ mod tests {
     use evidence::trial::Trial;
     use results::campaign::example::plan;
 
-    fn row(number: u64, outcome: Outcome) -> Row {
-        Row::of(number, &Trial::example(number, outcome))
+    fn row(number: u64, outcome: Outcome) -> TrialRow {
+        TrialRow::from_trial(number, &Trial::example(number, outcome))
     }
 
     fn open(directory: &Path, plan: &Plan) -> Result<Journal, Failure> {
@@ -155,10 +155,10 @@ mod tests {
         let journal = open(directory.path(), &plan).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("the same again");
-        let told = journal.add(&plan, &row(3, Outcome::Unsafe)).expect_err("another").to_string();
+        let text = journal.add(&plan, &row(3, Outcome::Unsafe)).expect_err("another").to_string();
         assert!(
-            told.starts_with("trial of seed 10 of `loss @ loss.0.share=0.5`: expected HOLD_SAFE with log"),
-            "{told}"
+            text.starts_with("trial of seed 10 of `loss @ loss.0.share=0.5`: expected HOLD_SAFE with log"),
+            "{text}"
         );
         drop(journal);
         let journal = open(directory.path(), &plan).expect("the same");
@@ -170,8 +170,8 @@ mod tests {
     fn folder_belongs_to_one_campaign() {
         let directory = tempfile::tempdir().expect("a folder");
         drop(open(directory.path(), &plan(10)).expect("new"));
-        let told = open(directory.path(), &plan(11)).expect_err("other").to_string();
-        assert!(told.contains("is of another campaign: trials: expected 11, got 10"), "{told}");
+        let text = open(directory.path(), &plan(11)).expect_err("other").to_string();
+        assert!(text.contains("is of another campaign: trials: expected 11, got 10"), "{text}");
     }
 
     /// At its line.
@@ -180,7 +180,7 @@ mod tests {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));
         let line = serde_json::to_string(&row(2, Outcome::HoldSafe)).expect("a line");
         fs::write(directory.path().join(TRIALS), lines::reseal((line + "\n").as_bytes())).expect("written");
-        let told = open(directory.path(), &plan).expect_err("refused").to_string();
-        assert!(told.contains("trials.jsonl:1: trial 2 of a campaign of 2"), "{told}");
+        let text = open(directory.path(), &plan).expect_err("refused").to_string();
+        assert!(text.contains("trials.jsonl:1: trial 2 of a campaign of 2"), "{text}");
     }
 }

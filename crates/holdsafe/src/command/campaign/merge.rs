@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use results::campaign::partition::Partition;
 
 use super::journal::{Journal, each_row, read_plan, same};
-use super::run::{conclude, exit, tell};
+use super::run::{conclude, exit, print_result};
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 
@@ -31,14 +31,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let dir = out::directory(&args.out, Some(&args.out), "merged")?;
     let journal = Journal::open(&dir, &plan, &context.stop)?;
-    let own = dir.canonicalize()?;
+    let own_path = dir.canonicalize()?;
     for part in &args.parts {
-        if part.canonicalize()? != own {
+        if part.canonicalize()? != own_path {
             each_row(part, &plan, |row| journal.add(&plan, &row))?;
         }
     }
     let merged = conclude(&dir, &plan, &journal, Partition::WHOLE)?;
-    tell(context, &dir, &merged)?;
+    print_result(context, &dir, &merged)?;
     if !merged.complete {
         link::note!(
             "{} of {} trials are there; the parts that are missing are not among these folders",

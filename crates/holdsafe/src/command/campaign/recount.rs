@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use results::campaign::row::Row;
+use results::campaign::row::TrialRow;
 use results::report::{CampaignObject, CampaignRow};
 use runner::failure::Failure;
 
@@ -19,25 +19,25 @@ pub(in crate::command) fn contradiction(directory: &Path, stated: &CampaignObjec
         return Ok(None);
     }
     let plan = read_plan(directory)?;
-    let mut rows: BTreeMap<u64, Row> = BTreeMap::new();
+    let mut rows: BTreeMap<u64, TrialRow> = BTreeMap::new();
     each_row(directory, &plan, |row| {
         rows.insert(row.trial, row);
         Ok(())
     })?;
     // The object does not say if it is of a partition, of which every trial counts.
-    let mut told = None;
+    let mut text = None;
     for whole in [true, false] {
         let finished = (|number| rows.get(&number).map(|row| row.outcome), |number| Ok(rows.get(&number).cloned()));
         let folded = folded(&plan, whole, finished, |_, _, _| Ok(()))?;
         match difference(stated, &folded) {
             None => return Ok(None),
-            differs => told = told.or(differs),
+            differs => text = text.or(differs),
         }
     }
-    Ok(told)
+    Ok(text)
 }
 
-/// Of everything that a reader takes from a campaign.
+/// Difference in any value that a reader takes from a campaign.
 fn difference(stated: &CampaignObject, folded: &CampaignObject) -> Option<String> {
     let shown = |row: &CampaignRow| (row.n, row.outcomes.clone(), row.unexpected, row.claim);
     let mut rows = stated.rows.iter().zip(&folded.rows);

@@ -12,7 +12,7 @@ use parallel::progress::Progress;
 use results::campaign::Plan;
 use results::campaign::claim::Claim;
 use results::campaign::partition::Partition;
-use results::campaign::row::Row;
+use results::campaign::row::TrialRow;
 use results::report::{CampaignObject, Fold, campaign_table};
 use runner::bring::Bring;
 use runner::engage::Engage;
@@ -99,14 +99,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Exit::Fine | Exit::Internal | Exit::Usage | Exit::Unexpected | Exit::NoEvidence | Exit::Environment => failure,
     })?;
     let campaign = conclude(&dir, &plan, &journal, partition)?;
-    tell(context, &dir, &campaign)?;
+    print_result(context, &dir, &campaign)?;
     Ok(exit(&campaign, partition.is_whole()))
 }
 
 /// The finished trials that a partition knows of.
 struct Known<'a> {
     journal: &'a Journal,
-    /// Those that were merged when its round began.
+    /// Trials that were merged when its round began.
     merged: BTreeMap<u64, Outcome>,
 }
 
@@ -165,15 +165,15 @@ fn all(
     }
 }
 
-fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Result<Row, Failure> {
+fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Result<TrialRow, Failure> {
     let (v, i) = plan.place(number);
     let planned = planned.get(v).ok_or_else(|| Failure::internal("a trial without a variation"))?;
     let drawn = plan.drawn(v, i);
-    let scenario = planned.variation.with(&drawn).map_err(|why| plan::unfit(&planned.variation, why))?;
+    let scenario = planned.variation.with_settings(&drawn).map_err(|reason| plan::unfit(&planned.variation, reason))?;
     let variation = Variation { cell: planned.variation.cell.clone(), scenario };
     let planned = Planned { variation, command: Some(plan.command(v, i)), ..planned.clone() };
     let trial = batch::trial(planned.mode(), &planned, &planned.setup, plan.seed(i), &context.stop)?;
-    Ok(Row::of(number, &trial))
+    Ok(TrialRow::from_trial(number, &trial))
 }
 
 /// Message after Ctrl-C.
@@ -205,8 +205,8 @@ pub(super) fn conclude(
 pub(super) fn folded(
     plan: &Plan,
     whole: bool,
-    (outcome, row): (impl Fn(u64) -> Option<Outcome>, impl Fn(u64) -> Result<Option<Row>, Failure>),
-    mut each: impl FnMut(usize, u64, &Row) -> Result<(), Failure>,
+    (outcome, row): (impl Fn(u64) -> Option<Outcome>, impl Fn(u64) -> Result<Option<TrialRow>, Failure>),
+    mut each: impl FnMut(usize, u64, &TrialRow) -> Result<(), Failure>,
 ) -> Result<CampaignObject, Failure> {
     let mut digest = Sha256::new_with_prefix("holdsafe campaign\n");
     digest.update(plan.digest());
@@ -227,18 +227,18 @@ pub(super) fn folded(
 }
 
 /// A trial in the campaign's hash: a line of JSON.
-fn line(plan: &Plan, v: usize, i: u64, row: &Row) -> Result<String, Failure> {
+fn line(plan: &Plan, v: usize, i: u64, row: &TrialRow) -> Result<String, Failure> {
     let parts = (v, plan.seed(i), plan.drawn(v, i), row.outcome, &row.log_hash);
     let text = serde_json::to_string(&parts).map_err(Failure::internal)?;
     Ok(format!("\n{text}"))
 }
 
 /// Prints the result.
-pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> Result<(), Failure> {
+pub(super) fn print_result(context: &Context, dir: &Path, campaign: &CampaignObject) -> Result<(), Failure> {
     if context.json {
         return out::print_json("campaign", campaign);
     }
-    out::say(format_args!("{}{}{}", campaign_table(campaign), beside(campaign), dir.display()));
+    out::say(format_args!("{}{}{}", campaign_table(campaign), unexpected_line(campaign), dir.display()));
     if !table::IS_BUILT {
         link::note!("{}", table::LEFT_OUT);
     }
@@ -246,7 +246,7 @@ pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> 
 }
 
 /// A line on unexpected trials beside a claim that is shown, which decides the exit code alone.
-fn beside(campaign: &CampaignObject) -> String {
+fn unexpected_line(campaign: &CampaignObject) -> String {
     let shown = campaign.claim.is_some_and(|claims| claims.shown > 0);
     let unexpected: u64 = campaign.rows.iter().map(|row| row.unexpected).sum();
     if !shown || unexpected == 0 {

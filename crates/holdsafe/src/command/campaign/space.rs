@@ -1,5 +1,5 @@
-//! From the command line to a campaign: scenarios, cells and grids crossed with each other, each combination checked as a
-//! cell of its file would be.
+//! Conversion of a command line to a campaign: scenarios, cells and grids crossed with each other, each combination
+//! checked as a cell of its file would be.
 
 use std::collections::BTreeMap;
 
@@ -38,8 +38,8 @@ pub(super) fn grid(text: &str) -> Result<Grid, String> {
 
 /// Reads `--draw PATH=DISTRIBUTION`.
 pub(super) fn drawn(text: &str) -> Result<Draw, String> {
-    let (path, how) = text.split_once('=').unwrap_or((text, ""));
-    how.parse().map(|how| Draw(path.to_owned(), how))
+    let (path, manner) = text.split_once('=').unwrap_or((text, ""));
+    manner.parse().map(|distribution| Draw(path.to_owned(), distribution))
 }
 
 /// The campaign, and the plan of each of its variations, ready to run.
@@ -70,7 +70,7 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
     };
     let variations = planned.iter().map(|(planned, set)| described(planned, set)).collect::<Result<_, _>>()?;
     let plan = Plan { terms, variations };
-    plan.bounded().map_err(|why| Failure::new(Exit::Usage, why))?;
+    plan.bounded().map_err(|reason| Failure::new(Exit::Usage, reason))?;
     let planned: Vec<Planned> = planned.into_iter().map(|(planned, _)| planned).collect();
     planned.iter().try_for_each(|one| drawable(one, &plan.terms.draws))?;
     Ok((plan, planned))
@@ -86,14 +86,14 @@ type Paths = (BTreeMap<String, Vec<Value>>, BTreeMap<String, Distribution>);
 
 /// Each path once, in one part.
 fn paths(args: &Args) -> Result<Paths, Failure> {
-    let twice = |path: &str| Failure::new(Exit::Usage, format!("`{path}` is set twice; name each path once"));
+    let duplicate = |path: &str| Failure::new(Exit::Usage, format!("`{path}` is set twice; name each path once"));
     let (mut grids, mut draws) = (BTreeMap::new(), BTreeMap::new());
     for Grid(path, values) in &args.grid {
         if values.iter().enumerate().any(|(i, value)| values[..i].contains(value)) {
             return Err(Failure::new(Exit::Usage, format!("--grid {path} has a value twice; name each once")));
         }
         if grids.insert(path.clone(), values.clone()).is_some() {
-            return Err(twice(path));
+            return Err(duplicate(path));
         }
     }
     for Draw(path, how) in &args.draw {
@@ -104,7 +104,7 @@ fn paths(args: &Args) -> Result<Paths, Failure> {
             ));
         }
         if grids.contains_key(path) || draws.insert(path.clone(), how.clone()).is_some() {
-            return Err(twice(path));
+            return Err(duplicate(path));
         }
     }
     Ok((grids, draws))
@@ -116,17 +116,17 @@ fn crossed(
     wanted: &Wanted,
     cell: &Planned,
     grids: &BTreeMap<String, Vec<Value>>,
-    there: usize,
+    index: usize,
 ) -> Result<Vec<(Planned, Settings)>, Failure> {
     let count = grids.values().try_fold(1usize, |n, values| n.checked_mul(values.len()));
-    let fits = |n: &usize| n.saturating_add(there) <= MAX_VARIATIONS;
+    let fits = |n: &usize| n.saturating_add(index) <= MAX_VARIATIONS;
     let count = count.filter(fits).ok_or_else(|| {
         let message = format!("more than {MAX_VARIATIONS} variations: scenarios, cells and grids are crossed");
         Failure::new(Exit::Usage, format!("{message}; leave some out, or draw values with --draw"))
     })?;
     let one = |at: usize| {
         let set = combination(grids, at);
-        let scenario = cell.variation.with(&set).map_err(|why| plan::unfit(&cell.variation, why))?;
+        let scenario = cell.variation.with_settings(&set).map_err(|reason| plan::unfit(&cell.variation, reason))?;
         let cell = cell.variation.cell.clone();
         Ok((plan::prepare(context, Variation { cell, scenario }, wanted)?, set))
     };
@@ -145,11 +145,12 @@ fn combination(grids: &BTreeMap<String, Vec<Value>>, mut at: usize) -> Settings 
 
 /// Checks that the ends of the drawn ranges fit, all lower ones together, all upper ones, and every choice.
 fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result<(), Failure> {
-    let ends: Vec<(&String, Vec<Value>)> = draws.iter().map(|(path, how)| (path, how.ends())).collect();
+    let ends: Vec<(&String, Vec<Value>)> =
+        draws.iter().map(|(path, distribution)| (path, distribution.ends())).collect();
     let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);
     (0..most).try_for_each(|k| {
         let set: Settings = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();
-        planned.variation.with(&set).map(|_| ()).map_err(|why| plan::unfit(&planned.variation, why))
+        planned.variation.with_settings(&set).map(|_| ()).map_err(|reason| plan::unfit(&planned.variation, reason))
     })
 }
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use results::campaign::Plan;
-use results::campaign::row::Row;
+use results::campaign::row::TrialRow;
 use runner::failure::Failure;
 
 /// True if this program writes the file.
@@ -33,7 +33,7 @@ impl<'p> TrialFile<'p> {
     }
 
     /// Adds trial `i` of variation `v`; in order.
-    pub(super) fn add_trial(&mut self, v: usize, i: u64, row: &Row) -> Result<(), Failure> {
+    pub(super) fn add_trial(&mut self, v: usize, i: u64, row: &TrialRow) -> Result<(), Failure> {
         self.rows.put(v, i, row.clone()).map_err(unwritable)
     }
 
@@ -46,7 +46,7 @@ impl<'p> TrialFile<'p> {
 
 #[cfg(not(feature = "parquet"))]
 impl TrialFile {
-    /// Moves a file that another build left aside: its trials may be fewer than those of the result beside it.
+    /// Moves a file that another build left aside: its trials may be fewer than the trials of the result beside it.
     pub(super) fn create(dir: &Path, _: &Plan) -> Result<Self, Failure> {
         match std::fs::rename(dir.join("trials.parquet"), dir.join("trials.earlier.parquet")) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error.into()),
@@ -55,7 +55,7 @@ impl TrialFile {
     }
 
     /// Leaves a trial out.
-    pub(super) fn add_trial(&mut self, _: usize, _: u64, _: &Row) -> Result<(), Failure> {
+    pub(super) fn add_trial(&mut self, _: usize, _: u64, _: &TrialRow) -> Result<(), Failure> {
         Ok(())
     }
 

@@ -48,14 +48,14 @@ pub(super) fn measure() -> Scheduling {
         let sleepers: Vec<_> = (0..threads).map(|_| scope.spawn(|| oversleeps(NAP, NAPS))).collect();
         sleepers.into_iter().flat_map(|sleeper| sleeper.join().unwrap_or_default()).collect()
     });
-    Scheduling::of(threads, all)
+    Scheduling::from_delays(threads, all)
 }
 
 impl Scheduling {
-    /// Of sleeps that were late by so many microseconds.
-    fn of(threads: usize, mut late: Vec<u64>) -> Self {
+    /// Quantiles of sleeps that were late by a given number of microseconds.
+    fn from_delays(threads: usize, mut late: Vec<u64>) -> Self {
         late.sort_unstable();
-        let at = |share: f64| late.get(((late.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied();
+        let quantile = |share: f64| late.get(((late.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied();
         let ms = |us: Option<u64>| us.unwrap_or(0) as f64 / 1000.0;
         let max = late.last().copied();
         // Half of the limit in two quiet seconds leaves little for a run.
@@ -63,8 +63,8 @@ impl Scheduling {
         Self {
             threads,
             sleeps: late.len(),
-            p50_ms: ms(at(0.5)),
-            p99_ms: ms(at(0.99)),
+            p50_ms: ms(quantile(0.5)),
+            p99_ms: ms(quantile(0.99)),
             max_ms: ms(max),
             limit_ms: ms(Some(OVERSLEPT_US)),
             within: max.is_none_or(|max| max <= OVERSLEPT_US),
@@ -98,12 +98,12 @@ mod tests {
     /// Near the limit there is advice.
     #[test]
     fn lateness_is_compared_with_the_limit() {
-        let quiet = Scheduling::of(2, (1..=100).map(|n| n * 10).collect());
+        let quiet = Scheduling::from_delays(2, (1..=100).map(|n| n * 10).collect());
         assert_eq!((quiet.p50_ms, quiet.p99_ms, quiet.max_ms), (0.5, 0.99, 1.0));
         assert!(quiet.within && quiet.advice().is_none());
-        let near = Scheduling::of(2, vec![100, OVERSLEPT_US]);
+        let near = Scheduling::from_delays(2, vec![100, OVERSLEPT_US]);
         assert!(near.within && near.advice().is_some());
-        let late = Scheduling::of(2, vec![100, OVERSLEPT_US + 1]);
+        let late = Scheduling::from_delays(2, vec![100, OVERSLEPT_US + 1]);
         assert!(!late.within && late.mark().starts_with("LATE") && late.advice().is_some());
     }
 

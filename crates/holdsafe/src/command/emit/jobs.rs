@@ -40,7 +40,7 @@ impl Jobs {
             }
             Engine::Slurm => {
                 out::write_text(dir, "part.sbatch", &self.array())?;
-                out::write_text(dir, "merge.sbatch", &self.after())?;
+                out::write_text(dir, "merge.sbatch", &self.dependencies())?;
                 script(dir, "submit", &self.submit())?;
                 Ok(format!("{folder}/submit"))
             }
@@ -71,7 +71,7 @@ impl Jobs {
         )
     }
 
-    fn after(&self) -> String {
+    fn dependencies(&self) -> String {
         let dir = quoted(&self.dir);
         format!(
             "#!/bin/sh\n#SBATCH --job-name=holdsafe-merge\n#SBATCH --output=/dev/null\n\
@@ -91,8 +91,8 @@ impl Jobs {
     /// HyperQueue's job definition file.
     fn tasks(&self) -> Result<String, Failure> {
         let text = |value: String| toml::Value::String(value);
-        let table = |of: Vec<(&str, toml::Value)>| {
-            toml::Value::Table(of.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
+        let table = |entries: Vec<(&str, toml::Value)>| {
+            toml::Value::Table(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
         };
         let output = |name: String| text(format!("{}/{name}.log", self.dir));
         let cores = table(vec![("resources", table(vec![("cpus", i64::from(self.cores).into())]))]);

@@ -17,14 +17,14 @@ const LIVE_TO_TWIN: f64 = 2.4;
 /// Part of the cores that live runs may take: above it services wait for each other, and the host spoils runs.
 const USABLE: f64 = 0.75;
 
-/// Live runs side by side on so many cores: 1 at the least, and where none is missing; at most one for each core.
+/// Live runs side by side on a given number of cores: 1 at the least, and where none is missing; at most one for each core.
 ///
 /// # Errors
 /// When the measured trial cannot run.
-pub(super) fn measure_jobs(context: &Context, parts: &[Part], kept: &Kept, cores: usize) -> Result<usize, Failure> {
+pub(super) fn measure_jobs(context: &Context, parts: &[Part], shelf: &Kept, cores: usize) -> Result<usize, Failure> {
     let mut missing: Vec<&Planned> = Vec::new();
     for planned in parts.iter().flat_map(|part| &part.live) {
-        if kept.shelf(Mode::Live, planned)?.get(context.seed).is_none() {
+        if shelf.shelf(Mode::Live, planned)?.get(context.seed).is_none() {
             missing.push(planned);
         }
     }

@@ -15,7 +15,7 @@ use super::Args;
 pub(super) const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
 /// Simulated trials of each scenario and of each cell: the fewest that bound a 95th percentile.
 pub(super) const TRIALS: u64 = 59;
-/// The same of a smoke check, which bounds none.
+/// Trials of a smoke check, which bounds no rate.
 pub(super) const QUICK_TRIALS: u64 = 3;
 /// Repetitions of a live run that a stall of the host alone makes INVALID; the tables name the repeated ones.
 const RETRIES: u32 = 2;
@@ -32,7 +32,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The way of its simulated trials.
+    /// Mode of its simulated trials.
     pub(super) fn mode(&self) -> Mode {
         if self.scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin }
     }
@@ -69,7 +69,7 @@ pub(super) fn plan_parts(context: &Context, args: &Args) -> Result<Vec<Part>, Fa
         }
         if args.apart {
             part.simulated.clear();
-            part.live.iter_mut().for_each(|of| of.setup.hosts = Hosts::Namespaces);
+            part.live.iter_mut().for_each(|planned| planned.setup.hosts = Hosts::Namespaces);
         }
     }
     parts.retain(|part| !part.simulated.is_empty() || !part.live.is_empty());
@@ -80,7 +80,7 @@ pub(super) fn plan_parts(context: &Context, args: &Args) -> Result<Vec<Part>, Fa
     Ok(parts)
 }
 
-/// Every shipped scenario on its own platform, in the twin and live; and in the twin on each platform that owes the same classes.
+/// Every shipped scenario on its own platform, in the twin and live; and in the twin on each platform that has the same expected classes.
 fn plan_everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
     let mut parts = Vec::new();
     for file in scenario::shipped(&context.root()?)? {
@@ -100,17 +100,17 @@ fn plan_everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
     Ok(parts)
 }
 
-/// The scenarios of `chosen` and those that it shares with the platform of which it owes the classes, rendered and live too if wanted.
+/// The scenarios of `chosen` and those that it shares with the platform of which it has the expected classes, rendered and live too if wanted.
 fn plan_on(context: &Context, chosen: &Chosen, (rendered, also_live): (bool, bool)) -> Result<Vec<Part>, Failure> {
     let platform = load_platform(&chosen.file)?;
     let mut parts = Vec::new();
     for file in scenario::shipped(&context.root()?)? {
         let scenario = context.scenario(&file)?;
-        let (own, shared) = (
+        let (own_part, shared) = (
             *scenario.platform == *platform.name,
-            platform.owes.as_ref().is_some_and(|owes| **owes == *scenario.platform),
+            platform.owes.as_ref().is_some_and(|name| **name == *scenario.platform),
         );
-        if scenario.is_of_stacks() || !(own || shared) {
+        if scenario.is_of_stacks() || !(own_part || shared) {
             continue;
         }
         let platform_of_owed = shared.then(|| chosen.clone());
@@ -130,7 +130,7 @@ fn plan_on(context: &Context, chosen: &Chosen, (rendered, also_live): (bool, boo
 fn plan_live(context: &Context, scenario: &Scenario, platform: Option<Chosen>) -> Result<Vec<Planned>, Failure> {
     let wanted = Wanted { platform, rendered: true, where_trained: true, ..Wanted::default() };
     let mut planned = one_of_each_policy(plan::of_scenario(context, scenario, &wanted)?);
-    planned.iter_mut().for_each(|of| of.setup.retries = RETRIES);
+    planned.iter_mut().for_each(|one| one.setup.retries = RETRIES);
     Ok(planned)
 }
 

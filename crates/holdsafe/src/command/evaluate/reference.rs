@@ -1,5 +1,5 @@
 //! The reference evaluation: every part 59 times in the twin, or on the real stacks in memory where it has no platform, and then
-//! once live. Finished trials are kept, so that it resumes after any interruption. Its end is told by `tell`.
+//! once live. Finished trials are kept, so that it resumes after any interruption. Its result is printed by `print_result`.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -117,12 +117,12 @@ impl Evaluation<'_> {
             }
         }
         if unrecorded > 0 {
-            let kept = self.dir.join("kept");
+            let path = self.dir.join("kept");
             link::note!(
                 "the recordings of {unrecorded} finished live runs are gone, or are not those of their trials: the results stand, and no detail \
                  can be looked up in them; \
                  without {} all runs again",
-                kept.display()
+                path.display()
             );
         }
         Ok(())
@@ -130,7 +130,7 @@ impl Evaluation<'_> {
 
     /// Says before anything runs how long it will take.
     fn announce(&self) {
-        if self.context.talk != Talk::Normal || self.context.stop.asked() {
+        if self.context.talk != Talk::Normal || self.context.stop.is_requested() {
             return;
         }
         let (remaining, dir) = (self.remaining(), self.dir.display());
@@ -138,12 +138,12 @@ impl Evaluation<'_> {
             link::note!("evaluate: {}: all were there already, in {dir}", remaining.describe_all());
             return;
         }
-        let there = match remaining.simulated.finished + remaining.live.finished {
+        let left_over = match remaining.simulated.finished + remaining.live.finished {
             0 => String::new(),
             _ => format!(", of which {} are there already", remaining.describe_finished()),
         };
         let (time, cores) = (remaining.describe_time(), self.cores);
-        link::note!("evaluate: {}{there}; {time} on {cores} cores", remaining.describe_all());
+        link::note!("evaluate: {}{left_over}; {time} on {cores} cores", remaining.describe_all());
         link::note!("seeds from {} on; --seed names others", self.context.seed);
         link::note!("Ctrl-C is safe: what is finished is kept in {dir}, and the same command goes on from there");
     }
@@ -185,11 +185,11 @@ impl Evaluation<'_> {
     /// Runs all live runs, several side by side.
     fn run_live(&self, parts: &[Part]) -> Result<Vec<Judged>, Failure> {
         let each = parts.iter().flat_map(|part| part.live.iter().map(move |planned| (part, planned)));
-        let of: Vec<(&Part, &Planned)> = each.collect();
-        let live: Vec<Planned> = of.iter().map(|(_, planned)| Planned::clone(planned)).collect();
+        let chosen: Vec<(&Part, &Planned)> = each.collect();
+        let live: Vec<Planned> = chosen.iter().map(|(_, planned)| Planned::clone(planned)).collect();
         let (batch, shelves) = (self.batch(Mode::Live, &live, self.dir), self.open_shelves(Mode::Live, &live)?);
         let count = |number: u64, trial: &Trial| {
-            let Some((part, planned)) = of.get(number as usize) else { return };
+            let Some((part, planned)) = chosen.get(number as usize) else { return };
             self.count_one(Mode::Live, self.expect_seconds(Mode::Live, part));
             let row = Judged::new(part, planned, Mode::Live, std::slice::from_ref(trial)).row;
             // The others have the line of their simulated trials.
@@ -200,10 +200,10 @@ impl Evaluation<'_> {
         let trials = batch.run_kept_each(&shelves, batch.threads(), count, &self.context.stop)?;
         let mut left = trials.as_slice();
         for part in parts.iter().filter(|part| !part.live.is_empty()) {
-            let own = left.split_off(..part.live.len()).unwrap_or_default();
-            self.write_trials(part, Mode::Live, own)?;
+            let own_trials = left.split_off(..part.live.len()).unwrap_or_default();
+            self.write_trials(part, Mode::Live, own_trials)?;
         }
-        let each = of.iter().zip(trials.chunks(1));
+        let each = chosen.iter().zip(trials.chunks(1));
         Ok(each.map(|((part, planned), trial)| Judged::new(part, planned, Mode::Live, trial)).collect())
     }
 
@@ -223,7 +223,7 @@ impl Evaluation<'_> {
     fn print_line(&self, rows: &[ReferenceRow]) {
         let rows: Vec<&ReferenceRow> = rows.iter().collect();
         if let Some(first) = rows.first().filter(|_| !self.context.json) {
-            self.progress.beside(|| out::say(format_args!("{}", scenario_line(&first.scenario, &rows))));
+            self.progress.hide_while(|| out::say(format_args!("{}", scenario_line(&first.scenario, &rows))));
         }
     }
 

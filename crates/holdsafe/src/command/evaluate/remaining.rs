@@ -3,7 +3,7 @@
 use results::mode::Mode;
 use scenario::Scenario;
 
-/// Simulated seconds that a core takes a second for, until a rate has been measured: those of `holdsafe run nominal --trials 200` on a slow host.
+/// Simulated seconds that a core takes a second for, until a rate has been measured: measured by `holdsafe run nominal --trials 200` on a slow host.
 const TWIN_SPEED: f64 = 220.0;
 /// Seconds of a core that a trial on the stacks takes, until then.
 const STACK_S: f64 = 0.03;
@@ -24,7 +24,7 @@ pub(super) struct Remaining {
 pub(super) struct Share {
     /// All of them.
     pub(super) trials: usize,
-    /// Those that are finished.
+    /// Number of finished trials.
     pub(super) finished: usize,
     /// Expected seconds of those that were missing at the start.
     expected_s: f64,
@@ -36,7 +36,7 @@ pub(super) struct Share {
     took_s: f64,
 }
 
-/// Seconds that one trial adds to the whole, so many live ones side by side, before any rate has been measured.
+/// Seconds that one trial adds to the whole, a given number of live ones side by side, before any rate has been measured.
 pub(super) fn expect_seconds(mode: Mode, scenario: &Scenario, cores: usize, live_jobs: usize) -> f64 {
     let (length_s, cores) = (scenario.duration_s.get(), cores as f64);
     match mode {
@@ -47,7 +47,7 @@ pub(super) fn expect_seconds(mode: Mode, scenario: &Scenario, cores: usize, live
 }
 
 impl Share {
-    /// Adds trials of which so many are missing, each expected to take so long.
+    /// Adds trials of which some are missing, each expected to take so long.
     pub(super) fn add(&mut self, trials: usize, missing: usize, each_s: f64) {
         self.trials += trials;
         self.finished += trials.saturating_sub(missing);
@@ -94,18 +94,21 @@ impl Remaining {
 
     /// Finished and all trials, in words.
     pub(super) fn describe_finished(&self) -> String {
-        self.describe_shares(|of| format!("{} of {}", group_digits(of.finished), group_digits(of.trials)))
+        self.describe_shares(|share| format!("{} of {}", group_digits(share.finished), group_digits(share.trials)))
     }
 
     /// All trials, in words.
     pub(super) fn describe_all(&self) -> String {
-        self.describe_shares(|of| group_digits(of.trials))
+        self.describe_shares(|share| group_digits(share.trials))
     }
 
     /// Each share that has trials, by `number` and with its name.
     fn describe_shares(&self, number: impl Fn(&Share) -> String) -> String {
         let shares = [(&self.simulated, "twin and stack trials"), (&self.live, "live runs")];
-        let words = shares.iter().filter(|(of, _)| of.trials > 0).map(|(of, name)| format!("{} {name}", number(of)));
+        let words = shares
+            .iter()
+            .filter(|(share, _)| share.trials > 0)
+            .map(|(share, name)| format!("{} {name}", number(share)));
         words.collect::<Vec<_>>().join(", ")
     }
 }

@@ -44,9 +44,9 @@ struct Reproduced {
     architecture: String,
     seed: u64,
     runs: usize,
-    /// The same log.
+    /// Runs with the same log.
     same: usize,
-    /// The same decisions, and another log.
+    /// Runs with the same decisions and another log.
     same_decisions: usize,
     /// Other decisions, another class, or no reference.
     otherwise: Vec<Row>,
@@ -69,9 +69,9 @@ pub(super) fn run(context: &Context, args: &Reproduce) -> Result<Exit, Failure> 
     let references = read(root, &file)?;
     let made = made(context, &planned, references.seed, |reference, evidence| {
         let then = references.find(&reference.scenario, reference.cell.as_deref());
-        then.map(|then| then.again(reference, &evidence.entries))
+        then.map(|then| then.compare(reference, &evidence.entries))
     })?;
-    let mut told = Reproduced {
+    let mut reproduced = Reproduced {
         schema_version: SCHEMA_VERSION,
         architecture: architecture(),
         seed: references.seed,
@@ -79,25 +79,26 @@ pub(super) fn run(context: &Context, args: &Reproduce) -> Result<Exit, Failure> 
         same: 0,
         same_decisions: 0,
         otherwise: Vec::new(),
-        gone: gone(&references, &made, args),
+        gone: stale_references(&references, &made, args),
     };
     for (one, (now, again)) in planned.iter().zip(made) {
         let then = references.find(&now.scenario, now.cell.as_deref()).cloned();
         let same_class = then.as_ref().is_some_and(|then| then.outcome == now.outcome);
         match again {
-            Some(Again::Same) if same_class => told.same += 1,
-            Some(Again::SameDecisions) if same_class => told.same_decisions += 1,
+            Some(Again::Same) if same_class => reproduced.same += 1,
+            Some(Again::SameDecisions) if same_class => reproduced.same_decisions += 1,
             again => {
                 let (scenario, cell) = (now.scenario.clone(), now.cell.clone());
                 let reproduce = format!("holdsafe run {scenario}{} --trials 1 --seed {}", one.options, references.seed);
-                told.otherwise.push(Row { scenario, cell, then, now, again, reproduce });
+                reproduced.otherwise.push(Row { scenario, cell, then, now, again, reproduce });
             }
         }
     }
-    let exit = if told.otherwise.is_empty() && told.gone.is_empty() { Exit::Fine } else { Exit::Unexpected };
+    let exit =
+        if reproduced.otherwise.is_empty() && reproduced.gone.is_empty() { Exit::Fine } else { Exit::Unexpected };
     match context.json {
-        true => out::print_json("reproduce", &told)?,
-        false => show(&told),
+        true => out::print_json("reproduce", &reproduced)?,
+        false => show(&reproduced),
     }
     Ok(exit)
 }
@@ -125,35 +126,35 @@ fn planned(context: &Context, args: &Reproduce, root: &Path) -> Result<Vec<Plann
 
 fn read(root: &Path, file: &Path) -> Result<References, Failure> {
     let Ok(found) = link::files::open(file) else {
-        let others = std::fs::read_dir(root.join(FOLDER)).into_iter().flatten().filter_map(Result::ok);
-        let others: Vec<String> =
-            others.filter_map(|e| Some(e.path().file_stem()?.to_string_lossy().into_owned())).collect();
+        let other_entries = std::fs::read_dir(root.join(FOLDER)).into_iter().flatten().filter_map(Result::ok);
+        let other_texts: Vec<String> =
+            other_entries.filter_map(|e| Some(e.path().file_stem()?.to_string_lossy().into_owned())).collect();
         let message = format!(
             "no references of {} are committed (there are: {}); `--renew` makes them",
             architecture(),
-            others.join(", ")
+            other_texts.join(", ")
         );
         return Err(Failure::new(Exit::NoEvidence, message));
     };
-    References::read(found).map_err(|why| Failure::new(Exit::Usage, format!("{}: {why}", file.display())))
+    References::read(found).map_err(|reason| Failure::new(Exit::Usage, format!("{}: {reason}", file.display())))
 }
 
-/// Runs each, and maps its evidence by `of`.
+/// Runs each, and maps its evidence by `compute`.
 fn made<T: Send>(
     context: &Context,
     planned: &[Planned],
     seed: u64,
-    of: impl Fn(&Reference, &evidence::Evidence) -> T + Sync,
+    compute: impl Fn(&Reference, &evidence::Evidence) -> T + Sync,
 ) -> Result<Vec<(Reference, T)>, Failure> {
     let progress = Progress::new("runs", planned.len(), context.talk);
     let made = parallel::map(parallel::cores(), planned, |one| {
-        if context.stop.asked() {
+        if context.stop.is_requested() {
             return Err(runner::error::EngineError::Stopped);
         }
         let scenario = &one.variation.scenario;
         let (evidence, verdict) = engine::twin_verdict(scenario, &one.setup, seed)?;
-        let now = Reference::of(scenario.name.as_str(), one.variation.cell.as_deref(), &evidence, &verdict);
-        let made = of(&now, &evidence);
+        let now = Reference::from_run(scenario.name.as_str(), one.variation.cell.as_deref(), &evidence, &verdict);
+        let made = compute(&now, &evidence);
         progress.step();
         Ok((now, made))
     })?;
@@ -175,9 +176,10 @@ fn renew(context: &Context, planned: &[Planned], file: &Path) -> Result<Exit, Fa
 }
 
 /// References to scenarios and cells that are not shipped; none where only some scenarios were named.
-fn gone<T>(references: &References, made: &[(Reference, T)], args: &Reproduce) -> Vec<String> {
-    let stands = |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
-    let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !stands(then));
+fn stale_references<T>(references: &References, made: &[(Reference, T)], args: &Reproduce) -> Vec<String> {
+    let is_current =
+        |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
+    let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !is_current(then));
     all.map(|then| label(&then.scenario, then.cell.as_deref())).collect()
 }
 
@@ -185,8 +187,8 @@ fn label(scenario: &str, cell: Option<&str>) -> String {
     cell.map_or_else(|| scenario.to_owned(), |cell| format!("{scenario} {cell}"))
 }
 
-fn show(told: &Reproduced) {
-    for row in &told.otherwise {
+fn show(reproduced: &Reproduced) {
+    for row in &reproduced.otherwise {
         let name = label(&row.scenario, row.cell.as_deref());
         match (&row.then, &row.again) {
             (Some(then), Some(Again::Parted { second, now })) => {
@@ -210,10 +212,10 @@ fn show(told: &Reproduced) {
         }
         link::note!("reproduce: {}", row.reproduce);
     }
-    told.gone.iter().for_each(|name| out::say(format_args!("{name}: has a reference and is not shipped")));
-    let Reproduced { runs, same, same_decisions, architecture, seed, .. } = told;
+    reproduced.gone.iter().for_each(|name| out::say(format_args!("{name}: has a reference and is not shipped")));
+    let Reproduced { runs, same, same_decisions, architecture, seed, .. } = reproduced;
     out::say(format_args!(
         "{runs} runs, seed {seed}, {architecture}: {same} with the same log, {same_decisions} with the same decisions in another log, {} otherwise",
-        told.otherwise.len()
+        reproduced.otherwise.len()
     ));
 }

@@ -154,8 +154,8 @@ fn paper_lines(reference: &Reference) -> String {
     let mut lines = String::new();
     for name in FIRST {
         for mode in [Mode::Twin, Mode::Live] {
-            let own = reference.rows.iter().filter(|row| row.scenario == name && row.platform.is_none());
-            let rows: Vec<&ReferenceRow> = own.filter(|row| row.mode == mode).collect();
+            let own_rows = reference.rows.iter().filter(|row| row.scenario == name && row.platform.is_none());
+            let rows: Vec<&ReferenceRow> = own_rows.filter(|row| row.mode == mode).collect();
             if !rows.is_empty() {
                 lines.push_str(&format!("{}\n", scenario_line(name, &rows)));
             }
@@ -231,10 +231,10 @@ mod tests {
         assert_eq!(exit(&[row(&[invalid, spoilt.clone(), late, fine.clone()])]), Exit::Unexpected);
         assert_eq!(exit(&[]), Exit::NoEvidence);
 
-        let told = [row(&[fine]), row(&[spoilt])];
-        assert_eq!(spoilt_lines(&told), ["not judged: loss (live): the host stalled for 312 ms"]);
-        assert!(unexpected_lines(&told).is_empty());
-        assert!(repeat_line(&told).is_some_and(|line| line.starts_with("1 of 2 live runs not judged")));
+        let judgeds = [row(&[fine]), row(&[spoilt])];
+        assert_eq!(spoilt_lines(&judgeds), ["not judged: loss (live): the host stalled for 312 ms"]);
+        assert!(unexpected_lines(&judgeds).is_empty());
+        assert!(repeat_line(&judgeds).is_some_and(|line| line.starts_with("1 of 2 live runs not judged")));
     }
 
     #[test]

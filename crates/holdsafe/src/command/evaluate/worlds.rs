@@ -37,21 +37,21 @@ pub(super) struct Asked<'a> {
     pub names: &'a [String],
 }
 
-pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> Result<Exit, Failure> {
+pub(super) fn run(context: &Context, requested: &Asked<'_>, out: Option<&Path>) -> Result<Exit, Failure> {
     let context = &context.with_fresh_seed();
-    let (worlds, driven) = (asked.worlds, Driven::of(context, asked.platform.unwrap_or(PLATFORM))?);
+    let (worlds, driven) = (requested.worlds, Driven::load(context, requested.platform.unwrap_or(PLATFORM))?);
     let in_each = worlds * driven.families.len() as u64;
-    let in_own = if asked.twins { in_each.max(TWIN_TRIALS) } else { in_each };
+    let in_own = if requested.twins { in_each.max(TWIN_TRIALS) } else { in_each };
     if context.seed.checked_add(in_own).is_none() {
         return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for {in_own} trials", context.seed)));
     }
-    let (planned, apart) = plan_all(context, asked, &driven)?;
+    let (planned, skipped) = plan_all(context, requested, &driven)?;
     let runs = context.runs_folder()?;
-    let own = match asked.platform {
+    let own_text = match requested.platform {
         None => "worlds".to_owned(),
         Some(_) => format!("worlds-{}", driven.platform.name.as_str()),
     };
-    let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join(own))), "worlds")?;
+    let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join(own_text))), "worlds")?;
     let _lock = lines::lock(&dir, &context.stop)?;
     out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
 
@@ -65,7 +65,8 @@ pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> R
             dir.display()
         );
     }
-    let drawn = planned.iter().filter(|own| driven.homebound(&own.variation.scenario).is_none()).count();
+    let drawn =
+        planned.iter().filter(|own_planned| driven.homebound(&own_planned.variation.scenario).is_none()).count();
     let total = planned.len() * in_own as usize + drawn * in_each as usize;
     let evaluation = Evaluation {
         context,
@@ -75,11 +76,11 @@ pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> R
         kept: Kept::below(&dir)?,
         progress: Progress::new("evaluate: trials", total, context.talk),
     };
-    let rows = planned.iter().map(|own| evaluation.row(own)).collect::<Result<Vec<_>, _>>()?;
+    let rows = planned.iter().map(|own_planned| evaluation.row(own_planned)).collect::<Result<Vec<_>, _>>()?;
     evaluation.progress.finish();
 
     let names: Vec<&str> = driven.families.iter().map(|family| family.name()).collect();
-    let result = InWorlds::new(context.seed, worlds, &names, rows, apart);
+    let result = InWorlds::new(context.seed, worlds, &names, rows, skipped);
     out::write_result(&dir, RESULT, "worlds", &result)?;
     out::write_text(&dir, TABLE, &worlds_table(&result))?;
     if context.json {
@@ -99,10 +100,10 @@ struct Driven {
 }
 
 impl Driven {
-    fn of(context: &Context, asked: &str) -> Result<Self, Failure> {
-        let chosen = plan::platform_of(context, asked)?;
+    fn load(context: &Context, requested: &str) -> Result<Self, Failure> {
+        let chosen = plan::platform_of(context, requested)?;
         let platform = load_platform(&chosen.file)?;
-        let families = Family::developed_for(Kind::of(&platform));
+        let families = Family::developed_for(Kind::from_platform(&platform));
         if families.is_empty() {
             let expected = "expected a body on wheels or rotors, or a satellite";
             let message = format!("`{}` has no family of worlds; {expected}", chosen.asked);
@@ -113,20 +114,20 @@ impl Driven {
 
     /// True if the platform takes over the classes of a scenario of another.
     fn shares(&self, scenario: &Scenario) -> bool {
-        self.platform.owes.as_ref().is_some_and(|owes| **owes == *scenario.platform)
+        self.platform.owes.as_ref().is_some_and(|name| **name == *scenario.platform)
     }
 
     /// Reason for which a scenario stays in its own scene.
     fn homebound(&self, scenario: &Scenario) -> Option<String> {
         let is_of_another = *scenario.platform != *self.platform.name && !self.shares(scenario);
         let of_another = is_of_another.then(|| format!("it is not of the platform `{}`", self.platform.name.as_str()));
-        scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another)
+        scenario.check_for_worlds().err().map(|error| error.to_string()).or(of_another)
     }
 }
 
 /// The variations of every scenario that was asked for, and the scenarios that stay in their own scene, with the reason.
-fn plan_all(context: &Context, asked: &Asked<'_>, driven: &Driven) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
-    let files = match (asked.names, asked.twins) {
+fn plan_all(context: &Context, requested: &Asked<'_>, driven: &Driven) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
+    let files = match (requested.names, requested.twins) {
         ([], false) => scenario::shipped(&context.root()?)?,
         ([], true) => with_attacks(context, scenario::honest(&context.root()?)?)?,
         (names, twins) => {
@@ -134,19 +135,19 @@ fn plan_all(context: &Context, asked: &Asked<'_>, driven: &Driven) -> Result<(Ve
             if twins { with_attacks(context, named)? } else { named }
         }
     };
-    let (mut all, mut apart) = (Vec::new(), Vec::new());
+    let (mut all, mut skipped) = (Vec::new(), Vec::new());
     for file in files {
         let scenario = context.scenario(&file)?;
-        let why = driven.homebound(&scenario);
-        if why.is_none() || asked.twins && !scenario.is_of_stacks() {
+        let reason = driven.homebound(&scenario);
+        if reason.is_none() || requested.twins && !scenario.is_of_stacks() {
             let platform = driven.shares(&scenario).then(|| driven.chosen.clone());
             let planned = plan::of_scenario(context, &scenario, &Wanted { platform, ..Wanted::default() })?;
             // A scenario that states no class there says nothing of it.
             all.extend(planned.into_iter().filter(|planned| !planned.variation.scenario.expected.is_empty()));
         }
-        apart.extend(why.map(|why| Apart { scenario: scenario.name.as_str().to_owned(), why }));
+        skipped.extend(reason.map(|why| Apart { scenario: scenario.name.as_str().to_owned(), why }));
     }
-    Ok((all, apart))
+    Ok((all, skipped))
 }
 
 /// Files of honest faults, and those of the attacks that they look like, each once.
@@ -163,7 +164,7 @@ fn with_attacks(context: &Context, honest: Vec<PathBuf>) -> Result<Vec<PathBuf>,
 
 struct Evaluation<'a> {
     context: &'a Context,
-    /// Of each family.
+    /// Worlds of each family.
     worlds: u64,
     /// Trials in the own scene.
     in_own: u64,
@@ -174,20 +175,20 @@ struct Evaluation<'a> {
 
 impl Evaluation<'_> {
     /// The row of a variation: its trials in its own scene, and one in each world, with the world's seed.
-    fn row(&self, own: &Planned) -> Result<WorldsRow, Failure> {
-        let scenario = &own.variation.scenario;
+    fn row(&self, own_planned: &Planned) -> Result<WorldsRow, Failure> {
+        let scenario = &own_planned.variation.scenario;
         let families = if self.driven.homebound(scenario).is_none() { &self.driven.families[..] } else { &[] };
-        let own_trials = self.run(std::slice::from_ref(own), self.in_own, self.context.seed)?;
+        let own_trials = self.run(std::slice::from_ref(own_planned), self.in_own, self.context.seed)?;
         let mut drawn: Vec<(&'static str, Planned, Trial)> = Vec::new();
         for seed in self.context.seed..self.context.seed + self.worlds {
-            let of = |family: &Family| in_worlds(own, &Worlds { family: *family, seeds: seed..seed + 1 });
-            let planned = families.iter().map(of).collect::<Result<Vec<_>, _>>()?.concat();
+            let worlds = |family: &Family| in_worlds(own_planned, &Worlds { family: *family, seeds: seed..seed + 1 });
+            let planned = families.iter().map(worlds).collect::<Result<Vec<_>, _>>()?.concat();
             let trials = self.run(&planned, 1, seed)?;
             let each = families.iter().zip(planned).zip(trials);
             drawn.extend(each.map(|((family, planned), trial)| (family.name(), planned, trial)));
         }
         let by_family: Vec<(&'static str, &Trial)> = drawn.iter().map(|(family, _, trial)| (*family, trial)).collect();
-        let row = WorldsRow::new(scenario, own.variation.cell.clone(), &own_trials, &by_family);
+        let row = WorldsRow::new(scenario, own_planned.variation.cell.clone(), &own_trials, &by_family);
         let is_otherwise = |trial: &Trial| row.otherwise.values().any(|classes| classes.contains_key(&trial.outcome));
         let gravest =
             drawn.iter().filter(|(_, _, trial)| is_otherwise(trial)).min_by_key(|(_, _, trial)| trial.outcome);
@@ -199,8 +200,8 @@ impl Evaluation<'_> {
         let mode = Mode::Twin;
         let shelves = planned.iter().map(|planned| self.kept.shelf(mode, planned)).collect::<Result<Vec<_>, _>>()?;
         let batch = Batch { label: "evaluate", mode, planned, n, seed, jobs: 1, out: None };
-        let there = planned.len() * n as usize - batch.missing(&shelves);
-        (0..there).for_each(|_| self.progress.step());
+        let present = planned.len() * n as usize - batch.missing(&shelves);
+        (0..present).for_each(|_| self.progress.step());
         batch.run_kept(&shelves, batch.threads(), &self.progress, &self.context.stop)
     }
 }

@@ -18,18 +18,18 @@ pub(super) fn run(context: &Context, file: &Path) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("guest-check", &GuestChecked::new(checked, level.to_string()))?;
     } else {
-        tell(&checked);
+        print_result(&checked);
         out::say(format_args!("confinement: {level}"));
     }
     Ok(if fine { Exit::Fine } else { Exit::Unexpected })
 }
 
-fn tell(checked: &Checked) {
+fn print_result(checked: &Checked) {
     let Checked { guest, steps, asked, driven_m, .. } = checked;
     out::say(format_args!("{guest}: {steps} of {asked} steps answered, {driven_m:.1} m driven of 20 m"));
     if let Some(found) = &checked.failure {
-        let at = if found.step == 0 { "at the start".to_owned() } else { format!("in step {}", found.step) };
-        out::say(format_args!("failed {at}: {}: {}", found.fault, Text::<MAX_WHY>::new(&found.why).as_str()));
+        let place = if found.step == 0 { "at the start".to_owned() } else { format!("in step {}", found.step) };
+        out::say(format_args!("failed {place}: {}: {}", found.fault, Text::<MAX_WHY>::new(&found.why).as_str()));
     }
     for remark in &checked.remarks {
         out::say(format_args!("remark: {remark}"));

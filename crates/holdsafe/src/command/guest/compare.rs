@@ -112,8 +112,8 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     if let Some(chosen) = platform.as_ref().filter(|_| !named) {
         // Scenarios of a third platform ask for what this one does not have.
         let chosen = chosen.file.file_stem();
-        let own = |name: &str| name == SHARED || chosen.is_some_and(|stem| stem == name);
-        scenarios.retain(|scenario| own(scenario.platform.as_str()));
+        let is_own = |name: &str| name == SHARED || chosen.is_some_and(|stem| stem == name);
+        scenarios.retain(|scenario| is_own(scenario.platform.as_str()));
     }
     let mut parts: Vec<Part> = Vec::new();
     for file in &args.guests {
@@ -121,8 +121,8 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
             let guest = engage::guest(file, conduct)?;
             let (name, options) = (guest.program.name.clone(), engage::options(file, conduct));
             if parts.iter().any(|part| part.guest == name && part.conduct == conduct) {
-                let why = format!("two guests have the name {name}; give one another name in its file");
-                return Err(Failure::new(Exit::Usage, why));
+                let reason = format!("two guests have the name {name}; give one another name in its file");
+                return Err(Failure::new(Exit::Usage, reason));
             }
             let (guest, platform) = (Some(Engaged { guest, options }), platform.clone());
             let wanted = Wanted { rendered: args.live, where_trained: true, platform, guest, ..Wanted::default() };

@@ -98,17 +98,17 @@ fn log(context: &Context, run: &str, args: &Args, policy: Option<&Path>) -> Resu
 }
 
 fn show(found: &Difference) {
-    let said = match (found.same_log, found.same_decisions, found.same_order) {
+    let text = match (found.same_log, found.same_decisions, found.same_order) {
         (true, ..) => "the same: every event at the same time",
         (_, true, _) => "the same decisions at the same times",
         (.., true) => "every service decides the same in the same order; the times differ",
         _ => "they differ",
     };
-    out::say(format_args!("{said}"));
+    out::say(format_args!("{text}"));
     for first in &found.first {
         out::say(format_args!("{}: after {} decisions that are the same", first.node, first.after));
-        out::say(format_args!("  A  {}", told(first.a.as_ref())));
-        out::say(format_args!("  B  {}", told(first.b.as_ref())));
+        out::say(format_args!("  A  {}", decision_text(first.a.as_ref())));
+        out::say(format_args!("  B  {}", decision_text(first.b.as_ref())));
     }
     for count in &found.counts {
         let [a, b] = count.n;
@@ -116,7 +116,7 @@ fn show(found: &Difference) {
     }
 }
 
-fn told(decided: Option<&Decided>) -> String {
+fn decision_text(decided: Option<&Decided>) -> String {
     let Some(Decided { at_us, event }) = decided else { return "decides nothing more".to_owned() };
     let event = serde_json::to_string(event).unwrap_or_default();
     format!("{:.3} s  {event}", *at_us as f64 / 1e6)

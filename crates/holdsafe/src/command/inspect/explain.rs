@@ -44,13 +44,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (found, checked) = find(context, args)?;
     let read: Vec<&Checked> = checked.iter().collect();
     // A scenario has no recording; its trial may have ended INVALID all the same.
-    let of_twin = found.flaw.as_ref().filter(|_| checked.is_none()).map(|why| format!("INVALID: {}: {why}", args.run));
+    let of_twin =
+        found.flaw.as_ref().filter(|_| checked.is_none()).map(|reason| format!("INVALID: {}: {reason}", args.run));
     let exit = args
         .unverified
         .exit(&read, if of_twin.is_none() { Exit::Fine } else { args.unverified.of_invalid(Exit::Fine) });
     if args.diagram {
         // A comment of Mermaid's, the only text allowed there.
-        let marks = read.iter().filter_map(|of| of.mark()).chain(of_twin);
+        let marks = read.iter().filter_map(|recording| recording.mark()).chain(of_twin);
         marks.for_each(|mark| out::say(format_args!("%% {mark}")));
     } else {
         checked::say(context, &read);
@@ -58,25 +59,29 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     found.warn(&args.run);
     let Recorded { entries, flaw, assumed, bounds } = found;
-    let log = Log::of(&entries, bounds);
+    let log = Log::from_entries(&entries, bounds);
     let end = log.entries().last().map(|w| w.at);
     let Some(end) = end else {
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
     };
-    let kept = args.why_not.map(|wanted| why_not(&log, wanted, args.at.unwrap_or(end)));
-    let told = if kept.is_some() { Vec::new() } else { chosen(args, explain(&entries, &bounds)) };
-    if kept.is_none() && told.is_empty() {
-        let whole = if read.iter().all(|of| of.invalid().is_none()) { "" } else { " in what is left of the recording" };
+    let not = args.why_not.map(|wanted| why_not(&log, wanted, args.at.unwrap_or(end)));
+    let explanations = if not.is_some() { Vec::new() } else { chosen(args, explain(&entries, &bounds)) };
+    if not.is_none() && explanations.is_empty() {
+        let whole = if read.iter().all(|recording| recording.invalid().is_none()) {
+            ""
+        } else {
+            " in what is left of the recording"
+        };
         link::note!("no loss to explain{whole}; --all tells of every change of mode");
     }
     if context.json {
-        checked::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept), &read)?;
+        checked::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, explanations, not), &read)?;
         return Ok(exit);
     }
-    for explanation in &told {
+    for explanation in &explanations {
         out::say(format_args!("{}", if args.diagram { diagram(explanation) } else { explained(explanation) }));
     }
-    kept.iter().for_each(|why| out::say(format_args!("{}", kept_out(why))));
+    not.iter().for_each(|error| out::say(format_args!("{}", kept_out(error))));
     Ok(exit)
 }
 

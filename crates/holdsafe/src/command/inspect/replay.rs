@@ -84,8 +84,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         let checked = checked::run(path)?;
         checked::say(context, &[&checked]);
-        let own = same(context, &args.run, engine::replay(&checked)?, &[&checked])?;
-        return Ok(args.unverified.exit(&[&checked], own));
+        let own_exit = same(context, &args.run, engine::replay(&checked)?, &[&checked])?;
+        return Ok(args.unverified.exit(&[&checked], own_exit));
     }
     let planned = one(context, args)?;
     let Some(policy) = &args.policy else {
@@ -130,23 +130,23 @@ fn same(context: &Context, run: &str, cores: Vec<ReplayRow>, read: &[&Checked]) 
     Ok(if identical { Exit::Fine } else { Exit::Unexpected })
 }
 
-fn what_if(context: &Context, mut asked: Counterfactual) -> Result<Exit, Failure> {
+fn what_if(context: &Context, mut requested: Counterfactual) -> Result<Exit, Failure> {
     // The first of all is the answer; those after it follow it or come without it.
-    asked.cores.sort_by_key(|core| core.first.as_ref().map_or(u64::MAX, |first| first.at_us));
+    requested.cores.sort_by_key(|core| core.first.as_ref().map_or(u64::MAX, |first| first.at_us));
     if context.json {
-        out::print_json("what-if", &asked)?;
+        out::print_json("what-if", &requested)?;
         return Ok(Exit::Fine);
     }
-    asked.watermark.iter().for_each(|mark| out::say(format_args!("{mark}")));
-    for core in &asked.cores {
+    requested.watermark.iter().for_each(|mark| out::say(format_args!("{mark}")));
+    for core in &requested.cores {
         let Some(first) = &core.first else {
             out::say(format_args!("{:16} {:8} inputs  decides the same", core.core, core.inputs));
             continue;
         };
         let n: u64 = core.otherwise.iter().map(|o| o.inputs).sum();
-        let at = first.at_us as f64 / 1e6;
+        let seconds = first.at_us as f64 / 1e6;
         out::say(format_args!(
-            "{:16} {:8} inputs  decides otherwise on {n}, first at {at:.3} s",
+            "{:16} {:8} inputs  decides otherwise on {n}, first at {seconds:.3} s",
             core.core, core.inputs
         ));
         let lines = |events: &[serde_json::Value]| match events {
@@ -160,8 +160,8 @@ fn what_if(context: &Context, mut asked: Counterfactual) -> Result<Exit, Failure
             out::say(format_args!("  {inputs:6} inputs  {} → {}", word(then), word(now)));
         }
     }
-    if asked.cores.iter().all(|core| core.first.is_none()) {
-        out::say(format_args!("every core decides the same under {}", asked.policy));
+    if requested.cores.iter().all(|core| core.first.is_none()) {
+        out::say(format_args!("every core decides the same under {}", requested.policy));
     }
     Ok(Exit::Fine)
 }
@@ -169,7 +169,7 @@ fn what_if(context: &Context, mut asked: Counterfactual) -> Result<Exit, Failure
 fn if_otherwise(replayed: &ReplayedCore) -> WhatIf {
     let events = |outputs: &[Output]| decisions(outputs).iter().filter_map(|e| serde_json::to_value(e).ok()).collect();
     let first = |p: &Parted| First { at_us: p.at, input: p.input, then: events(&p.then), now: events(&p.now) };
-    let otherwise = |((then, now), inputs): (&(String, String), &u64)| {
+    let difference = |((then, now), inputs): (&(String, String), &u64)| {
         let (then, now) = (then.clone(), now.clone());
         Otherwise { then, now, inputs: *inputs }
     };
@@ -177,6 +177,6 @@ fn if_otherwise(replayed: &ReplayedCore) -> WhatIf {
         core: replayed.node.to_string(),
         inputs: replayed.inputs,
         first: replayed.parted.as_ref().map(first),
-        otherwise: replayed.otherwise.iter().map(otherwise).collect(),
+        otherwise: replayed.otherwise.iter().map(difference).collect(),
     }
 }

@@ -44,8 +44,8 @@ fn unverified(run: &Path, error: EngineError) -> Failure {
     if let EngineError::Unreadable { file, message, .. } = &error
         && file.ends_with(HELD)
     {
-        let told = format!("INVALID: {}: {HELD}: {message}: without it nothing is verified", run.display());
-        return Failure::new(Exit::NoEvidence, told);
+        let text = format!("INVALID: {}: {HELD}: {message}: without it nothing is verified", run.display());
+        return Failure::new(Exit::NoEvidence, text);
     }
     error.into()
 }
@@ -53,8 +53,8 @@ fn unverified(run: &Path, error: EngineError) -> Failure {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
     let mut verified = runner::verified::verify(&run).map_err(|error| unverified(&run, error))?;
-    if let Some(told) = args.held.as_ref().filter(|told| **told != verified.held) {
-        verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {told}", verified.held));
+    if let Some(text) = args.held.as_ref().filter(|text| **text != verified.held) {
+        verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {text}", verified.held));
     }
     let (outcome, ended) = checked::ended(&run);
     let contradiction = ended.is_none().then(|| checked::contradiction(&run, &verified.held, outcome)).flatten();
@@ -62,12 +62,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let holds = verified.sealed && verified.findings.is_empty();
     let valid = holds && ended.is_none();
     if !context.json {
-        if let Some(why) = ended.as_ref().filter(|_| holds) {
-            out::say(format_args!("INVALID: {}: {why}", args.run.display()));
+        if let Some(reason) = ended.as_ref().filter(|_| holds) {
+            out::say(format_args!("INVALID: {}: {reason}", args.run.display()));
         }
         if !holds {
-            let why = verified.findings.first().map_or("TRUNCATED: no closing seal", String::as_str);
-            out::say(format_args!("INVALID: {}: {why}", args.run.display()));
+            let reason = verified.findings.first().map_or("TRUNCATED: no closing seal", String::as_str);
+            out::say(format_args!("INVALID: {}: {reason}", args.run.display()));
         }
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
         let (events, head, heads) = (verified.events, &verified.head, verified.heads);

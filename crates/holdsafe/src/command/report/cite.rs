@@ -22,7 +22,7 @@ const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 const MAX_RESULT_BYTES: u64 = 256 << 20;
 /// Results in a run's directory: tables and lines; recordings lie below and are named by them.
 const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
-/// From a trial's folder to that of its run: seed, cell, scenario, mode.
+/// Levels from a trial's folder to that of its run: seed, cell, scenario, mode.
 const LEVELS: usize = 5;
 /// Digits of a digest that tell one entry from another in a bibliography.
 const SHORT: usize = 8;
@@ -64,7 +64,7 @@ struct Cited {
 
 /// Of the directory of a run with its manifest.json, or any below it.
 pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Result<Exit, Failure> {
-    let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", run.display()));
+    let unusable = |reason: String| Failure::new(Exit::Usage, format!("{}: {reason}", run.display()));
     let directory = with_manifest(run);
     let manifest = directory.join("manifest.json");
     let text = files::read(&manifest, MAX_MANIFEST_BYTES)
@@ -78,7 +78,7 @@ pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Resu
     let recorded = checked::every(&directory)?;
     let recorded: Vec<&Checked> = recorded.iter().collect();
     checked::say(context, &recorded);
-    let cited = cited(read, mode(&directory), results, &hex_digest(&text), &kept(&recorded));
+    let cited = cited(read, mode(&directory), results, &hex_digest(&text), &recordings_sentence(&recorded));
     match context.json {
         true => checked::print_json("cite", &cited, &recorded)?,
         false => out::say(format_args!("{}", cited.bibtex)),
@@ -101,15 +101,15 @@ fn agree(directory: &Path) -> Result<(), Failure> {
 
 /// The directory with the manifest of `run`: itself, or the nearest around it.
 fn with_manifest(run: &Path) -> PathBuf {
-    let has = |dir: &&Path| dir.join("manifest.json").is_file();
+    let is_run = |dir: &&Path| dir.join("manifest.json").is_file();
     let whole = fs::canonicalize(run).unwrap_or_default();
-    let around = || whole.ancestors().take(LEVELS).find(has);
-    if has(&run) { run.to_owned() } else { around().unwrap_or(run).to_owned() }
+    let enclosing = || whole.ancestors().take(LEVELS).find(is_run);
+    if is_run(&run) { run.to_owned() } else { enclosing().unwrap_or(run).to_owned() }
 }
 
 /// Sentence about the recordings among the results.
-fn kept(recorded: &[&Checked]) -> String {
-    let invalid = recorded.iter().filter(|of| of.invalid().is_some()).count();
+fn recordings_sentence(recorded: &[&Checked]) -> String {
+    let invalid = recorded.iter().filter(|checked| checked.invalid().is_some()).count();
     match (invalid, recorded.len()) {
         (_, 0) => String::new(),
         (0, n) => format!(", {n} recorded"),
@@ -151,13 +151,13 @@ fn cited(
     manifest: &str,
     recorded: &str,
 ) -> Cited {
-    let mut over = Sha256::new();
-    over.update(manifest);
-    results.iter().for_each(|(name, digest)| over.update(format!("\n{name} {digest}")));
-    let digest = hex(&over.finalize());
+    let mut wrapper = Sha256::new();
+    wrapper.update(manifest);
+    results.iter().for_each(|(name, digest)| wrapper.update(format!("\n{name} {digest}")));
+    let digest = hex(&wrapper.finalize());
     let scenarios: Vec<String> = read.bounds.keys().cloned().collect();
     let title = of_citation("title");
-    let of = match scenarios.as_slice() {
+    let text = match scenarios.as_slice() {
         [] => "no scenario".to_owned(),
         [one] => format!("scenario {one}"),
         [first, .., last] => format!("{} scenarios, {first} to {last}", scenarios.len()),
@@ -167,7 +167,7 @@ fn cited(
     let Manifest { seed, build, target, program, .. } = &read;
     let (program, key) = (short(program), short(&digest));
     let note = format!(
-        "seed {seed}, {of}{in_mode}, {build} build for {target}, program {program}, results {key}{recorded}{marks}"
+        "seed {seed}, {text}{in_mode}, {build} build for {target}, program {program}, results {key}{recorded}{marks}"
     );
     let bibtex = bibtex(key, &title, &read.version, &note);
     Cited {
@@ -220,7 +220,7 @@ fn of_citation(key: &str) -> String {
 mod tests {
     use super::*;
 
-    fn of(results: &[(&str, &str)]) -> Cited {
+    fn cite_results(results: &[(&str, &str)]) -> Cited {
         let manifest = r#"{"version":"0.1.0","program":"0123456789","build":"release","target":"x","seed":7,
                            "watermarks":["WAIVED: a_b"],"bounds":{"rgb_loss":{},"thermal_loss":{}}}"#;
         let results = results.iter().map(|(name, digest)| ((*name).to_owned(), (*digest).to_owned())).collect();
@@ -230,7 +230,7 @@ mod tests {
     /// LaTeX takes the entry.
     #[test]
     fn citation_names_program_seed_and_results() {
-        let cited = of(&[("result.json", "aa")]);
+        let cited = cite_results(&[("result.json", "aa")]);
         assert_eq!(cited.title, "holdsafe: does trust decay safely?");
         for part in [
             "{The holdsafe contributors}",
@@ -242,7 +242,7 @@ mod tests {
             assert!(cited.bibtex.contains(part), "{part}: {}", cited.bibtex);
         }
         assert_eq!(cited.bibtex.matches('{').count(), cited.bibtex.matches('}').count());
-        assert_ne!(cited.digest, of(&[("result.json", "ab")]).digest, "another result");
-        assert_ne!(cited.digest, of(&[("result.jsonl", "aa")]).digest, "under another name");
+        assert_ne!(cited.digest, cite_results(&[("result.json", "ab")]).digest, "another result");
+        assert_ne!(cited.digest, cite_results(&[("result.jsonl", "aa")]).digest, "under another name");
     }
 }

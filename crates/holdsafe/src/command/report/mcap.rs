@@ -39,7 +39,7 @@ pub(super) struct McapOptions {
 
 impl McapOptions {
     /// True if any of them is given.
-    pub(super) fn given(&self) -> bool {
+    pub(super) fn any_given(&self) -> bool {
         self.cell.is_some() || self.policy.is_some() || self.rendered || self.bring.files().iter().any(Option::is_some)
     }
 }
@@ -87,19 +87,21 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = args.one()?;
     let file = args.out.as_deref().ok_or_else(|| Failure::new(Exit::Usage, "name a file with --out FILE"))?;
     let name = run.to_str().ok_or_else(|| Failure::new(Exit::Usage, format!("{}: not UTF-8", run.display())))?;
-    let asked = Asked { run: name, out: file, options: &args.mcap };
-    let given = [Some(run), args.mcap.policy.as_deref()].into_iter().chain(args.mcap.bring.files());
-    spares::report("--out", file, given.flatten())?;
-    let found = if run.is_dir() { of_recording(&asked)? } else { of_scenario(context, &asked)? };
+    let requested = Asked { run: name, out: file, options: &args.mcap };
+    let paths = [Some(run), args.mcap.policy.as_deref()].into_iter().chain(args.mcap.bring.files());
+    spares::report("--out", file, paths.flatten())?;
+    let found = if run.is_dir() { of_recording(&requested)? } else { of_scenario(context, &requested)? };
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{name}: no entry of any service")));
     }
     let (watermark, not_kept, checked) = (found.watermark.clone(), found.not_kept, found.checked.clone());
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
-    let (channels, unread) = write(context, &asked, found)?;
-    let channels: Vec<Channel> =
-        channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
+    let (channels, unread) = write(context, &requested, found)?;
+    let channels: Vec<Channel> = channels
+        .into_iter()
+        .map(|channel| Channel { topic: channel.topic, schema: channel.schema, messages: channel.messages })
+        .collect();
     let (run, file) = (name.to_owned(), file.display().to_string());
     if context.json {
         let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread, not_kept };
@@ -131,7 +133,7 @@ fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {
     let found = Recorded::read(&checked)?;
     found.warn(args.run);
     let messages::Recorded { messages, left_out } = recorded(checked.path(), &found.entries)
-        .map_err(|why| Failure::new(Exit::Usage, format!("{}: input journals: {why}", args.run)))?;
+        .map_err(|error| Failure::new(Exit::Usage, format!("{}: input journals: {error}", args.run)))?;
     let (entries, checked) = (found.entries, Some(checked));
     Ok(Found { entries, messages, scene: None, watermark: None, not_kept: left_out, checked })
 }
@@ -147,7 +149,7 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, args.run)?, &wanted)?;
     let one = planned.first().filter(|_| !scenario.is_of_stacks());
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
-    // The same run twice: once judged, once with all inputs of its cores kept.
+    // One run, twice: once judged, once with all inputs of its cores kept.
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
     let journalled = engine::journalled(one, context.seed)?;
     let scene = journalled.topology().world().map(|world| world.scene.clone());
@@ -163,19 +165,23 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
 
 /// Writes the file beside its place and puts it there when it is whole.
 fn write(context: &Context, args: &Asked<'_>, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
-    let unwritable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.out.display()));
-    let stages =
-        found.messages.iter().any(|of| of.topic == Topic::Frames).then(|| args.options.bring.stages()).transpose()?;
-    let beside = args.out.with_extension("mcap.new");
-    let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
+    let unwritable = |reason: String| Failure::new(Exit::Usage, format!("{}: {reason}", args.out.display()));
+    let stages = found
+        .messages
+        .iter()
+        .any(|message| message.topic == Topic::Frames)
+        .then(|| args.options.bring.stages())
+        .transpose()?;
+    let path = args.out.with_extension("mcap.new");
+    let file = File::create(&path).map_err(|e| unwritable(e.to_string()))?;
     let whole = match show(context, BufWriter::new(file), found, stages) {
-        Ok(Some(whole)) => std::fs::rename(&beside, args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
+        Ok(Some(whole)) => std::fs::rename(&path, args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
         Ok(None) => Err(runner::error::EngineError::Stopped.into()),
         Err(error) => Err(unwritable(error.to_string())),
     };
     if whole.is_err() {
         // A partial file is of no use, and the failure is reported.
-        let _ = std::fs::remove_file(&beside);
+        let _ = std::fs::remove_file(&path);
     }
     whole
 }
@@ -193,11 +199,11 @@ fn show(
     }
     let mut messages = found.messages.iter().peekable();
     for w in &found.entries {
-        if context.stop.asked() {
+        if context.stop.is_requested() {
             return Ok(None);
         }
-        while let Some(of) = messages.next_if(|of| of.at <= w.at) {
-            viewer.message(of.at, of.topic, &of.bytes)?;
+        while let Some(message) = messages.next_if(|message| message.at <= w.at) {
+            viewer.message(message.at, message.topic, &message.bytes)?;
         }
         viewer.event(w.at, &w.entry)?;
     }

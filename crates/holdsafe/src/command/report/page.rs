@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use dossier::reader::{Found, MAX_FILE_BYTES, Manifest, Results};
+use dossier::reader::{FoundResult, MAX_FILE_BYTES, Manifest, Results};
 use dossier::{Dossier, Recording};
 use evidence::SCHEMA_VERSION;
 use live::store;
@@ -61,7 +61,7 @@ pub(super) struct PageOptions {
 
 impl PageOptions {
     /// True if any of them is given.
-    pub(super) fn given(&self) -> bool {
+    pub(super) fn any_given(&self) -> bool {
         let files = [&self.figures, &self.junit, &self.sarif, &self.navigator, &self.evaluation, &self.sbom];
         self.title.is_some() || self.renew.is_some() || files.into_iter().any(Option::is_some)
     }
@@ -106,8 +106,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         files.push(("--sbom", file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
     }
     let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
-    let given = || args.given.iter().map(PathBuf::as_path);
-    files.iter().try_for_each(|(option, path, _)| spares::report(option, path, given()))?;
+    let paths = || args.given.iter().map(PathBuf::as_path);
+    files.iter().try_for_each(|(option, path, _)| spares::report(option, path, paths()))?;
     for (_, path, bytes) in &files {
         write(path, bytes)?;
         written.files.push(path.display().to_string());
@@ -132,9 +132,9 @@ pub(in crate::command) fn write_of_folder(context: &Context, dir: &Path, title: 
 
 /// The manifest beside the first result that has one.
 fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
-    let beside =
+    let adjacent =
         |path: &PathBuf| if path.is_dir() { path.join(out::MANIFEST) } else { path.with_file_name(out::MANIFEST) };
-    let Some(file) = args.given.iter().map(beside).find(|file| file.is_file()) else { return Ok(None) };
+    let Some(file) = args.given.iter().map(adjacent).find(|file| file.is_file()) else { return Ok(None) };
     let read = Manifest::read(&file.display().to_string(), &bounded(&file)?);
     read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
 }
@@ -152,24 +152,24 @@ fn folders(context: &Context) -> BTreeMap<String, String> {
 }
 
 /// The parts of the page, and every recording that was checked for it.
-fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Checked>), Failure> {
+fn gather(paths: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Checked>), Failure> {
     let title = options.title.clone().unwrap_or_else(|| TITLE.to_owned());
     let version = env!("CARGO_PKG_VERSION").to_owned();
     let mut dossier = Dossier { title, version, renew_s: options.renew, ..Dossier::default() };
     let (mut checked, mut seen) = (Vec::new(), BTreeSet::new());
-    for path in given {
-        let (kept, runs) = match found(path)? {
+    for path in paths {
+        let (vec, runs) = match found(path)? {
             Given::Result(file, runs) => {
                 let bytes = bounded(&file)?;
                 let read = dossier.results.read(&file.display().to_string(), &bytes);
                 read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
                 agrees(&file, &dossier.results)?;
-                (Some(dossier.results.given().last().map(dossier::tried::kept_trials).unwrap_or_default()), runs)
+                (Some(dossier.results.files().last().map(dossier::tried::kept_trials).unwrap_or_default()), runs)
             }
             Given::Runs(runs) => (None, runs),
         };
         let runs: Vec<Checked> = runs.iter().map(|run| checked::run(run)).collect::<Result<_, _>>()?;
-        match kept {
+        match vec {
             Some(kept) => tell_kept(&mut dossier, &kept, &runs)?,
             None => runs.iter().try_for_each(|of| tell_given(&mut dossier, of))?,
         }
@@ -189,24 +189,25 @@ fn tell_given(dossier: &mut Dossier, run: &Checked) -> Result<(), Failure> {
     if dossier.stories.len() == MAX_STORIES {
         return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
     }
-    dossier.stories.push(tell(&run.path().display().to_string(), run)?);
+    dossier.stories.push(summarise(&run.path().display().to_string(), run)?);
     Ok(())
 }
 
 /// Tells the kept trials of a result, each a name and the digest of its `held.json`, in their order, whose recordings are among `runs`.
-fn tell_kept(dossier: &mut Dossier, kept: &[(String, String)], runs: &[Checked]) -> Result<(), Failure> {
+fn tell_kept(dossier: &mut Dossier, stories: &[(String, String)], runs: &[Checked]) -> Result<(), Failure> {
     let digest = |run: &Checked| store::read_held(run.path()).ok().map(|(_, digest)| digest);
     let by_digest: BTreeMap<String, &Checked> = runs.iter().filter_map(|run| Some((digest(run)?, run))).collect();
-    let recorded: Vec<_> = kept.iter().filter_map(|(name, held)| Some((name, held, *by_digest.get(held)?))).collect();
+    let recorded: Vec<_> =
+        stories.iter().filter_map(|(name, held)| Some((name, held, *by_digest.get(held)?))).collect();
     let room = MAX_STORIES.saturating_sub(dossier.stories.len());
     if recorded.len() > room {
         link::note!("{} recordings of cells are not told over time; {MAX_STORIES} are at most", recorded.len() - room);
     }
     for (name, held, run) in recorded.into_iter().take(room) {
         // Two results may have a scenario and a seed in common.
-        let taken = dossier.stories.iter().any(|story| story.name == *name);
-        let name = if taken { format!("{name} ({})", run.path().display()) } else { name.clone() };
-        dossier.stories.push(tell(&name, run)?);
+        let is_used = dossier.stories.iter().any(|story| story.name == *name);
+        let name = if is_used { format!("{name} ({})", run.path().display()) } else { name.clone() };
+        dossier.stories.push(summarise(&name, run)?);
         dossier.kept.insert(held.clone(), name);
     }
     Ok(())
@@ -214,14 +215,14 @@ fn tell_kept(dossier: &mut Dossier, kept: &[(String, String)], runs: &[Checked])
 
 /// Checks the newest of `results`, which was read from `file`, against itself and against the finished trials beside it.
 pub(super) fn agrees(file: &Path, results: &Results) -> Result<(), Failure> {
-    let Some(found) = results.given().last().map(|given| &given.found) else { return Ok(()) };
+    let Some(found) = results.files().last().map(|given| &given.found) else { return Ok(()) };
     let of_folder = match (found, file.parent()) {
-        (Found::Campaign(campaign), Some(folder)) if file.ends_with("campaign.json") => {
+        (FoundResult::Campaign(campaign), Some(folder)) if file.ends_with("campaign.json") => {
             recount::contradiction(folder, campaign)?
         }
         _ => None,
     };
-    match found.contradiction().map(|why| format!("it contradicts itself: {why}")).or(of_folder) {
+    match found.contradiction().map(|reason| format!("it contradicts itself: {reason}")).or(of_folder) {
         None => Ok(()),
         Some(why) => {
             let message = format!("{}: changed since the command wrote it: {why}", file.display());
@@ -247,21 +248,21 @@ fn found(path: &Path) -> Result<Given, Failure> {
         return Ok(Given::Result(file, runs));
     }
     if runs.is_empty() {
-        let of = RESULTS.join(", ");
-        let message = format!("{}: neither a recorded run (`recording/`) nor a result ({of})", path.display());
+        let text = RESULTS.join(", ");
+        let message = format!("{}: neither a recorded run (`recording/`) nor a result ({text})", path.display());
         return Err(Failure::new(Exit::Usage, message));
     }
     Ok(Given::Runs(runs))
 }
 
-fn tell(name: &str, run: &Checked) -> Result<summary::RunSummary, Failure> {
+fn summarise(name: &str, run: &Checked) -> Result<summary::RunSummary, Failure> {
     let recorded = Recorded::read(run)?;
     recorded.warn(&run.path().display().to_string());
-    Ok(summary::of(name, &recorded.entries, &recorded.bounds, recorded.flaw))
+    Ok(summary::from_entries(name, &recorded.entries, &recorded.bounds, recorded.flaw))
 }
 
-fn recording(of: &Checked) -> Recording {
-    let verification = of.verification();
+fn recording(checked: &Checked) -> Recording {
+    let verification = checked.verification();
     Recording {
         name: verification.run.clone(),
         sha256: verification.sha256.clone(),

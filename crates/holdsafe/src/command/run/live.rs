@@ -33,7 +33,7 @@ pub(super) fn hosts(text: &str) -> Result<Hosts, String> {
 
 /// Checks that there is a display to open a window on.
 pub(super) fn display() -> Result<(), Failure> {
-    console::process::open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))
+    console::process::open::probe().map_err(|window| Failure::new(Exit::Environment, window.to_string()))
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -69,14 +69,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         link::note!("{mark}");
     }
     // With --json stdout is for the object, so the operator's view goes to stderr.
-    let tell: fn(&str) =
+    let print: fn(&str) =
         if context.json { |text| link::note!("{text}") } else { |text| out::say(format_args!("{text}")) };
-    let mut told = 0;
+    let mut printed = 0;
     let mut show = |text: &str| {
         let now = trace_us();
-        if now.saturating_sub(told) >= APART_US {
-            told = now;
-            tell(text);
+        if now.saturating_sub(printed) >= APART_US {
+            printed = now;
+            print(text);
         }
     };
     let scenario = &one.variation.scenario;

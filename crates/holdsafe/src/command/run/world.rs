@@ -11,7 +11,7 @@ pub(super) struct Named {
 }
 
 impl Named {
-    /// The world that is named, or so many of the family from `first` on.
+    /// The world that is named, or a given number of the family from `first` on.
     pub(super) fn worlds(self, first: u64, number: u64) -> Worlds {
         let (first, number) = self.seed.map_or((first, number), |seed| (seed, 1));
         Worlds { family: self.family, seeds: first..first.saturating_add(number) }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
-use results::report::behind;
+use results::report::wrap_labelled;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out, plan};
 use serde::Serialize;
@@ -52,7 +52,9 @@ fn text(scenarios: &[Row]) -> String {
     let mut lines = Vec::new();
     for of_folder in scenarios.chunk_by(|a, b| a.folder == b.folder) {
         lines.extend(of_folder.first().map(|row| format!("{}/", row.folder)));
-        lines.extend(of_folder.iter().map(|Row { name, title, .. }| behind(&format!("  {name:widest$}  "), title)));
+        lines.extend(
+            of_folder.iter().map(|Row { name, title, .. }| wrap_labelled(&format!("  {name:widest$}  "), title)),
+        );
     }
     lines.join("\n")
 }

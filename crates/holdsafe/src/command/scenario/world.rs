@@ -32,7 +32,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     family
         .check_for(&platform)
         .map_err(|e| Failure::new(Exit::Usage, format!("{e}; name another family or --platform")))?;
-    let scene = world::draw(family, context.seed, &Body::of(&platform))
+    let scene = world::draw(family, context.seed, &Body::from_platform(&platform))
         .map_err(|unfair| Failure::new(Exit::Usage, format!("{unfair}; name another seed or a smaller platform")))?;
     let (schema_version, seed, held_out) = (SCHEMA_VERSION, context.seed, family.is_held_out());
     if context.json {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
-use results::campaign::Content;
+use results::campaign::InputDigest;
 use runner::failure::{Exit, Failure};
 use runner::numbered::{Check, Numbered};
 use runner::search_config::{MOST_SEQUENCES, unfit};
@@ -29,7 +29,7 @@ pub(super) struct Listed {
 struct Terms<'a> {
     /// SHA-256 over the sources of the program.
     program: &'a str,
-    content: Content,
+    content: InputDigest,
     space: &'a AttackSpace,
     seed: u64,
     find: &'a [Outcome],
@@ -47,8 +47,8 @@ pub(super) fn learns() -> Failure {
 }
 
 impl Listed {
-    /// Those of a command line; `None` for a strategy that learns.
-    pub(super) fn of(args: &Args, config: &SearchConfig) -> Result<Option<Self>, Failure> {
+    /// Lists of a command line; `None` for a strategy that learns.
+    pub(super) fn from_args(args: &Args, config: &SearchConfig) -> Result<Option<Self>, Failure> {
         if let Some(longest) = args.exhaust {
             let sequences = exhaustive(config, longest as usize)?;
             return Ok(Some(Self { sequences, begun: RunResult::default() }));
@@ -64,7 +64,7 @@ impl Listed {
         Ok(listed.map(|(sequences, begun)| Self { sequences, begun }))
     }
 
-    /// Tries this partition's sequences that are not in `dir` yet; gives all that are there then.
+    /// Tries this partition's sequences that are not in `dir` yet; returns all results in `dir`.
     pub(super) fn try_missing(
         &self,
         context: &Context,
@@ -72,43 +72,43 @@ impl Listed {
         config: &SearchConfig,
         dir: &Path,
     ) -> Result<Numbered<Counted>, Failure> {
-        let (terms, of) = (Terms::of(context, args, config)?, self.sequences.len() as u64);
-        let mut kept = Numbered::open(dir, &terms, of, check(&args.find), &context.stop)?;
-        args.from.iter().try_for_each(|from| kept.add(from))?;
-        let mine = |number: &u64| args.partition.is_none_or(|partition| partition.holds(*number));
-        let missing: Vec<u64> = (0..of).filter(|number| mine(number) && !kept.has(*number)).collect();
+        let (terms, total) = (Terms::new(context, args, config)?, self.sequences.len() as u64);
+        let mut numbered = Numbered::open(dir, &terms, total, check(&args.find), &context.stop)?;
+        args.from.iter().try_for_each(|from| numbered.add(from))?;
+        let is_mine = |number: &u64| args.partition.is_none_or(|partition| partition.holds(*number));
+        let missing: Vec<u64> = (0..total).filter(|number| is_mine(number) && !numbered.has(*number)).collect();
         let progress = Progress::new("search", missing.len(), context.talk);
         for round in missing.chunks(ROUND as usize) {
             let sequences: Vec<AttackSequence> = round.iter().map(|n| self.sequences[*n as usize].clone()).collect();
             let tried = config.try_each(&sequences, &ends_in(&args.find), args.threads(), &progress, &context.stop);
-            let tried = tried.map_err(|why| match context.stop.asked() {
+            let tried = tried.map_err(|reason| match context.stop.is_requested() {
                 true => {
                     Failure::new(Exit::Interrupted, format!("stopped; what was tried is kept in {}", dir.display()))
                 }
-                false => unfit(why),
+                false => unfit(reason),
             })?;
-            round.iter().zip(tried).try_for_each(|(number, one)| kept.put(*number, one))?;
+            round.iter().zip(tried).try_for_each(|(number, one)| numbered.put(*number, one))?;
         }
         progress.finish();
-        Ok(kept)
+        Ok(numbered)
     }
 
     /// The result of all of them. A finding that was kept is tried again: it has to come out so here too.
     pub(super) fn result(
         self,
-        kept: &Numbered<Counted>,
+        numbered: &Numbered<Counted>,
         args: &Args,
         config: &SearchConfig,
     ) -> Result<RunResult, Failure> {
         let mut result = self.begun;
         for (number, sequence) in (0..).zip(&self.sequences) {
-            if let Some(counted) = kept.get(number)? {
+            if let Some(counted) = numbered.get(number)? {
                 result.take(sequence, &counted);
             }
         }
         for (cause, found) in &result.found {
-            let again = ends_in(&args.find)(&config.try_sequence(&found.sequence).map_err(unfit)?);
-            if again.as_ref() != Some(cause) {
+            let repeated = ends_in(&args.find)(&config.try_sequence(&found.sequence).map_err(unfit)?);
+            if repeated.as_ref() != Some(cause) {
                 let message = format!("sequence {} was kept as a finding and is none; remove its folder", found.trial);
                 return Err(Failure::new(Exit::Unexpected, message));
             }
@@ -118,7 +118,7 @@ impl Listed {
 }
 
 impl<'a> Terms<'a> {
-    fn of(context: &'a Context, args: &'a Args, config: &'a SearchConfig) -> Result<Self, Failure> {
+    fn new(context: &'a Context, args: &'a Args, config: &'a SearchConfig) -> Result<Self, Failure> {
         Ok(Self {
             program: context.program,
             content: plan::content(&config.scenario, &config.setup)?,
@@ -143,10 +143,10 @@ fn check(find: &[Outcome]) -> Check<Counted> {
     })
 }
 
-/// Every sequence of up to so many actions over the small part of the attack space.
+/// Every sequence of up to a given number of actions over the small part of the attack space.
 fn exhaustive(config: &SearchConfig, longest: usize) -> Result<Vec<AttackSequence>, Failure> {
     let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
-    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
+    let moments = Moments::from_run(&nominal, &config.space, &config.setup.bounds);
     // The longest are the most: their number is checked before any are made.
     let mut sequences = Vec::new();
     for k in (1..=longest).rev() {

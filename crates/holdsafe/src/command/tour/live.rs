@@ -41,12 +41,12 @@ pub(super) fn trial(context: &Context, planned: &Planned, dir: &Path) -> Result<
     folder.push(context.seed.to_string());
     out::unused(&folder)?;
     fs::create_dir_all(&folder)?;
-    let once = Setup { run_dir: Some(folder.clone()), retries: 0, ..planned.setup.clone() };
-    let often = Setup { retries: RETRIES, ..once.clone() };
+    let setup = Setup { run_dir: Some(folder.clone()), retries: 0, ..planned.setup.clone() };
+    let often = Setup { retries: RETRIES, ..setup.clone() };
     let mut patience = PATIENCE;
     let ended = retried(&often, context.seed, || {
         calm::await_quiet(&mut patience, &context.stop);
-        batch::trial(Mode::Live, planned, &once, context.seed, &context.stop)
+        batch::trial(Mode::Live, planned, &setup, context.seed, &context.stop)
     });
     // A run that could not begin leaves no recording that a report could read.
     if !folder.join("recording").exists() && ended.as_ref().is_err_and(|failure| failure.exit() == Exit::Environment) {

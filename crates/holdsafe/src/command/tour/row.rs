@@ -41,7 +41,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Of `trials` of a variation under the base seed.
+    /// Row of `trials` of a variation under the base seed.
     pub(super) fn new(
         (planned, mode, seed): (&Planned, Mode, u64),
         trials: &[&Trial],
@@ -109,10 +109,10 @@ impl Row {
 
     /// Complaint where an expectation failed: row, expected, got and the command that reproduces it.
     pub(super) fn complaint(&self) -> Option<String> {
-        let of = || format!("{}: expected {}", self.name(), self.expected_classes());
+        let description = || format!("{}: expected {}", self.name(), self.expected_classes());
         (self.as_expected == Some(false)).then(|| {
-            let got = dossier::tried::told(&self.outcomes);
-            format!("{}, got {got} of {}\nreproduce: {}", of(), self.n, self.reproduce)
+            let got = dossier::tried::class_counts(&self.outcomes);
+            format!("{}, got {got} of {}\nreproduce: {}", description(), self.n, self.reproduce)
         })
     }
 
@@ -143,7 +143,7 @@ pub(super) struct TourObject {
 }
 
 impl TourObject {
-    /// Of the rows so far; `live` runs were planned.
+    /// Object for the rows so far; `live` runs were planned.
     pub(super) fn new(seed: u64, rows: Vec<Row>, live: usize, interrupted: bool, directory: String) -> Self {
         let as_expected = rows.iter().all(|row| row.as_expected != Some(false));
         let unjudged = |row: &&Row| row.mode == Mode::Live && row.not_judged.is_some();

@@ -40,7 +40,7 @@ pub(super) fn next_commands() -> Vec<String> {
     NEXT.iter().map(|(verb, _)| format!("{program} {verb}")).collect()
 }
 
-/// The same as lines, each with its purpose.
+/// The next commands as lines, each with its purpose.
 pub(super) fn next_lines() -> Vec<String> {
     let longest = next_commands().iter().map(String::len).max().unwrap_or_default();
     let line = |(command, (_, gives)): (String, &(&str, &str))| format!("  {command:longest$}  {gives}");
@@ -56,7 +56,7 @@ pub(super) fn host_stalled(ms: f64) -> String {
 pub(super) fn classes(outcomes: &Outcomes) -> String {
     match outcomes.keys().next() {
         Some(class) if outcomes.len() == 1 => class.name().to_owned(),
-        Some(_) | None => dossier::tried::told(outcomes),
+        Some(_) | None => dossier::tried::class_counts(outcomes),
     }
 }
 
@@ -86,7 +86,7 @@ pub(super) fn lines(text: &str, indented: bool, most: usize) -> Vec<String> {
     lines
 }
 
-/// The same with `mark` at the margin of the first line.
+/// The lines with `mark` at the margin of the first line.
 pub(super) fn marked_lines(mark: &str, text: &str, most: usize) -> Vec<String> {
     let mut lines = lines(text, true, most);
     if let Some(first) = lines.first_mut() {
@@ -97,7 +97,7 @@ pub(super) fn marked_lines(mark: &str, text: &str, most: usize) -> Vec<String> {
 
 /// Response of the platform and its reason, from the records of the trials; `explained` is the last restricting change of the first one.
 pub(super) fn response(trials: &[&Trial], explained: Option<&Explanation>) -> String {
-    let origin = explained.map(|of| format!("its last cause in trial 1: {}", of.origin.what));
+    let origin = explained.map(|explanation| format!("its last cause in trial 1: {}", explanation.origin.what));
     let parts = [
         latency(trials),
         changes(trials),
@@ -122,11 +122,11 @@ pub(super) fn policy_sentence(policy: &str, trials: &[&Trial]) -> String {
 }
 
 fn latency(trials: &[&Trial]) -> Option<String> {
-    let of = Summary::of(trials).latency_ms;
+    let summary = Summary::from_trials(trials).latency_ms;
     let bare = trials.iter().any(|trial| trial.guest.as_ref().is_some_and(|guest| guest.bare));
-    let (mode, sample) = match of.to_hold_safe.n {
-        0 => ("DEGRADED", of.to_degraded),
-        _ => (if bare { "standing" } else { "HOLD_SAFE" }, of.to_hold_safe),
+    let (mode, sample) = match summary.to_hold_safe.n {
+        0 => ("DEGRADED", summary.to_degraded),
+        _ => (if bare { "standing" } else { "HOLD_SAFE" }, summary.to_hold_safe),
     };
     let (mean, p95) = sample.mean.zip(sample.p95)?;
     Some(match sample.n {
@@ -140,11 +140,11 @@ fn changes(trials: &[&Trial]) -> Option<String> {
     let mut counts: BTreeMap<String, u64> = BTreeMap::new();
     for trial in trials {
         let forced = |cause: &str| cause.starts_with("lost:") || cause.starts_with("unrecovered:");
-        let own = trial.transitions.iter().filter(|change| forced(&change.cause));
-        let mut own: Vec<String> = own.map(|change| format!("{} by {}", change.to, change.cause)).collect();
-        own.sort();
-        own.dedup();
-        own.into_iter().for_each(|change| *counts.entry(change).or_default() += 1);
+        let own_rows = trial.transitions.iter().filter(|change| forced(&change.cause));
+        let mut own_texts: Vec<String> = own_rows.map(|change| format!("{} by {}", change.to, change.cause)).collect();
+        own_texts.sort();
+        own_texts.dedup();
+        own_texts.into_iter().for_each(|change| *counts.entry(change).or_default() += 1);
     }
     most_frequent(&counts, |change, n| match trials.len() {
         1 => change.to_owned(),
@@ -162,10 +162,10 @@ fn refusals(trials: &[&Trial]) -> Option<String> {
 
 /// The most frequent of these, each in words.
 fn most_frequent(counts: &BTreeMap<String, u64>, words: impl Fn(&str, u64) -> String) -> Option<String> {
-    let mut all: Vec<(&str, u64)> = counts.iter().map(|(what, n)| (what.as_str(), *n)).collect();
+    let mut all: Vec<(&str, u64)> = counts.iter().map(|(name, n)| (name.as_str(), *n)).collect();
     // Stable: of equal counts the order is that of the names.
     all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    let first: Vec<String> = all.iter().take(NAMED).map(|(what, n)| words(what, *n)).collect();
+    let first: Vec<String> = all.iter().take(NAMED).map(|(name, n)| words(name, *n)).collect();
     (!first.is_empty()).then(|| first.join(", "))
 }
 
@@ -182,7 +182,7 @@ fn set_points(trials: &[&Trial]) -> Option<String> {
 
 /// The first finding of the oracle.
 fn finding(trials: &[&Trial]) -> Option<String> {
-    trials.iter().find_map(|trial| trial.findings.first().map(|what| format!("seed {}: {what}", trial.seed)))
+    trials.iter().find_map(|trial| trial.findings.first().map(|name| format!("seed {}: {name}", trial.seed)))
 }
 
 fn repeated(trials: &[&Trial]) -> Option<String> {
@@ -206,7 +206,7 @@ fn quiet_sentence(trials: &[&Trial]) -> Option<String> {
 /// The matrix of cells named `form/presence/policy`, each with its classes: a line for form and presence, a column a policy.
 pub(super) fn matrix(cells: &[(&str, &Outcomes)]) -> Vec<String> {
     let parts: Vec<(&str, &str, &Outcomes)> =
-        cells.iter().filter_map(|(cell, of)| cell.rsplit_once('/').map(|(row, policy)| (row, policy, *of))).collect();
+        cells.iter().filter_map(|(cell, map)| cell.rsplit_once('/').map(|(row, policy)| (row, policy, *map))).collect();
     let (mut rows, mut policies): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     for (row, policy, _) in &parts {
         if !rows.contains(row) {
@@ -221,12 +221,12 @@ pub(super) fn matrix(cells: &[(&str, &Outcomes)]) -> Vec<String> {
         let columns: String = columns.iter().map(|text| format!("{text:COLUMN$}")).collect();
         format!("{row:FIRST$}{columns}").trim_end().to_owned()
     };
-    let at = |row: &str, policy: &str| {
-        let found = parts.iter().find(|(of, under, _)| *of == row && *under == policy);
+    let described = |row: &str, policy: &str| {
+        let found = parts.iter().find(|(name, policy_name, _)| *name == row && *policy_name == policy);
         found.map(|(_, _, outcomes)| classes_in_column(outcomes)).unwrap_or_default()
     };
     let mut lines = vec![line("form/third unit", policies.iter().map(|policy| (*policy).to_owned()).collect())];
-    lines.extend(rows.iter().map(|row| line(row, policies.iter().map(|policy| at(row, policy)).collect())));
+    lines.extend(rows.iter().map(|row| line(row, policies.iter().map(|policy| described(row, policy)).collect())));
     lines
 }
 

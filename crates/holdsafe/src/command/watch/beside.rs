@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use console::sidecar::{Evidence, Sidecar, Sight};
+use console::sidecar::{EvidenceSource, Sidecar, Sight};
 use evidence::Micros;
 use evidence::messages::{Message, recorded};
 use explain::explain;
@@ -33,7 +33,7 @@ pub(super) struct Beheld {
 }
 
 impl Beheld {
-    /// Of this recording; `None` where it has no input journal of the console.
+    /// Opens the ground truth of this recording; `None` where it has no input journal of the console.
     ///
     /// # Errors
     /// When a log of it is damaged before its end, or the stages cannot be made.
@@ -44,20 +44,22 @@ impl Beheld {
         let Recorded { entries, bounds, .. } = Recorded::read(run)?;
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
-        let unread = |why: JournalError| {
-            Failure::new(Exit::NoEvidence, format!("{}: input journals: {why}", run.path().display()))
+        let unread = |error: JournalError| {
+            Failure::new(Exit::NoEvidence, format!("{}: input journals: {error}", run.path().display()))
         };
         let mut frames = recorded(run.path(), &entries).map_err(unread)?.messages;
-        frames.retain(|of| of.topic == Topic::Frames);
+        frames.retain(|message| message.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
-        let changes =
-            explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained_in_seconds(&of).into())).collect();
+        let changes = explain(&entries, &bounds)
+            .into_iter()
+            .map(|explanation| (explanation.at_us, explained_in_seconds(&explanation).into()))
+            .collect();
         Ok(Some(Self { frames, stages, changes, ahead, last: None }))
     }
 
     /// The newest frame at this time of the run, and its age since intake.
     fn sensed(&mut self, on_run: Micros) -> Option<(Arc<[Sight]>, Span)> {
-        let place = self.frames.partition_point(|of| of.at <= on_run).checked_sub(1)?;
+        let place = self.frames.partition_point(|message| message.at <= on_run).checked_sub(1)?;
         let before = Span(on_run - self.frames.get(place)?.at);
         if self.last.as_ref().is_none_or(|(last, _)| *last != place) {
             let sights = sights(&self.frames.get(place)?.bytes, self.stages.as_ref()?)?;
@@ -67,13 +69,13 @@ impl Beheld {
     }
 }
 
-impl Evidence for Beheld {
+impl EvidenceSource for Beheld {
     fn began(&self) -> Option<Instant> {
         u64::try_from(-self.ahead).ok().map(Instant)
     }
 
-    fn at(&mut self, at: Instant) -> Sidecar {
-        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Sidecar::default() };
+    fn evidence_at(&mut self, time: Instant) -> Sidecar {
+        let Ok(on_run) = Micros::try_from(i128::from(time.0) + self.ahead) else { return Sidecar::default() };
         let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);
         let because = change.and_then(|place| Some(Arc::clone(&self.changes.get(place)?.1)));
         Sidecar { sensed: self.sensed(on_run), because }

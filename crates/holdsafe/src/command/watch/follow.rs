@@ -14,7 +14,7 @@ pub(super) struct Follow {
 }
 
 impl Follow {
-    /// From its beginning.
+    /// Opens a log at its beginning.
     ///
     /// # Errors
     /// When there is no file at `path`.
@@ -27,7 +27,7 @@ impl Follow {
     /// # Errors
     /// When it is no input journal, or damaged.
     pub(super) fn news(&mut self, mut each: impl FnMut(Entry)) -> Result<(), JournalError> {
-        self.file.seek(SeekFrom::Start(self.read.map_or(0, |(_, at)| at)))?;
+        self.file.seek(SeekFrom::Start(self.read.map_or(0, |(_, offset)| offset)))?;
         let source = BufReader::new(&self.file);
         let mut log = match self.read {
             Some((header, at)) => Reader::resume(source, header, at),
@@ -60,7 +60,7 @@ mod tests {
 
     use super::*;
 
-    /// From its first byte on.
+    /// A log is followed from its first byte on.
     #[test]
     fn log_is_followed_over_half_written_entries() {
         let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };

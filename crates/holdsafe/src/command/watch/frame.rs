@@ -1,7 +1,7 @@
 //! A frame for a person's eyes: colour, depth, thermal and LiDAR, each with the stages' detections.
 
 use console::sidecar::{Image, Mark, Sight};
-use perception::corroborate::Limits;
+use perception::corroborate::CorroborationLimits;
 use perception::lidar::returns;
 use perception::stages::Stages;
 use viewer::LARGEST;
@@ -19,7 +19,7 @@ const WARMTH: [f32; 2] = [270.0, 320.0];
 /// The message `bytes` of frames, header and tags too, as processed by `stages`; `None` where it is no such message.
 pub(super) fn sights(bytes: &[u8], stages: &Stages) -> Option<Vec<Sight>> {
     let frames: Frames<'_> = decode(body(bytes)?, LARGEST).ok()?;
-    let found = stages.candidates(&frames, Limits::default().score).candidates;
+    let found = stages.candidates(&frames, CorroborationLimits::default().score).candidates;
     let size = (usize::from(frames.width), usize::from(frames.height));
     let image =
         |rgb: Vec<u8>| (rgb.len() == size.0 * size.1 * 3).then_some(Image { width: size.0, height: size.1, rgb });
@@ -28,14 +28,19 @@ pub(super) fn sights(bytes: &[u8], stages: &Stages) -> Option<Vec<Sight>> {
     let clusters = found.lidar.iter().flat_map(|list| list.iter()).map(cluster).collect();
     Some(vec![
         sight("colour", "as seen", frames.rgb.and_then(|plane| image(plane.to_vec())), colours),
-        sight("depth", "near is bright", frames.depth.and_then(|plane| image(shades(plane, near))), Vec::new()),
+        sight(
+            "depth",
+            "near is bright",
+            frames.depth.and_then(|plane| image(shades(plane, depth_brightness))),
+            Vec::new(),
+        ),
         sight(
             "thermal",
             "270 K black, 320 K white",
             frames.thermal.and_then(|plane| image(shades(plane, warmth))),
             warm,
         ),
-        sight("LiDAR", "from above, 48 m wide", frames.lidar.map(|ranges| above(ranges)), clusters),
+        sight("LiDAR", "from above, 48 m wide", frames.lidar.map(|ranges| draw_top_view(ranges)), clusters),
     ])
 }
 
@@ -56,7 +61,7 @@ fn cluster(of: &Cluster) -> Mark {
     Mark { edges: [x - half, y - half, x + half, y + half], says: format!("{:.0} m", libm::hypotf(ahead, left)) }
 }
 
-/// Pixel in the LiDAR's picture of a point so many metres to the right and ahead.
+/// Pixel in the LiDAR's picture of a point a given number of metres to the right and ahead.
 fn pixel(right: f32, ahead: f32) -> [f32; 2] {
     let (side, metres) = (ABOVE.0 as f32, ABOVE.1);
     [right, -ahead].map(|at| at / metres * side + side / 2.0)
@@ -68,7 +73,7 @@ fn shades(plane: &[u8], shade: fn(u16) -> u8) -> Vec<u8> {
 }
 
 /// Brightness of a depth in millimetres; zero, no return, is black.
-fn near(mm: u16) -> u8 {
+fn depth_brightness(mm: u16) -> u8 {
     if mm == 0 { 0 } else { (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8 }
 }
 
@@ -78,15 +83,15 @@ fn warmth(centikelvin: u16) -> u8 {
     ((f32::from(centikelvin) / 100.0 - black) / (white - black) * 255.0).clamp(0.0, 255.0) as u8
 }
 
-/// Beam returns, seen from above; the unit stands in the middle.
-fn above(ranges: &[u8]) -> Image {
+/// Beam returns, seen from above; the unit is in the middle.
+fn draw_top_view(ranges: &[u8]) -> Image {
     let side = ABOVE.0;
     let mut rgb = vec![20; side * side * 3];
     let mut dot = |right: f32, ahead: f32, shade: u8| {
         let [x, y] = pixel(right, ahead);
         if (0.0..side as f32).contains(&x) && (0.0..side as f32).contains(&y) {
-            let at = (y as usize * side + x as usize) * 3;
-            rgb[at..at + 3].fill(shade);
+            let index = (y as usize * side + x as usize) * 3;
+            rgb[index..index + 3].fill(shade);
         }
     };
     returns(Lidar::GROUND, ranges).for_each(|[ahead, left, _]| dot(-left, ahead, 210));

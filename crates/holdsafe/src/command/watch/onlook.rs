@@ -10,8 +10,8 @@ use link::web::{self, Content, Served};
 use runner::failure::{Exit, Failure};
 use serde_json::json;
 
-fn taken(port: u16, why: &dyn std::fmt::Display) -> Failure {
-    Failure::new(Exit::Environment, format!("port {port} of loopback: {why}; name another one, or none"))
+fn port_in_use(port: u16, reason: &dyn std::fmt::Display) -> Failure {
+    Failure::new(Exit::Environment, format!("port {port} of loopback: {reason}; name another one, or none"))
 }
 
 /// A picture ready to be requested.
@@ -31,7 +31,7 @@ impl Laid {
     }
 }
 
-/// The page, served until this is dropped.
+/// Server of the page, until it is dropped.
 pub(super) struct Page {
     laid: Arc<Mutex<Laid>>,
     served: Served,
@@ -57,7 +57,7 @@ impl Page {
             },
             web::Page { path: "picture", media: "application/json", content: Content::Made(Box::new(picture)) },
         ];
-        Ok(Self { laid, served: Served::open(port, pages).map_err(|why| taken(port, &why))? })
+        Ok(Self { laid, served: Served::open(port, pages).map_err(|error| port_in_use(port, &error))? })
     }
 
     /// Address for a browser.
@@ -81,7 +81,7 @@ pub(super) struct Ground {
 impl Ground {
     /// Offers them on this port of loopback.
     pub(super) fn open(port: u16) -> Result<Self, Failure> {
-        let offered = link::packets::Offered::open(port).map_err(|why| taken(port, &why))?;
+        let offered = link::packets::Offered::open(port).map_err(|error| port_in_use(port, &error))?;
         Ok(Self { offered, packets: viewer::packets::Packets::default() })
     }
 
@@ -92,10 +92,11 @@ impl Ground {
 
     /// Sends a picture.
     pub(super) fn show(&mut self, picture: &str) -> Result<(), Failure> {
-        let untold =
-            |why: &dyn std::fmt::Display| Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {why}"));
-        let packets = self.packets.look(link::clock::wall_us(), picture).map_err(|why| untold(&why))?;
-        self.offered.say(&packets).map(|_| ()).map_err(|why| untold(&why))
+        let untold = |reason: &dyn std::fmt::Display| {
+            Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {reason}"))
+        };
+        let packets = self.packets.look(link::clock::wall_us(), picture).map_err(|error| untold(&error))?;
+        self.offered.say(&packets).map(|_| ()).map_err(|error| untold(&error))
     }
 }
 
@@ -110,7 +111,7 @@ pub(super) struct Viewer {
 impl Viewer {
     /// Offers it on this port of loopback.
     pub(super) fn open(port: u16) -> Result<Self, Failure> {
-        let offered = link::foxglove::Offered::open(port).map_err(|why| taken(port, &why))?;
+        let offered = link::foxglove::Offered::open(port).map_err(|error| port_in_use(port, &error))?;
         Ok(Self { offered, onlooker: viewer::display::Onlooker::default() })
     }
 
@@ -121,26 +122,26 @@ impl Viewer {
 
     /// Sends a picture.
     pub(super) fn show(&mut self, picture: &str) -> Result<(), Failure> {
-        let messages = self.onlooker.look(link::clock::wall_us(), picture).map_err(|why| untold(&why))?;
+        let messages = self.onlooker.look(link::clock::wall_us(), picture).map_err(|error| untold(&error))?;
         messages.iter().try_for_each(|message| self.say(message))
     }
 
-    /// Reports that there has been none for so many seconds.
+    /// Reports that there has been none for a given number of seconds.
     pub(super) fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
-        let message = viewer::display::silent(link::clock::wall_us(), seconds).map_err(|why| untold(&why))?;
+        let message = viewer::display::silent(link::clock::wall_us(), seconds).map_err(|error| untold(&error))?;
         self.say(&message)
     }
 
     fn say(&mut self, message: &viewer::Message) -> Result<(), Failure> {
         let viewer::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
         let kind = link::foxglove::Kind { topic, encoding, schema: [name, language], definition };
-        self.offered.say(kind, bytes).map_err(|why| untold(&why))
+        self.offered.say(kind, bytes).map_err(|error| untold(&error))
     }
 }
 
 #[cfg(feature = "foxglove")]
-fn untold(why: &dyn std::fmt::Display) -> Failure {
-    Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {why}"))
+fn untold(reason: &dyn std::fmt::Display) -> Failure {
+    Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {reason}"))
 }
 
 /// No viewer: this build has no server for it.

@@ -48,16 +48,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let remedy = format!("{run} is over: `holdsafe watch --window {run}` shows its recording");
         return Err(Failure::new(Exit::NoEvidence, remedy));
     }
-    open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    open::probe().map_err(|window| Failure::new(Exit::Environment, window.to_string()))?;
     let stages = args.bring.stages()?;
     let slot = Arc::new(Mutex::new(Slot::default()));
     let (shared, stop) = (Arc::clone(&slot), context.stop.clone());
     let reading = std::thread::Builder::new().name("frames".into()).spawn(move || {
         let closes = Closes(&shared);
         let ended = read(&mut frames, first, &stages, &shared, &stop);
-        if let Err(why) = &ended {
+        if let Err(failure) = &ended {
             // The window's user is to read why the frames have stopped.
-            lock(&shared).trouble = Some(why.to_string());
+            lock(&shared).trouble = Some(failure.to_string());
             std::mem::forget(closes);
         }
         ended
@@ -65,9 +65,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let shown = open::sensors(Box::new(Reading { slot: Arc::clone(&slot), stop: context.stop.clone() }));
     lock(&slot).over = true;
     let ended = reading.join().map_err(|_| Failure::internal("the thread that reads frames has ended"))?;
-    shown.map_err(|why| Failure::new(Exit::Environment, why))?;
+    shown.map_err(|reason| Failure::new(Exit::Environment, reason))?;
     ended?;
-    Ok(if context.stop.asked() { Exit::Interrupted } else { Exit::Fine })
+    Ok(if context.stop.is_requested() { Exit::Interrupted } else { Exit::Fine })
 }
 
 /// The last frame read.
@@ -117,8 +117,8 @@ impl Sensors for Reading {
         lock(&self.slot).trouble.clone()
     }
 
-    fn over(&mut self) -> bool {
-        lock(&self.slot).over || self.stop.asked()
+    fn is_ended(&mut self) -> bool {
+        lock(&self.slot).over || self.stop.is_requested()
     }
 }
 
@@ -132,7 +132,7 @@ fn read(
 ) -> Result<(), Failure> {
     let (_nobody, pause) = channel::<()>();
     let mut frame = first;
-    while !frames.finished && !stop.asked() && !lock(slot).over {
+    while !frames.finished && !stop.is_requested() && !lock(slot).over {
         if let Some(Frame { bytes, seen, taken }) = frame.take() {
             let sights = sights(&bytes, stages);
             let mut slot = lock(slot);
@@ -165,18 +165,18 @@ struct Newest {
 }
 
 impl Newest {
-    /// Of the perception that was started last.
+    /// Opens the newest run's perception channel, of the process that was started last.
     fn open(run: &Path) -> Result<Self, Failure> {
         let started = |boot: &usize| path(run, BOOTS[*boot]).exists();
         let boot = (0..BOOTS.len()).rev().find(started).unwrap_or_default();
         let path = path(run, BOOTS[boot]);
-        let log = Follow::open(&path).map_err(|why| unread(&path, &why))?;
+        let log = Follow::open(&path).map_err(|error| unread(&path, &error))?;
         Ok(Self { run: run.to_owned(), boot, log, waiting: None, lag: Lag::default(), finished: false })
     }
 
-    /// The newest frame that perception used and that was not there at the last look; it is `at`, on this program's
+    /// The newest frame that perception used and that was not there at the last look; it is `stamp`, on this program's
     /// clock. A refused frame is not returned: perception gives tracks for every frame that it uses.
-    fn look(&mut self, at: u64) -> Result<Option<Frame>, Failure> {
+    fn look(&mut self, stamp: u64) -> Result<Option<Frame>, Failure> {
         let (mut newest, waiting, finished) = (None, &mut self.waiting, &mut self.finished);
         let looked = self.log.news(|entry| match entry {
             Entry::Input { now, input: Input::Bus { topic: Topic::Frames, bytes } } => *waiting = Some((now, bytes)),
@@ -185,17 +185,19 @@ impl Newest {
                 *waiting = None;
                 *finished |= matches!(input, Input::Finish);
             }
-            // Of a thinned log the newest kept frame is shown, and none for tracks of another.
+            // A thinned log shows the newest kept frame, and none for tracks of another.
             Entry::LeftOut { .. } => *waiting = None,
             Entry::Output(_) => {}
         });
-        looked.map_err(|why| unread(&path(&self.run, BOOTS[self.boot]), &why))?;
-        let seen = trace_us().max(at);
+        looked.map_err(|error| unread(&path(&self.run, BOOTS[self.boot]), &error))?;
+        let seen = trace_us().max(stamp);
         let frame = newest.map(|(now, bytes)| {
-            let taken = body(&bytes).and_then(|of| decode::<Frames<'_>>(of, LARGEST).ok()).map_or(now, |of| of.stamp);
-            Frame { taken: self.lag.taken(now, taken.min(now), seen), bytes, seen }
+            let time = body(&bytes)
+                .and_then(|payload| decode::<Frames<'_>>(payload, LARGEST).ok())
+                .map_or(now, |frames| frames.stamp);
+            Frame { taken: self.lag.taken_at(now, time.min(now), seen), bytes, seen }
         });
-        self.lag.looked = Some(at);
+        self.lag.looked = Some(stamp);
         if let Some(boot) = BOOTS.get(self.boot + 1)
             && let Ok(next) = Follow::open(&path(&self.run, boot))
         {
@@ -209,8 +211,8 @@ fn path(run: &Path, boot: &str) -> PathBuf {
     run.join("mouth").join(format!("{}{boot}.cbor", NodeId::PERCEPTION))
 }
 
-fn unread(path: &Path, why: &JournalError) -> Failure {
-    Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()))
+fn unread(path: &Path, error: &JournalError) -> Failure {
+    Failure::new(Exit::NoEvidence, format!("{}: {error}", path.display()))
 }
 
 /// Offset from the vehicle's clock to this program's. An entry that was not in the log at the last look was written
@@ -226,7 +228,7 @@ struct Lag {
 impl Lag {
     /// Earliest time at which a reading of `stamp` was taken, in a frame that came in at `now` and is seen at `seen`;
     /// unknown for the first [`SETTLED`], whose writer may have stood still.
-    fn taken(&mut self, now: Instant, stamp: Instant, seen: u64) -> Option<u64> {
+    fn taken_at(&mut self, now: Instant, stamp: Instant, seen: u64) -> Option<u64> {
         let looked = self.looked?;
         let written = i128::from(looked.min(seen)) - FLUSH_EVERY.as_micros() as i128;
         let ahead = written - i128::from(now.0);
@@ -254,8 +256,8 @@ mod tests {
             // A frame that came in, at a time of this clock, of a reading before that, seen in the second of two looks.
             let mut age = |came: u64, before: u64, looks: [u64; 2]| {
                 lag.looked = Some(looks[0]);
-                let at = |time: u64| Instant(time + offset);
-                Some(looks[1] - lag.taken(at(came), at(came - before), looks[1])?)
+                let instant = |time: u64| Instant(time + offset);
+                Some(looks[1] - lag.taken_at(instant(came), instant(came - before), looks[1])?)
             };
             assert_eq!(age(1_000_000, 0, [8_900_000, 9_000_000]), None, "what lay there for eight seconds");
             for came in (9_000_000..).step_by(100_000).take(SETTLED - 1) {
@@ -267,10 +269,10 @@ mod tests {
             assert_eq!(age(10_100_000, 250_000, [10_090_000, 10_130_000]), Some(280_000 + unknown), "an old reading");
             assert_eq!(age(10_200_000, 0, [12_200_000, 12_230_000]), Some(2_030_000 + unknown), "a writer that stood");
         }
-        assert_eq!(Lag::default().taken(Instant(5), Instant(5), 9), None, "the first look");
+        assert_eq!(Lag::default().taken_at(Instant(5), Instant(5), 9), None, "the first look");
     }
 
-    /// The newest frame that perception used is found, and after it those of a perception that was started again.
+    /// The newest frame that perception used is found, and after it frames of a perception that was started again.
     #[test]
     fn newest_used_frame_is_found_after_restarts() {
         let folder = tempfile::tempdir().unwrap();

@@ -11,15 +11,16 @@ use super::beside::Beheld;
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let checked = checked::run(&args.run)?;
     checked::say(context, &[&checked]);
-    let mut recorded = replay::open(checked.path()).map_err(|why| Failure::new(Exit::NoEvidence, why.to_string()))?;
-    open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
-    if let Some(why) = checked.invalid() {
-        recorded = recorded.invalid(why.to_owned());
+    let mut recorded =
+        replay::open(checked.path()).map_err(|error| Failure::new(Exit::NoEvidence, error.to_string()))?;
+    open::probe().map_err(|window| Failure::new(Exit::Environment, window.to_string()))?;
+    if let Some(reason) = checked.invalid() {
+        recorded = recorded.invalid(reason.to_owned());
     }
     if let Some(beheld) = Beheld::open(&checked, || args.bring.stages())? {
         recorded = recorded.sidecar(Box::new(beheld));
     }
     let stop = context.stop.clone();
-    recorded.show(move || stop.asked()).map_err(|why| Failure::new(Exit::Environment, why))?;
+    recorded.show(move || stop.is_requested()).map_err(|reason| Failure::new(Exit::Environment, reason))?;
     Ok(args.unverified.exit(&[&checked], Exit::Fine))
 }

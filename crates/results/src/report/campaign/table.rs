@@ -2,7 +2,7 @@
 
 use super::super::layout::folded;
 use super::super::table::{outcomes, percent, sample};
-use super::{CampaignObject, CampaignRow, ClaimRow, Claims};
+use super::{CampaignObject, CampaignRow, ClaimRow, ClaimVerdicts};
 use crate::report::new_table;
 
 /// Most rows of the table for a terminal; the object has all.
@@ -61,14 +61,14 @@ fn claim(row: &ClaimRow) -> String {
     let invalid = if row.invalid > 0 { format!(" and {} INVALID", row.invalid) } else { String::new() };
     let together = if row.together.verdict == row.alone.verdict { "" } else { "; not together" };
     let (from, to) = (row.alone.lower * 100.0, row.alone.upper * 100.0);
-    let at = row.looked_at.map(|n| format!(" at {n}")).unwrap_or_default();
-    format!("{}{at}: {} hits{invalid}, {from:.3} to {to:.3} %{together}", row.alone.verdict.name(), row.hits)
+    let look = row.looked_at.map(|n| format!(" at {n}")).unwrap_or_default();
+    format!("{}{look}: {} hits{invalid}, {from:.3} to {to:.3} %{together}", row.alone.verdict.name(), row.hits)
 }
 
 /// The claim of a sequential campaign that is under way.
 fn looks(campaign: &CampaignObject) -> String {
     let Some(claim) = campaign.terms.claim.as_ref().filter(|_| campaign.terms.sequential) else { return String::new() };
-    let Claims { shown, refuted, open, .. } = Claims::of(&campaign.rows);
+    let ClaimVerdicts { shown, refuted, open, .. } = ClaimVerdicts::from_rows(&campaign.rows);
     let n = campaign.rows.len();
     format!(
         "claim {claim} of {n} variations: shown for {shown}, refuted for {refuted}, open at the last look for {open}\n"
@@ -78,20 +78,20 @@ fn looks(campaign: &CampaignObject) -> String {
 fn conclusion(campaign: &CampaignObject) -> String {
     let (terms, n) = (&campaign.terms, campaign.rows.len());
     if !campaign.complete {
-        let (there, planned) = (campaign.trials, campaign.planned);
-        let told = format!("INCOMPLETE: {there} of {planned} trials; no claim is made about missing trials\n");
-        return told + &looks(campaign);
+        let (finished, planned) = (campaign.trials, campaign.planned);
+        let text = format!("INCOMPLETE: {finished} of {planned} trials; no claim is made about missing trials\n");
+        return text + &looks(campaign);
     }
     let Some((claim, claims)) = terms.claim.as_ref().zip(campaign.claim) else { return String::new() };
-    let Claims { shown, refuted, open, shown_together } = claims;
+    let ClaimVerdicts { shown, refuted, open, shown_together } = claims;
     let together = if shown_together { "it holds for all of them together" } else { "not for all of them together" };
-    let how = if terms.sequential {
+    let manner = if terms.sequential {
         "at every look together (e-process)"
     } else {
         "exact one-sided bounds (Clopper-Pearson)"
     };
     format!(
         "claim {claim}: shown for {shown} of {n} variations, refuted for {refuted}, open for {open}; {together} \
-         (Bonferroni). {how}; an INVALID trial is never a success for it\n"
+         (Bonferroni). {manner}; an INVALID trial is never a success for it\n"
     )
 }

@@ -2,7 +2,7 @@
 //!
 //! A command's id is its operator's own counter. A thief of that operator's key could run the counter to its end and
 //! so lock the operator out; hence three rules. A counter steps at most [`STEP`] ahead, so its end is out of reach and an
-//! operator who goes on above the value in the unit's reports is heard. Each operator has a counter of its own. And a command
+//! operator who goes on above the value in the unit's reports is heard. Each operator has its own counter. And a command
 //! towards safe does not ask the counter: only the very same signed intent is refused, because to hold once more is safe
 //! and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator will give next.
 
@@ -26,7 +26,7 @@ const STEP: u64 = 64;
 /// The highest sequence of a command from which on an operator is heard for the first time, after a start of ours. No
 /// operator gets there, and from there the end of the counter is still out of reach.
 const FIRST: u64 = 1 << 32;
-/// The same of consoles' boots: how far they step, and with which an operator is heard for the first time.
+/// Step of consoles' boots: how far they step, and with which an operator is heard for the first time.
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
 /// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`crate::trust::rate`]) let
@@ -47,23 +47,23 @@ struct Counter {
 }
 
 impl Counters {
-    fn of(&self, operator: NodeId) -> Option<&Counter> {
+    fn counter(&self, operator: NodeId) -> Option<&Counter> {
         self.0.iter().find(|counter| counter.operator == operator)
     }
 
     /// Newest value of the counter of `operator`: a command above it is heard.
     pub fn newest(&self, operator: NodeId) -> Option<CommandId> {
-        self.of(operator).and_then(|counter| counter.newest)
+        self.counter(operator).and_then(|counter| counter.newest)
     }
 
     /// The very same signed intent was not seen lately.
     fn unseen(&self, got: CommandId, hash: &[u8; 32]) -> Result<(), Refusal> {
-        let seen = self.of(got.operator).is_some_and(|counter| counter.kept.contains(hash));
+        let seen = self.counter(got.operator).is_some_and(|counter| counter.kept.contains(hash));
         if seen { Err(Refusal::Repeated { kept: KEPT, got }) } else { Ok(()) }
     }
 
     /// It was not seen, and away from safe it comes after all that were.
-    fn after(&self, intent: &Intent, hash: &[u8; 32]) -> Result<(), Refusal> {
+    fn check_order(&self, intent: &Intent, hash: &[u8; 32]) -> Result<(), Refusal> {
         let got = intent.id;
         self.unseen(got, hash)?;
         match self.newest(got.operator) {
@@ -76,10 +76,10 @@ impl Counters {
 
     /// Away from safe it is no further ahead than an operator can have come.
     fn near_enough(&self, intent: &Intent) -> Result<(), Refusal> {
-        if intent.kind.towards_safe() { Ok(()) } else { self.near(intent.id) }
+        if intent.kind.towards_safe() { Ok(()) } else { self.check_gap(intent.id) }
     }
 
-    fn near(&self, got: CommandId) -> Result<(), Refusal> {
+    fn check_gap(&self, got: CommandId) -> Result<(), Refusal> {
         let last = self.newest(got.operator);
         let boot = Boot(last.map_or(FIRST_BOOT, |last| last.boot.0.saturating_add(STEP_BOOT)));
         let sequence = Sequence(match last {
@@ -96,10 +96,10 @@ impl Counters {
 
     /// Value to which an accepted command moves its operator's counter. A HOLD of a boot that is too far ahead moves it by the one
     /// step that it may take: else an operator whose console started more often than that unheard would be refused until
-    /// *we* start anew; so a few HOLDs bring the two together. A thief of the key gains no advantage: a HOLD of just that boot
+    /// *we* start again; so a few HOLDs bring the two together. A thief of the key gains no advantage: a HOLD of just that boot
     /// moves the counter as far, and comes as often.
     fn reached(&self, intent: &Intent) -> Option<CommandId> {
-        match self.near(intent.id) {
+        match self.check_gap(intent.id) {
             Ok(()) => Some(intent.id),
             Err(Refusal::AheadBoot { furthest, .. }) if intent.kind == CommandKind::Hold => {
                 Some(CommandId { boot: furthest, sequence: Sequence(0), ..intent.id })
@@ -109,11 +109,11 @@ impl Counters {
     }
 
     fn note(&mut self, got: CommandId, hash: &[u8; 32], reached: Option<CommandId>) {
-        let at = self.0.iter().position(|counter| counter.operator == got.operator).unwrap_or_else(|| {
+        let index = self.0.iter().position(|counter| counter.operator == got.operator).unwrap_or_else(|| {
             self.0.push(Counter { operator: got.operator, newest: None, kept: VecDeque::new() });
             self.0.len() - 1
         });
-        let counter = &mut self.0[at];
+        let counter = &mut self.0[index];
         if counter.kept.len() == KEPT {
             counter.kept.pop_front();
         }
@@ -127,7 +127,7 @@ impl Counters {
 }
 
 impl<S> Record<S, Intent> {
-    /// Result of [`Record::once`] in advance, asked before the signature is verified, so that repetitions cost little.
+    /// Result of [`Record::accept_once`] in advance, asked before the signature is verified, so that repetitions cost little.
     /// `hash` is that of its signed bytes. The memory is left unchanged.
     pub fn not_repeated(
         self,
@@ -135,7 +135,7 @@ impl<S> Record<S, Intent> {
         counters: &Counters,
         hash: &[u8; 32],
     ) -> Result<Record<NotRepeated<S>, Intent>, Refusal> {
-        let new = self.judged(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
+        let new = self.judged(policy, Check::Duplicate, |intent, _| counters.check_order(intent, hash))?;
         new.check(policy, Check::Jump, NotRepeated(PhantomData), |intent, _| counters.near_enough(intent))
     }
 }
@@ -143,13 +143,13 @@ impl<S> Record<S, Intent> {
 impl Record<Attributed<AtUnit>, Intent> {
     /// At most once and in order, whatever the transport repeats: away from safe after every command that this operator
     /// has given and not far ahead of them; towards safe not the same one again.
-    pub fn once(
+    pub fn accept_once(
         self,
         policy: &Policy,
         counters: &mut Counters,
         hash: &[u8; 32],
     ) -> Result<Record<Ordered, Intent>, Refusal> {
-        let new = self.judged(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
+        let new = self.judged(policy, Check::Duplicate, |intent, _| counters.check_order(intent, hash))?;
         let near = new.check(policy, Check::Jump, Ordered(()), |intent, _| counters.near_enough(intent))?;
         if policy.check(Check::Duplicate) == Requirement::Required {
             let intent = &near.message;
@@ -197,7 +197,7 @@ mod tests {
         hash[..8].copy_from_slice(&intent.id.sequence.0.to_le_bytes());
         hash[8..12].copy_from_slice(&intent.kind.name().as_bytes()[..4]);
         hash[12..16].copy_from_slice(&intent.id.boot.0.to_le_bytes());
-        counters.after(intent, &hash)?;
+        counters.check_order(intent, &hash)?;
         counters.near_enough(intent)?;
         counters.note(intent.id, &hash, counters.reached(intent));
         Ok(())
@@ -227,8 +227,8 @@ mod tests {
         let mut counters = Counters::default();
         assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
         assert_eq!(give(&mut counters, &intent(1, 3, CommandKind::Hold)), Ok(()));
-        let again = intent(1, 3, CommandKind::Hold);
-        assert_eq!(give(&mut counters, &again), Err(Refusal::Repeated { kept: KEPT, got: again.id }));
+        let repeated = intent(1, 3, CommandKind::Hold);
+        assert_eq!(give(&mut counters, &repeated), Err(Refusal::Repeated { kept: KEPT, got: repeated.id }));
         assert_eq!(give(&mut counters, &intent(1, u64::MAX, CommandKind::Hold)), Ok(()));
         assert_eq!(give(&mut counters, &intent(1, 41, CommandKind::Resume)), Ok(()));
     }
@@ -236,11 +236,11 @@ mod tests {
     #[test]
     fn command_memory_exceeds_rates_within_nonce_life() {
         let ms = crate::bounds::Bounds::GROUND.command_limit_ms;
-        let through = [RateClass::Away, RateClass::Withdraw, RateClass::Hold].map(|class| {
+        let passed = [RateClass::Away, RateClass::Withdraw, RateClass::Hold].map(|class| {
             let Allowance { burst, per_s } = class.allowance();
             u64::from(burst) + u64::from(per_s) * ms / 1000
         });
-        assert!(through.iter().sum::<u64>() < KEPT as u64, "{through:?}");
+        assert!(passed.iter().sum::<u64>() < KEPT as u64, "{passed:?}");
     }
 
     #[test]

@@ -52,9 +52,10 @@ impl Around {
         for service in ["gateway", "autonomy", "broker"] {
             for shift in SHIFTS {
                 for steps in [false, true] {
-                    let how = if steps { "steps to" } else { "is at" };
+                    let manner = if steps { "steps to" } else { "is at" };
                     let before = faketime().map(|library| clock(&library, shift, steps));
-                    let (what, needs) = (format!("wall clock of {service} {how} {shift}"), "faketime is not installed");
+                    let (what, needs) =
+                        (format!("wall clock of {service} {manner} {shift}"), "faketime is not installed");
                     all.push(Self { fault: "F3", what, needs, service: Some(service), before, shared_kib: SHARED_KIB });
                 }
             }
@@ -163,7 +164,7 @@ fn clock(library: &Path, shift: &str, steps: bool) -> String {
 
 /// Things of ours on the machine now, besides this process.
 pub(super) fn left() -> Result<Left, Failure> {
-    let own = fs::read_link("/proc/self/exe")?;
+    let own_path = fs::read_link("/proc/self/exe")?;
     let network = |process: &Path| fs::read_link(process.join("ns/net")).ok();
     let machine = network(Path::new("/proc/self"));
     let mut left = Left::default();
@@ -174,7 +175,7 @@ pub(super) fn left() -> Result<Left, Failure> {
         if number.is_none_or(|number| number == std::process::id()) {
             continue;
         }
-        let ours = fs::read_link(process.join("exe")).is_ok_and(|program| program == own);
+        let ours = fs::read_link(process.join("exe")).is_ok_and(|program| program == own_path);
         if ours && is_service(&process) {
             left.processes += 1;
             namespaces.extend(network(&process).filter(|network| Some(network) != machine.as_ref()));

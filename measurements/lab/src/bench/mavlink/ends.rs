@@ -1,4 +1,4 @@
-//! The ends of a measured link, behind sockets: pymavlink in a process of its own (`tools/mavlink/end.py`), and the public `mavlink`
+//! The ends of a measured link, behind sockets: pymavlink in its own process (`tools/mavlink/end.py`), and the public `mavlink`
 //! crate's reader behind a socket of this process.
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -112,10 +112,10 @@ impl Pymavlink {
     /// Starts it as a sender to `to`, or as a receiver.
     fn begin(&mut self, start: &Start, to: Option<u16>) -> Result<(), EndFault> {
         let key = start.key.map(hex);
-        let how = json!({
+        let value = json!({
             "key": key, "behind_s": start.behind_s, "accept_unsigned": start.accept_unsigned, "to": to,
         });
-        let answer = self.ask(&json!({ "start": how }))?;
+        let answer = self.ask(&json!({ "start": value }))?;
         self.version = answer["version"].as_str().unwrap_or_default().to_owned();
         let port = answer["port"].as_u64().and_then(|port| u16::try_from(port).ok());
         self.port = port.map(LoopbackAddr::on_port);
