@@ -252,7 +252,7 @@ mod tests {
     fn the_largest_start_fits_into_a_request() {
         let at = Place(i32::MIN, i32::MIN);
         let block = Block { at, half_mm: [u32::MAX; 2], heading_mrad: i32::MIN };
-        let start = Start {
+        let start = MissionStart {
             now: Instant(u64::MAX),
             period: Span(u64::MAX),
             max_speed_mm_s: u32::MAX,
