@@ -10,7 +10,8 @@ use wire::codec::{self, List, Text};
 use wire::core::Output;
 use wire::event::Event;
 use wire::guest::{
-    Answer, Block, ControlStep, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, MissionStart, Place, Reply, Request,
+    Answer, Block, ControlStep, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, MissionStart, Place, Reply,
+    Request,
 };
 use wire::mode::Mode;
 use wire::sensor::Navigation;

@@ -59,8 +59,8 @@ impl Mover {
         } else if !is_blocked {
             self.gone += if self.back { -1 } else { 1 };
             // A closed path leads on behind its first point. Without that, one that meets the unit there could go neither way.
-            if let Some([_, steps]) = self.round.filter(|[departs, _]| self.back && self.gone < *departs) {
-                self.gone += steps;
+            if let Some([departs, steps]) = self.round.filter(|[departs, _]| self.back && self.gone < *departs) {
+                self.gone = departs + steps - 1;
             }
             self.gone = self.gone.max(0);
         }
@@ -108,23 +108,42 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
+    const STEP: Span = Span::ms(10);
+
+    fn walker() -> Object {
+        let scene = Scene::default();
+        Object { yields: false, ..scene.objects.iter().find(|object| object.moves()).unwrap().clone() }
+    }
+
+    fn unit() -> UnitBody {
+        let half = Vector::new(0.8, 0.45, 0.4);
+        UnitBody { at: Vector::new(1.0, 0.0, 0.0), rotation: Rotation::IDENTITY, half }
+    }
+
+    const BEFORE_IT: (Vector, [f32; 2]) = (Vector::ZERO, [1.0, 0.0]);
+
     /// Every second the unit has rolled far enough for one step.
     #[test]
     fn walker_before_a_unit_that_rolls_away_turns_back() {
-        const STEP: Span = Span::ms(10);
-        let scene = Scene::default();
-        let object = Object { yields: false, ..scene.objects.iter().find(|object| object.moves()).unwrap().clone() };
-        let unit = UnitBody {
-            at: Vector::new(1.0, 0.0, 0.0),
-            rotation: Rotation::IDENTITY,
-            half: Vector::new(0.8, 0.45, 0.4),
-        };
-        let before = (Vector::new(0.0, 0.0, 0.0), [1.0, 0.0]);
+        let (object, unit) = (walker(), unit());
         let mut mover = Mover::new(0, &object, RigidBodyHandle::invalid(), STEP);
         let steps = (1..).find(|number| {
-            mover.step(&object, before, (number % 100 != 0).then_some(&unit), STEP);
+            mover.step(&object, BEFORE_IT, (number % 100 != 0).then_some(&unit), STEP);
             mover.back
         });
         assert!((1000..1200).contains(&steps.unwrap()), "{steps:?}");
+    }
+
+    /// It is one step behind the first point of its round then, however long before its departure it turned.
+    #[test]
+    fn walker_that_waits_where_it_starts_goes_on_from_there() {
+        let (object, unit) = (Object { closed: true, departs: 30.0, ..walker() }, unit());
+        let mut mover = Mover::new(0, &object, RigidBodyHandle::invalid(), STEP);
+        while !mover.back {
+            mover.step(&object, BEFORE_IT, Some(&unit), STEP);
+        }
+        mover.step(&object, BEFORE_IT, None, STEP);
+        let [departs, steps] = mover.round.unwrap();
+        assert_eq!(mover.gone, departs + steps - 1);
     }
 }
