@@ -20,12 +20,12 @@ fn along_to_the_end(
     sequence: &str,
 ) -> (usize, usize) {
     let (topology, twin) = start(scenario, &ready.setup, seed, false).expect("it starts");
-    let single_loggeds = finish(twin, topology.duration);
+    let single_log = finish(twin, topology.duration);
     let (topology, mut twin) = start_following(scenario, &ready.setup, seed, known).expect("it starts");
     twin.run_until(topology.duration);
     twin.finish(1_500_000);
     // Every byte, signatures too.
-    assert!(twin.log() == single_loggeds, "{sequence}");
+    assert!(twin.log() == single_log, "{sequence}");
     let follows = |part: &Part| matches!(part, Part::Following(along) if along.follows());
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }

@@ -3,7 +3,7 @@
 
     tools/house/names.py                 the table
     tools/house/names.py --list CRATE    each offending name and comment of a crate, with file and line
-    tools/house/names.py --blocks CRATE  30 comment blocks and function heads of a crate, drawn at random, for a reader
+    tools/house/names.py --blocks CRATE  30 comment blocks of a crate, drawn at random, each with the code after it
 
 Sources are `crates/**/*.rs` by crate, and `tests`, `measurements` and `fuzz` as a row each. A scanner of regular expressions reads them; text in
 string literals is left out. Columns of the table:
@@ -15,7 +15,8 @@ local %    locals whose whole name is a word of IDIOMS or RELATIONS and not of E
            `let` or the parameters of a function or closure bind. `at` counts unless it is declared as `usize`: readers expect it for an index.
 idiom      IDIOM_PHRASES and IDIOM_WORDS in 1,000 words of comments (`//`, `///`, `//!`).
 open %     comment blocks that open with a word of OPENINGS, in per cent of all blocks. A block is adjacent lines of one marker.
-meanings   names that more than MEANINGS public types (`pub struct`, `enum`, `trait`, `type`) of the whole project have, by their definitions.
+meanings   names that more than MEANINGS public types (`pub struct`, `enum`, `trait`, `type`) of the whole project have, by their definitions;
+           CONVENTIONS are left out.
 """
 
 import argparse
@@ -26,6 +27,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 MEANINGS = 3
+# Public names that have one meaning in every module: options of its command, configuration of its process.
+CONVENTIONS = {"Args", "ProcessConfig"}
 
 # Words of everyday speech that leave out which thing is meant.
 IDIOMS = set(
@@ -235,7 +238,7 @@ def row(name, figures):
 def several(types):
     """Names with more than MEANINGS definitions, most first."""
     counts = Counter(name for name, _, _ in types)
-    return [(name, count) for name, count in counts.most_common() if count > MEANINGS]
+    return [(name, count) for name, count in counts.most_common() if count > MEANINGS and name not in CONVENTIONS]
 
 
 def table(crates):

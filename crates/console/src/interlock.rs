@@ -165,8 +165,8 @@ impl ShownUnit {
     fn designation(&self, bounds: &Bounds) -> (String, String) {
         let (designated, suite) = (self.state.get().0.authority.map(|held| held.track), self.state.get().0.suite());
         let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
-        let empty_text = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
-        let Some(track) = track else { return (empty_text.to_owned(), String::new()) };
+        let missing_text = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
+        let Some(track) = track else { return (missing_text.to_owned(), String::new()) };
         let least = bounds.designation_bearings_mrad;
         if track.contradicted.count() > 0 {
             (format!("contradicted by {}", modalities(suite, track.contradicted)), "none".to_owned())

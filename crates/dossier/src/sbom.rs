@@ -46,8 +46,8 @@ pub fn sbom(manifest: Option<&Manifest>) -> String {
 
 fn bom(lock: &Lock, manifest: Option<&Manifest>) -> Value {
     let files: Vec<Value> = manifest.into_iter().flat_map(|manifest| &manifest.files).map(file).collect();
-    let own_texts = lock.package.iter().filter(|package| package.source.is_none()).map(Package::reference);
-    let root = json!({ "ref": "holdsafe", "dependsOn": own_texts.collect::<Vec<_>>() });
+    let own_packages = lock.package.iter().filter(|package| package.source.is_none()).map(Package::reference);
+    let root = json!({ "ref": "holdsafe", "dependsOn": own_packages.collect::<Vec<_>>() });
     let dependencies: Vec<Value> = [root].into_iter().chain(dependencies(lock)).collect();
     json!({
         "$schema": "http://cyclonedx.org/schema/bom-1.6.schema.json",

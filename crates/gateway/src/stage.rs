@@ -243,8 +243,8 @@ impl Staging {
         }
         let (expected, intent) = decoded.claimed();
         let command = Command { id: expected, intent };
-        let our_sent = self.sent.iter_mut().find(|sent| sent.unit == unit && sent.command == command);
-        let sent = our_sent.ok_or(Refusal::Confirmation { expected })?;
+        let sent_order = self.sent.iter_mut().find(|sent| sent.unit == unit && sent.command == command);
+        let sent = sent_order.ok_or(Refusal::Confirmation { expected })?;
         let answer = hash_of(bytes);
         if sent.answers.contains(&answer) {
             return Ok(None);

@@ -47,9 +47,9 @@ pub fn claims(proposed: &[Detection], seen: &[Detection], least: u16) -> (List<D
         detections.max_by(|a, b| a.bounds.shared(&proposal.bounds).total_cmp(&b.bounds.shared(&proposal.bounds)))
     };
     let shared = |claim: &Detection| proposed.iter().any(|other| other.class == claim.class && same(other, claim));
-    let single_detections = seen.iter().filter(|claim| claim.score >= least && !shared(claim));
+    let unshared = seen.iter().filter(|claim| claim.score >= least && !shared(claim));
     let all = proposed.iter().map(|proposal| (*proposal, answer(proposal).is_some_and(|s| s.class != proposal.class)));
-    let all: Vec<(Detection, bool)> = all.chain(single_detections.map(|claim| (*claim, true))).take(32).collect();
+    let all: Vec<(Detection, bool)> = all.chain(unshared.map(|claim| (*claim, true))).take(32).collect();
     let disputed = all.iter().enumerate().filter(|(_, (_, disputed))| *disputed);
     let disputed = disputed.fold(Disputed::default(), |set, (index, _)| set.with_index(index));
     (all.into_iter().map(|(detection, _)| detection).collect(), disputed)

@@ -226,10 +226,10 @@ mod tests {
 
     #[test]
     fn frame_without_lidar_tells_no_things_nearby() {
-        let mut empty_followed = Followed::default();
-        empty_followed.update((FrameId(1), Instant(1)), Some(&Placement::ORIGIN), None);
-        assert_eq!(empty_followed.things(), None);
-        empty_followed.update((FrameId(2), Instant(2)), Some(&Placement::ORIGIN), Some(&[]));
-        assert_eq!(empty_followed.things().unwrap().len(), 0);
+        let mut without_tracks = Followed::default();
+        without_tracks.update((FrameId(1), Instant(1)), Some(&Placement::ORIGIN), None);
+        assert_eq!(without_tracks.things(), None);
+        without_tracks.update((FrameId(2), Instant(2)), Some(&Placement::ORIGIN), Some(&[]));
+        assert_eq!(without_tracks.things().unwrap().len(), 0);
     }
 }

@@ -264,8 +264,8 @@ impl Tightened {
         ];
         let own_pairs = pairs
             .into_iter()
-            .filter_map(|(own_located, base)| own_located.as_ref().map(|own_whole| (own_whole, base.get())));
-        own_pairs.filter(|(own_whole, base)| own_whole.get() > *base).collect()
+            .filter_map(|(own_field, base)| own_field.as_ref().map(|own_bound| (own_bound, base.get())));
+        own_pairs.filter(|(own_bound, base)| own_bound.get() > *base).collect()
     }
 
     /// True if no bound is tightened.

@@ -24,7 +24,7 @@ const GAP: u32 = 8;
 const ABOVE_M: f32 = 30.0;
 
 /// A frame with its title.
-pub struct Entry<'a> {
+pub struct SheetFrame<'a> {
     /// Title.
     pub title: String,
     /// The frame.
@@ -35,7 +35,7 @@ pub struct Entry<'a> {
 ///
 /// # Errors
 /// A plane is not of its size.
-pub fn draw(entries: &[Entry<'_>], stages: &Stages) -> Result<String, png::EncodingError> {
+pub fn draw(entries: &[SheetFrame<'_>], stages: &Stages) -> Result<String, png::EncodingError> {
     let camera = stages.sensors().camera;
     let (w, h) = (u32::from(camera.width) * SCALE, u32::from(camera.height) * SCALE);
     let (width, row) = (3 * (w + GAP) + h + 2 * GAP, h + TITLE + GAP);

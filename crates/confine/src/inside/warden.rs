@@ -188,9 +188,11 @@ fn reap(main: Pid) -> Option<String> {
 /// generation.
 fn end_all(main: Pid) {
     let _gone = kill(Pid::from_raw(-main.as_raw()), Signal::SIGKILL);
-    let own_text = format!("/proc/self/task/{}/children", Pid::this());
+    let children_path = format!("/proc/self/task/{}/children", Pid::this());
     loop {
-        for child in fs::read_to_string(&own_text).unwrap_or_default().split(' ').filter_map(|pid| pid.parse().ok()) {
+        for child in
+            fs::read_to_string(&children_path).unwrap_or_default().split(' ').filter_map(|pid| pid.parse().ok())
+        {
             let _gone = kill(Pid::from_raw(child), Signal::SIGKILL);
         }
         match waitpid(None, None) {

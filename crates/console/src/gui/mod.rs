@@ -123,8 +123,8 @@ impl ConsoleWindow {
                 banner(ui, "NOT TAKEN: what you did last did not reach this console's core. Hold by other means.");
             }
             if let Some(lag) = picture.behind {
-                let empty_text = "NOT CURRENT: this console has drawn nothing new for";
-                banner(ui, &format!("{empty_text} {}. Hold by other means.", words::seconds(lag)));
+                let stale_text = "NOT CURRENT: this console has drawn nothing new for";
+                banner(ui, &format!("{stale_text} {}. Hold by other means.", words::seconds(lag)));
                 ui.set_opacity(PAST);
             }
             strip::draw(ui, &mut self.view_state, shown);

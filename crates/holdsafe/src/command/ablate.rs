@@ -163,8 +163,8 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
 impl Attack {
     /// With everything, then without each of `switches`.
     fn planned(&self, switches: &[Switch]) -> Vec<Planned> {
-        let ablated_planneds = switches.iter().map(|switch| self.waive(&[*switch]));
-        [self.base.clone()].into_iter().chain(ablated_planneds).collect()
+        let ablations = switches.iter().map(|switch| self.waive(&[*switch]));
+        [self.base.clone()].into_iter().chain(ablations).collect()
     }
 
     fn waive(&self, switches: &[Switch]) -> Planned {

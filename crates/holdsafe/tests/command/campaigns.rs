@@ -354,9 +354,9 @@ fn exit_code_gives_the_verdict_on_a_claim() {
     };
     let (code, shown) = claimed("unsafe<50%@95", &[]);
     assert_eq!((code, &shown["trials"]), (Some(0), &5.into()));
-    let single_value = &shown["rows"][0]["claim"]["alone"];
+    let uncorrected = &shown["rows"][0]["claim"]["alone"];
     assert_eq!(
-        (&single_value["verdict"], single_value["upper"].as_f64().map(|u| u < 0.5)),
+        (&uncorrected["verdict"], uncorrected["upper"].as_f64().map(|u| u < 0.5)),
         (&"shown".into(), Some(true))
     );
     let (code, open) = claimed("unsafe<50%@95", &["--trials", "4"]);

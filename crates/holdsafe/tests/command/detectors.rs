@@ -74,8 +74,8 @@ fn shipped_detector_from_file_gives_the_same_log() {
     let detector = shipped();
     let bring = ["--detector", detector.to_str().unwrap(), "--labels", &files[1], "--out", out.to_str().unwrap()];
     let policy = root().join("policies/fusion-waived.toml");
-    let single_texts = ["--policy", policy.to_str().unwrap()];
-    assert_eq!(run(&[&bring[..], &single_texts].concat()), run(&[&["--rendered"][..], &single_texts].concat()));
+    let policy_options = ["--policy", policy.to_str().unwrap()];
+    assert_eq!(run(&[&bring[..], &policy_options].concat()), run(&[&["--rendered"][..], &policy_options].concat()));
     let manifest: serde_json::Value = serde_json::from_slice(&fs::read(out.join("manifest.json")).unwrap()).unwrap();
     assert_eq!(manifest["detector"]["model"]["sha256"], pin(&detector).unwrap().sha256, "{manifest}");
     let seen = |labels: &str| run(&["--detector", seed("yolo-v8").to_str().unwrap(), "--labels", labels]);

@@ -224,8 +224,8 @@ fn as_live(run: &Path) -> Held {
     witnesses.sort();
     witnesses.dedup();
     for node in witnesses {
-        let own_buffers = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
-        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), own_buffers).unwrap();
+        let node_entries = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
+        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), node_entries).unwrap();
         held.clocks.insert(node, HeldClock::default());
     }
     rewrite(run, |frame| by_recorder(frame.node).then_some(frame));

@@ -98,8 +98,8 @@ pub fn list(text: &str) -> Vec<Value> {
 
 fn values(text: &str) -> Option<Vec<Value>> {
     let table: toml::Table = toml::from_str(&format!("v = [{text}]")).ok()?;
-    let single_map = (table.len() == 1).then_some(table)?;
-    single_map.get("v")?.as_array()?.iter().map(|value| serde_json::to_value(value).ok()).collect()
+    let single_entry = (table.len() == 1).then_some(table)?;
+    single_entry.get("v")?.as_array()?.iter().map(|value| serde_json::to_value(value).ok()).collect()
 }
 
 impl FromStr for Distribution {

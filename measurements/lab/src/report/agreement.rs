@@ -179,14 +179,14 @@ fn one(label: &str, sequence: &SequenceRow) -> String {
 
 /// The other sequences whose classes differ, by these.
 fn other_differences(sequences: &[SequenceRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
-    let mut other_map: BTreeMap<_, Vec<&str>> = BTreeMap::new();
+    let mut differing: BTreeMap<_, Vec<&str>> = BTreeMap::new();
     let told = |sequence: &&SequenceRow| {
         sequence.twin == sequence.live || sequence.is_missed() || sequence.live == Outcome::Invalid
     };
     for sequence in sequences.iter().filter(|sequence| !told(sequence)) {
-        other_map.entry((sequence.stratum, sequence.twin, sequence.live)).or_default().push(&sequence.name);
+        differing.entry((sequence.stratum, sequence.twin, sequence.live)).or_default().push(&sequence.name);
     }
-    other_map.into_iter().map(|(key, names)| (key, names.join(", "))).collect()
+    differing.into_iter().map(|(key, names)| (key, names.join(", "))).collect()
 }
 
 #[cfg(test)]

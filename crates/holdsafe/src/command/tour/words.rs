@@ -141,10 +141,11 @@ fn changes(trials: &[&Trial]) -> Option<String> {
     for trial in trials {
         let forced = |cause: &str| cause.starts_with("lost:") || cause.starts_with("unrecovered:");
         let own_rows = trial.transitions.iter().filter(|change| forced(&change.cause));
-        let mut own_texts: Vec<String> = own_rows.map(|change| format!("{} by {}", change.to, change.cause)).collect();
-        own_texts.sort();
-        own_texts.dedup();
-        own_texts.into_iter().for_each(|change| *counts.entry(change).or_default() += 1);
+        let mut change_texts: Vec<String> =
+            own_rows.map(|change| format!("{} by {}", change.to, change.cause)).collect();
+        change_texts.sort();
+        change_texts.dedup();
+        change_texts.into_iter().for_each(|change| *counts.entry(change).or_default() += 1);
     }
     most_frequent(&counts, |change, n| match trials.len() {
         1 => change.to_owned(),
