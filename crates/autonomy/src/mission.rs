@@ -90,22 +90,22 @@ impl Mission {
         Some(PlannedWay { points, beyond })
     }
 
-    /// The way with its start: around `moving` places, or for a while through them where that saves a long detour. Who follows it stops before
-    /// them.
+    /// The way with its start: around `moving` places, or through them where that saves a long detour for a while, or where there is no way
+    /// around. A unit that follows it stops before them, and backs up: without a way it would stand as long as an actor that waits for it.
     fn plan(&mut self, (start, target): (Point, Point), moving: &[Keepout], now: Instant) -> Option<Vec<Point>> {
         let with_start = |points: Vec<Point>| std::iter::once(start).chain(points).collect::<Vec<_>>();
-        let vec = self.grid.way(start, target, moving).map(with_start);
-        let is_long = |limit: f64| vec.as_ref().is_none_or(|vector| length(vector) > limit + DETOUR_MM);
+        let around = self.grid.way(start, target, moving).map(with_start);
+        let is_long = |limit: f64| around.as_ref().is_none_or(|way| length(way) > limit + DETOUR_MM);
         // No way is shorter than the straight line.
         if !moving.is_empty() && is_long(distance(start, target)) {
             let through = self.grid.way(start, target, &[]).map(with_start)?;
             if is_long(length(&through)) {
                 let since = *self.blocked.get_or_insert(now);
-                return if now.since(since) < PATIENCE { Some(through) } else { vec };
+                return if now.since(since) < PATIENCE { Some(through) } else { around.or(Some(through)) };
             }
         }
         self.blocked = None;
-        vec
+        around
     }
 
     /// A way from `place` to a place that is no way point, without its start; `None` where there is none.
@@ -185,5 +185,17 @@ mod tests {
         };
         assert!(furthest_north(0) < 2000.0 && furthest_north(9) < 2000.0, "through the gap");
         assert!(furthest_north(11) > 15_000.0, "around the wall");
+    }
+
+    /// Who comes to the closed gap stops before it and backs up.
+    #[test]
+    fn without_a_way_around_the_unit_goes_on_to_what_is_in_the_way() {
+        let wall = Extent::new((10_000.0, 11_000.0), 0.0, (200.0, 9500.0));
+        let clearance = Clearance { fence: 500.0, wide: 700.0, narrow: 600.0 };
+        let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);
+        let mut mission = Mission::new(&[(15_000, 1000)], false, Grid::new(&fence, &[wall], clearance));
+        let in_the_gap = [Keepout { at: (10_000.0, 500.0), radius: 1500.0, least: 1500.0 }];
+        let mut has_way = |second| mission.way((5000.0, 1000.0), &in_the_gap, Instant(0) + Span::s(second)).is_some();
+        assert!(has_way(0) && has_way(11));
     }
 }
