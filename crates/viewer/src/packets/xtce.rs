@@ -12,7 +12,7 @@ use super::{CONSOLE, CONSOLE_APID, FRESHNESS, Field, FieldEncoding, HOLDS, MODES
 
 /// Units that a console displays.
 const UNITS: [UnitId; 3] = [UnitId::A, UnitId::B, UnitId::C];
-/// Bits of [`Kind::Guards`] that no guard has.
+/// Bits of [`FieldEncoding::Guards`] that no guard has.
 const SPARE: usize = 32 - Guard::ALL.len();
 
 /// Primary header and time code: name, bits, meaning.
