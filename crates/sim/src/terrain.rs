@@ -35,12 +35,12 @@ impl Terrain {
     }
 
     /// Cells along one side.
-    pub(crate) fn cells(&self) -> usize {
+    pub fn cells(&self) -> usize {
         self.cells
     }
 
     /// Side of the square, metres.
-    pub(crate) fn side(&self) -> f32 {
+    pub fn side(&self) -> f32 {
         self.cells as f32 * CELL
     }
 

@@ -17,14 +17,13 @@ use perception::detector::{Detector, DetectorError};
 use perception::fused::{SAY, claims, image};
 use perception::lidar::Scanner;
 use perception::pose::Ego;
-use perception::tracker::Tracker;
+use perception::tracker::{MAX_TRACKS, Tracker};
 use perception::{depth, runtime, thermal};
 use serde_json::json;
 use sim::fault::Faults;
 use sim::plant::{Plant, SetPoint};
 use sim::sensor::Imagers;
 use sim::sensor::camera::{REACH, Sweep, eye, ray};
-use sim::terrain::{CELLS, SIDE};
 use sim::world::{STEP, World};
 use wire::id::FrameId;
 use wire::platform::Sensors;
@@ -110,7 +109,7 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
     let (mut ego, network) = (Ego::default(), Detector::thermal(&Camera::GROUND)?);
     let fused = Detector::fused(&camera)?.ok_or("no fused network for this camera")?;
     let mut took: Vec<[Duration; STAGES.len()]> = Vec::new();
-    let mut tracker = Tracker::default();
+    let mut tracker = Tracker::<MAX_TRACKS>::default();
     for k in 0..FRAMES + WARM_UP {
         let (world, plant) = settled(k)?;
         let faults = Faults::new(&[])?;
@@ -183,14 +182,15 @@ fn referee(python: &Path, world: &World, plant: &Plant, image: &[u8]) -> Result<
     let rays: Vec<_> =
         (0..sweep.pixels().len()).map(|k| (state.rotation * ray(&camera, centre(k))).to_array()).collect();
     let ranges: Vec<_> = sweep.pixels().iter().map(|pixel| pixel.hit.map(|hit| hit.distance)).collect();
+    let cells = world.terrain().cells();
     let terrain =
-        (0..=CELLS).map(|row| (0..=CELLS).map(|column| world.terrain().height_at(row, column)).collect::<Vec<_>>());
+        (0..=cells).map(|row| (0..=cells).map(|column| world.terrain().height_at(row, column)).collect::<Vec<_>>());
     let objects = world.scene().objects.iter().zip(world.placements()).map(|(object, place)| {
         json!({ "class": object.class.name(), "size": object.size, "centre": place.centre.to_array(), "facing": place.facing })
     });
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let value = json!({
-        "side": SIDE, "terrain": terrain.collect::<Vec<_>>(), "objects": objects.collect::<Vec<_>>(), "reach": REACH,
+        "side": world.terrain().side(), "terrain": terrain.collect::<Vec<_>>(), "objects": objects.collect::<Vec<_>>(), "reach": REACH,
         "eye": eye(&camera, &state).to_array(), "rays": rays, "ranges": ranges, "image": image, "casts": CASTS, "images": IMAGES,
         "steps": STEPS, "step": STEP.as_ms() / 1e3, "speed": SPEED, "at": state.position.to_array(), "yaw": state.yaw(),
         "model": root.join("crates/perception/models/detector.onnx"),

@@ -91,6 +91,7 @@ impl Draw<'_> {
             speed: 0.0,
             departs: 0.0,
             closed: false,
+            yields: false,
         }
     }
 

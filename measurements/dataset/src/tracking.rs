@@ -10,7 +10,7 @@ use pathfinding::matrix::Matrix;
 use perception::corroborate::{CorroborationLimits, Sighting, corroborate};
 use perception::pose::Ego;
 use perception::stages::StageClaims;
-use perception::tracker::Tracker;
+use perception::tracker::{MAX_TRACKS, Tracker};
 use serde::Serialize;
 use sim::ride::Shot;
 use sim::scene::Scene;
@@ -79,7 +79,7 @@ impl Tracking {
 #[derive(Default)]
 pub struct Follower {
     ego: Ego,
-    tracker: Tracker,
+    tracker: Tracker<MAX_TRACKS>,
     scorer: Scorer,
 }
 
