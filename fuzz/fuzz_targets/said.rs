@@ -2,5 +2,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    holdsafe_tests::parsers::processes::said(bytes);
+    holdsafe_tests::parsers::processes::parses_once(bytes);
 });
