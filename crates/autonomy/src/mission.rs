@@ -172,30 +172,31 @@ mod tests {
         assert!(way.points.windows(2).all(|ab| to_segment(walker.at, ab[0], ab[1]) >= 2000.0), "{way:?}");
     }
 
-    #[test]
-    fn a_long_detour_is_taken_after_a_wait() {
-        let wall = Extent::new((10_000.0, 8000.0), 0.0, (200.0, 6500.0));
+    /// The northernmost place of the way past a wall, where there is a way: at once, before the end of the wait and after it. Something is in the gap at the
+    /// wall's southern end.
+    fn northernmost_past(wall: Extent) -> [Option<f64>; 3] {
         let clearance = Clearance { fence: 500.0, wide: 700.0, narrow: 600.0 };
         let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);
         let mut mission = Mission::new(&[(15_000, 1000)], false, Grid::new(&fence, &[wall], clearance));
         let in_the_gap = [Keepout { at: (10_000.0, 500.0), radius: 1500.0, least: 1500.0 }];
-        let mut furthest_north = |second| {
-            let way = mission.way((5000.0, 1000.0), &in_the_gap, Instant(0) + Span::s(second)).unwrap();
-            way.points.iter().map(|point| point.1).fold(0.0, f64::max)
-        };
-        assert!(furthest_north(0) < 2000.0 && furthest_north(9) < 2000.0, "through the gap");
-        assert!(furthest_north(11) > 15_000.0, "around the wall");
+        [0, 9, 11].map(|second| {
+            let way = mission.way((5000.0, 1000.0), &in_the_gap, Instant(0) + Span::s(second))?;
+            Some(way.points.iter().map(|point| point.1).fold(0.0, f64::max))
+        })
     }
 
-    /// Who comes to the closed gap stops before it and backs up.
     #[test]
-    fn without_a_way_around_the_unit_goes_on_to_what_is_in_the_way() {
+    fn long_detour_is_taken_after_a_wait() {
+        let wall = Extent::new((10_000.0, 8000.0), 0.0, (200.0, 6500.0));
+        let [at_once, waiting, after] = northernmost_past(wall).map(Option::unwrap);
+        assert!(at_once < 2000.0 && waiting < 2000.0, "through the gap");
+        assert!(after > 15_000.0, "around the wall");
+    }
+
+    /// A unit that comes to the closed gap stops before it and backs up.
+    #[test]
+    fn way_without_a_detour_leads_on_through() {
         let wall = Extent::new((10_000.0, 11_000.0), 0.0, (200.0, 9500.0));
-        let clearance = Clearance { fence: 500.0, wide: 700.0, narrow: 600.0 };
-        let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);
-        let mut mission = Mission::new(&[(15_000, 1000)], false, Grid::new(&fence, &[wall], clearance));
-        let in_the_gap = [Keepout { at: (10_000.0, 500.0), radius: 1500.0, least: 1500.0 }];
-        let mut has_way = |second| mission.way((5000.0, 1000.0), &in_the_gap, Instant(0) + Span::s(second)).is_some();
-        assert!(has_way(0) && has_way(11));
+        assert!(northernmost_past(wall).iter().all(|north| north.is_some_and(|north| north < 2000.0)));
     }
 }

@@ -297,7 +297,7 @@ mod tests {
 
     /// A thing may be left along its side; a person may step aside, and where one stands is known to a decimetre.
     #[test]
-    fn unit_moves_only_away_within_the_margin_of_a_person() {
+    fn unit_may_only_leave_the_margin_of_a_person() {
         let clear_at = |may_walk, distance: f64| {
             let person = [Obstacle { may_walk, ..standing_person((0.0, -450.0 - distance - 300.0)) }];
             let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &person, brakes(), &Limits::GROUND);
@@ -327,7 +327,7 @@ mod tests {
 
     /// LiDAR shows the middle and the width of its side, and the unit's middle is within that of both.
     #[test]
-    fn car_that_stopped_across_the_nose_is_not_driven_into() {
+    fn car_across_the_nose_is_not_driven_into() {
         let car = [standing(Extent::around_disc((1000.0, 1000.0), 2100.0))];
         let ahead = speed_along(&from(0.0, 0.0), (1000.0, 0.0, 0.0), &car, brakes(), &Limits::GROUND);
         assert!(ahead < 100.0, "{ahead}");

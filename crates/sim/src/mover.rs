@@ -136,7 +136,7 @@ mod tests {
 
     /// It is one step behind the first point of its round then, however long before its departure it turned.
     #[test]
-    fn walker_that_waits_where_it_starts_goes_on_from_there() {
+    fn walker_goes_on_from_where_it_starts() {
         let (object, unit) = (Object { closed: true, departs: 30.0, ..walker() }, unit());
         let mut mover = Mover::new(0, &object, RigidBodyHandle::invalid(), STEP);
         while !mover.back {

@@ -80,9 +80,9 @@ fn yes() -> bool {
 pub enum Form {
     /// The record says C and is C's.
     Verbatim,
-    /// The record says B, C's signature is kept.
+    /// The record says B, with B's boot, sequence and stamp, and keeps C's signature, which no longer verifies.
     Relabelled,
-    /// The record says B and is signed by B.
+    /// The record says B, with B's boot, sequence and stamp, and is signed by B.
     ReSigned,
 }
 

@@ -9,7 +9,7 @@ use wire::settings::Settings;
 /// The boldest values that are legal one by one: set if a plan names none.
 const BOLDEST: Settings = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 500, keep_permille: 300 };
 
-/// An order of an adversary that is no operator.
+/// Order of an adversary that is no operator, before it is known which track it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderKind {

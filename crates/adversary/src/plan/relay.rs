@@ -108,9 +108,9 @@ pub enum Damage {
     Flip,
     /// Cut short at a random length.
     Truncate,
-    /// Random bytes added.
+    /// 1 to 32 random bytes added.
     Extend,
-    /// Head of this one, tail of the one before.
+    /// Head of this one, tail of the one before in its direction; a flip where there is none.
     Splice,
 }
 

@@ -44,7 +44,7 @@ struct Point {
     column: usize,
 }
 
-/// Where a mutant is in the changed sources: lines from 1.
+/// Place of a mutant in the changed sources, lines from 1.
 #[derive(Serialize)]
 struct Stands {
     number: u32,
