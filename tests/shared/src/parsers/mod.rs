@@ -31,7 +31,7 @@ pub const TARGETS: [Target; 21] = [
     Target { name: "topic", holds: links::topic },
     Target { name: "relay", holds: links::relay },
     Target { name: "spec", holds: processes::spec },
-    Target { name: "said", holds: processes::parses_once },
+    Target { name: "lines", holds: processes::lines },
     Target { name: "frame", holds: processes::frame },
     Target { name: "journal", holds: processes::journal },
     Target { name: "deliveries", holds: processes::deliveries },

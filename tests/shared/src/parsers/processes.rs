@@ -44,7 +44,7 @@ fn written(mut spec: ServiceSpec) -> Vec<u8> {
 }
 
 /// A line of a launcher or a service means one thing; an address that is taken is this machine's.
-pub fn parses_once(bytes: &[u8]) -> bool {
+pub fn lines(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let mut parsed = false;
     for line in text.lines() {

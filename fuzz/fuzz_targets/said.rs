@@ -1,6 +1,0 @@
-//! `said`, coverage-guided: see `holdsafe_tests::parsers`.
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    holdsafe_tests::parsers::processes::parses_once(bytes);
-});
