@@ -2,8 +2,8 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
+use ground_truth::{Any, Note};
 use holdsafe_tests::{Ready, shipped, variations};
-use instrument::{Any, Note};
 use twin::trial::Run;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface, ShownAs};

@@ -1,8 +1,8 @@
 //! Attacks on the command plane.
 
 use evidence::Witnessed;
+use ground_truth::{Any, Note, Sight, StreamEffect};
 use holdsafe_tests::{shipped, variations};
-use instrument::{Any, Note, Sight, StreamEffect};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::PeerId;

@@ -2,8 +2,8 @@
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask};
+use ground_truth::{Any, Note};
 use holdsafe_tests::{Ready, shipped};
-use instrument::{Any, Note};
 use scenario::Settings;
 use serde_json::{Value, json};
 use wire::event::{Event, Freshness, ShownAs};
@@ -127,7 +127,7 @@ fn masked_attack_is_named_and_other_judged() {
         (
             "localisation_loss",
             vec![("fault.1", jump)],
-            Mask::Hidden(instrument::Sensor::Localisation, instrument::FaultKind::Dropout),
+            Mask::Hidden(ground_truth::Sensor::Localisation, ground_truth::FaultKind::Dropout),
             Outcome::HoldSafe,
         ),
     ] {

@@ -2,8 +2,8 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
+use ground_truth::{Any, Note};
 use holdsafe_tests::shipped;
-use instrument::{Any, Note};
 use oracle::judge;
 use wire::event::{Account, Event};
 use wire::feed::CommandStage;

@@ -2,8 +2,8 @@
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Witnessed};
+use ground_truth::Any;
 use holdsafe_tests::{shipped, variations};
-use instrument::Any;
 use oracle::judge;
 use scenario::Settings;
 use twin::sabotage::sabotage;

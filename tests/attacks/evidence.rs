@@ -9,8 +9,8 @@ use evidence::reading::heads;
 use evidence::trial::{Outcome, Trial};
 use evidence::verification::{Held, Life, LogVerifier, Verification};
 use evidence::{Plan, Planned, Witnessed};
+use ground_truth::{Any, Entry, Note};
 use holdsafe_tests::{root, shipped, variations};
-use instrument::{Any, Entry, Note};
 use oracle::judge;
 use scenario::{DisplayedState, Ending, Process, Settings};
 use topology::is_attacked;
@@ -320,7 +320,7 @@ fn anchors_and_log_hold_no_secret() {
         assert!(!found(&text) && run.log.iter().all(|l| !found(&l.bytes)), "{witness}");
     }
     assert!(run.log.iter().any(|l| matches!(
-        instrument::Entry::decode(&l.bytes).map(|e| e.event),
+        ground_truth::Entry::decode(&l.bytes).map(|e| e.event),
         Ok(Any::Service(Event::Signed { .. }))
     )));
 }

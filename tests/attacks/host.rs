@@ -2,8 +2,8 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
+use ground_truth::{Action, Any, Note};
 use holdsafe_tests::{Ready, root, shipped};
-use instrument::{Action, Any, Note};
 use scenario::Setup;
 use topology::{RunSecret, lay_out};
 use twin::trial::Run;

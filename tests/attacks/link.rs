@@ -2,8 +2,8 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
+use ground_truth::{Any, GuardVerdict, Note};
 use holdsafe_tests::{shipped, variations, with_policy};
-use instrument::{Any, GuardVerdict, Note};
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 

@@ -2,8 +2,8 @@
 //! obstacles to seeing it.
 
 use evidence::trial::Outcome;
+use ground_truth::Any;
 use holdsafe_tests::{Ready, root, shipped};
-use instrument::Any;
 use oracle::Property;
 use scenario::{Name, Settings, Setup, parse, template};
 use serde_json::json;

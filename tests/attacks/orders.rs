@@ -1,8 +1,8 @@
 //! Attacks by holders of a key or certificate: rights, roles, standing, counters, rates, values.
 
 use evidence::trial::Outcome;
+use ground_truth::{Any, Note};
 use holdsafe_tests::{shipped, variations, with_policy};
-use instrument::{Any, Note};
 use oracle::Property;
 use scenario::Settings;
 use twin::trial::Run;

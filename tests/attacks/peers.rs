@@ -2,8 +2,8 @@
 
 use evidence::claims::Claims;
 use evidence::trial::Outcome;
+use ground_truth::Any;
 use holdsafe_tests::{Ready, shipped, variations};
-use instrument::Any;
 use oracle::peers::claims;
 use scenario::Scenario;
 use twin::trial::Run;

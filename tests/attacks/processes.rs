@@ -2,8 +2,8 @@
 
 use evidence::process_fault::ProcessFault;
 use evidence::trial::Outcome;
+use ground_truth::{Any, Note};
 use holdsafe_tests::{Ready, shipped, variations};
-use instrument::{Any, Note};
 use oracle::judge;
 use scenario::{DisplayedState, Ending, Process, Settings};
 use topology::MemberRole;

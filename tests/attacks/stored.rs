@@ -1,8 +1,8 @@
 //! Attacks on orders that wait for their time.
 
 use evidence::Witnessed;
+use ground_truth::Any;
 use holdsafe_tests::shipped;
-use instrument::Any;
 use twin::trial::Run;
 use wire::event::{Event, ShownAs};
 use wire::id::NodeId;

@@ -1,8 +1,8 @@
 //! Time and delay: a receiver's time that is steered, delays that hover, creep or were always there, contact by turns.
 
 use evidence::trial::Outcome;
+use ground_truth::{Action, Any, Note};
 use holdsafe_tests::shipped;
-use instrument::{Action, Any, Note};
 use oracle::{Finding, Property, judge};
 use twin::trial::Run;
 use wire::event::Event;

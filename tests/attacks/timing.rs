@@ -2,8 +2,8 @@
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
+use ground_truth::{Action, Any, Note};
 use holdsafe_tests::{shipped, with_policy};
-use instrument::{Action, Any, Note};
 use oracle::judge;
 use twin::trial::Run;
 use wire::event::Event;

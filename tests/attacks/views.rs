@@ -1,8 +1,8 @@
 //! Attacks by the holder of the gateway's keys on the operator's picture, and on the operator's requests.
 
 use evidence::trial::Outcome;
+use ground_truth::{Any, Note};
 use holdsafe_tests::{Ready, shipped};
-use instrument::{Any, Note};
 use twin::trial::Run;
 use wire::core::Topic;
 use wire::event::{Event, Freshness, Interface, ShownAs};

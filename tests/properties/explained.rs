@@ -2,8 +2,8 @@
 
 use evidence::Witnessed;
 use explain::{Explanation, FaultSite, LinkStage, Log, explain, why_not};
+use ground_truth::{Any, Note, Sensor};
 use holdsafe_tests::{Ready, root, shipped};
-use instrument::{Any, Note, Sensor};
 use scenario::AttackSpace;
 use search::{Action, AttackSequence};
 use twin::trial::Run;

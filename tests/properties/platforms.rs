@@ -3,8 +3,8 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about one note")]
 
 use adversary::AdversaryConfig;
+use ground_truth::{Any, Note};
 use holdsafe_tests::on_platform;
-use instrument::{Any, Note};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use topology::{MemberRole, RunSecret, Topology, lay_out};

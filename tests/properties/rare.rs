@@ -3,8 +3,8 @@
 //! (`search::rare`).
 
 use evidence::reading::read;
+use ground_truth::{Any, Note};
 use holdsafe_tests::shipped;
-use instrument::{Any, Note};
 use parallel::progress::{Progress, Stop, Talk};
 use search::rare::{Event, Plan, Question, Repetition};
 use stats::Share;

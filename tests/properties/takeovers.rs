@@ -2,7 +2,7 @@
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned};
-use instrument::{Any, Note};
+use ground_truth::{Any, Note};
 use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;

@@ -7,26 +7,26 @@ use std::process::Command;
 use super::{root, sources};
 
 /// Folder of the attacks.
-const FOLDER: &str = "crates/scenario/src/attack";
+const FOLDER: &str = "crates/engines/scenario/src/attack";
 
 /// Fields of attacks that other files read, and why.
 const READ: [(&str, &str, &str); 7] = [
     (
-        "crates/scenario/src/check.rs",
+        "crates/engines/scenario/src/check.rs",
         "loss",
         "a condition of the link and an attack of the same kind exclude each other",
     ),
-    ("crates/scenario/src/check.rs", "burst_loss", "the same"),
-    ("crates/scenario/src/check.rs", "delay", "the same"),
-    ("crates/scenario/src/check.rs", "jitter", "the same"),
-    ("crates/topology/src/attack.rs", "loss", "the share of the link's own loss has the same name"),
-    ("crates/topology/src/attack.rs", "teammate", "the third unit is silent where the insider speaks for it"),
-    ("crates/scenario/src/check.rs", "teammate", "the third unit has to be there"),
+    ("crates/engines/scenario/src/check.rs", "burst_loss", "the same"),
+    ("crates/engines/scenario/src/check.rs", "delay", "the same"),
+    ("crates/engines/scenario/src/check.rs", "jitter", "the same"),
+    ("crates/engines/topology/src/attack.rs", "loss", "the share of the link's own loss has the same name"),
+    ("crates/engines/topology/src/attack.rs", "teammate", "the third unit is silent where the insider speaks for it"),
+    ("crates/engines/scenario/src/check.rs", "teammate", "the third unit has to be there"),
 ];
 
 /// Attacks by an actor that is cast with its own key: the crate of participants reads the identity of that key.
 const CAST: [(&str, &str); 2] =
-    [("crates/topology/src/station.rs", "rogue"), ("crates/topology/src/station.rs", "takeover")];
+    [("crates/engines/topology/src/station.rs", "rogue"), ("crates/engines/topology/src/station.rs", "takeover")];
 
 /// Keys and types, from the rows of the registration.
 fn rows() -> Vec<(String, String)> {
@@ -54,7 +54,7 @@ fn each_attack_is_a_file_and_a_row() {
 #[test]
 fn no_other_file_names_an_attack() {
     let mut named = Vec::new();
-    let readers = ["crates/scenario/src", "crates/topology/src"].into_iter().flat_map(sources);
+    let readers = ["crates/engines/scenario/src", "crates/engines/topology/src"].into_iter().flat_map(sources);
     for (file, text) in readers.filter(|(file, _)| !file.starts_with(FOLDER) && !file.contains("tests")) {
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         for (key, _) in rows() {
@@ -74,7 +74,7 @@ const BLACKOUT: &str = r#"//! `[[blackout]]`: the relay without a key loses ever
 
 use adversary::plan::DatagramAction;
 use evidence::{Planned, Takes};
-use instrument::Action;
+use ground_truth::Action;
 
 use super::{Act, Attack, Injection, attacks, during};
 

@@ -178,7 +178,7 @@ fn every_stop_of_the_audit_exists() {
 #[test]
 fn the_audit_route_has_all_of_trust() {
     let page = read("docs/reviewer/audit.md");
-    for (file, _) in sources("crates/wire/src/trust") {
+    for (file, _) in sources("crates/shared/wire/src/trust") {
         assert!(page.contains(&format!("`{file}`")), "docs/reviewer/audit.md leaves {file} out");
     }
 }

@@ -7,12 +7,12 @@ use std::fs;
 use super::measurements::MEASUREMENTS;
 use super::{CORES, root, sources};
 
-/// Crates that a service may know: it is a core and a process around it, and the process is of `link`. Not `instrument`: no service
+/// Crates that a service may know: it is a core and a process around it, and the process is of `link`. Not `ground_truth`: no service
 /// has a name for an attack, a fault or the truth.
 const SERVICE: &[&str] = &["wire", "link"];
 
 /// Crates that parts of the instrument may know which run like services, and the broker, whose ingress is observed.
-const OBSERVED: &[&str] = &["wire", "instrument", "link"];
+const OBSERVED: &[&str] = &["wire", "ground_truth", "link"];
 
 /// Every crate with our crates that it may depend on, from the bottom up.
 const MAY_KNOW: [(&str, &[&str]); 32] = [
@@ -26,25 +26,25 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
     ("guest-client", &[]),
     ("parallel", &[]),
     ("stats", &[]),
-    ("instrument", &["wire"]),
-    ("link", &["wire", "instrument", "sandbox"]),
+    ("ground_truth", &["wire"]),
+    ("link", &["wire", "ground_truth", "sandbox"]),
     // Orbits and attitudes: pure functions, with no message of ours.
     ("spacecraft", &[]),
-    ("sim", &["wire", "instrument", "link", "spacecraft"]),
+    ("sim", &["wire", "ground_truth", "link", "spacecraft"]),
     ("perception", &["wire", "link", "spacecraft"]),
     ("autonomy", SERVICE),
     ("gateway", SERVICE),
     ("broker", OBSERVED),
     ("adversary", OBSERVED),
     ("console", SERVICE),
-    ("viewer", &["wire", "instrument", "sim", "perception"]),
-    ("evidence", &["wire", "instrument", "link"]),
+    ("export", &["wire", "ground_truth", "sim", "perception"]),
+    ("evidence", &["wire", "ground_truth", "link"]),
     // The judge and the explainer read the log: no service, no scenario, no run.
-    ("oracle", &["wire", "instrument", "evidence"]),
-    ("explain", &["wire", "instrument", "evidence"]),
+    ("oracle", &["wire", "ground_truth", "evidence"]),
+    ("explain", &["wire", "ground_truth", "evidence"]),
     (
         "scenario",
-        &["wire", "guest", "instrument", "spacecraft", "sim", "perception", "adversary", "parallel", "evidence"],
+        &["wire", "guest", "ground_truth", "spacecraft", "sim", "perception", "adversary", "parallel", "evidence"],
     ),
     // Other people's recordings before the product's own guards: no run, no judge.
     ("assess", &["wire", "autonomy", "scenario"]),
@@ -53,7 +53,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
         &[
             "guest",
             "wire",
-            "instrument",
+            "ground_truth",
             "sim",
             "perception",
             "autonomy",
@@ -70,7 +70,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
         &[
             "guest",
             "wire",
-            "instrument",
+            "ground_truth",
             "link",
             "sim",
             "perception",
@@ -92,7 +92,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "sandbox",
             "confine",
             "wire",
-            "instrument",
+            "ground_truth",
             "link",
             "sim",
             "perception",
@@ -110,13 +110,13 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
         ],
     ),
     ("stacks", &["wire", "link", "live", "broker", "evidence", "scenario"]),
-    ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
+    ("search", &["wire", "ground_truth", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
     (
         "results",
         &[
             "wire",
             "guest",
-            "instrument",
+            "ground_truth",
             "autonomy",
             "stats",
             "evidence",
@@ -130,7 +130,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
         ],
     ),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
-    ("dossier", &["stats", "evidence", "scenario", "results"]),
+    ("report", &["stats", "evidence", "scenario", "results"]),
     (
         "runner",
         &[
@@ -166,8 +166,8 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "perception",
             "console",
             "assess",
-            "dossier",
-            "viewer",
+            "report",
+            "export",
             "parallel",
             "stats",
             "evidence",
@@ -205,19 +205,37 @@ const LARGE: [(&str, usize, &str); 6] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 3] = ["assess", "dossier", "viewer"];
+const OUTSIDE_TRIALS: [&str; 3] = ["assess", "report", "export"];
 
-/// The names of the product's crates.
-pub(super) fn crates() -> Vec<String> {
-    let entries = fs::read_dir(root().join("crates")).expect("a readable folder").map(|e| e.expect("a readable entry"));
-    let folders = entries.filter(|entry| entry.path().join("Cargo.toml").exists());
-    folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+/// Folders below `crates/` that hold crates, beside the crates that stand there themselves.
+const ROOMS: [&str; 5] = ["shared", "guests", "judge", "engines", "reports"];
+
+/// The product's crates by name, each with its folder.
+pub(super) fn crates() -> BTreeMap<String, String> {
+    let rooms = ROOMS.iter().map(|room| format!("crates/{room}"));
+    let mut found = BTreeMap::new();
+    for parent in std::iter::once("crates".to_owned()).chain(rooms) {
+        for entry in fs::read_dir(root().join(&parent)).expect("a readable folder") {
+            let name = entry.expect("a readable entry").file_name().to_string_lossy().into_owned();
+            let folder = format!("{parent}/{name}");
+            if root().join(&folder).join("Cargo.toml").exists() {
+                assert_eq!(found.insert(name, folder.clone()), None, "a second crate of the name of {folder}");
+            } else {
+                assert!(parent == "crates" && ROOMS.contains(&name.as_str()), "{folder} is no crate and no room");
+            }
+        }
+    }
+    found
+}
+
+/// The folder of one of the product's crates.
+pub(super) fn crate_folder(name: &str) -> String {
+    crates().remove(name).unwrap_or_else(|| panic!("no crate {name}"))
 }
 
 /// Folders of the product's crates and of the authors' measurements.
 pub(super) fn folders() -> Vec<String> {
-    let product = crates().into_iter().map(|name| format!("crates/{name}"));
-    product.chain(MEASUREMENTS.map(|name| format!("measurements/{name}"))).collect()
+    crates().into_values().chain(MEASUREMENTS.map(|name| format!("measurements/{name}"))).collect()
 }
 
 /// Dependencies of the crate in a folder, tests aside.
@@ -231,9 +249,9 @@ pub(super) fn dependencies(folder: &str) -> Vec<String> {
 #[test]
 fn dependencies_point_one_way() {
     let allowed: BTreeMap<&str, &[&str]> = MAY_KNOW.into_iter().collect();
-    for name in crates() {
-        let may = allowed.get(name.as_str()).unwrap_or_else(|| panic!("crates/{name} is not in this table"));
-        for dependency in dependencies(&format!("crates/{name}")).iter().filter(|d| allowed.contains_key(d.as_str())) {
+    for (name, folder) in crates() {
+        let may = allowed.get(name.as_str()).unwrap_or_else(|| panic!("{folder} is not in this table"));
+        for dependency in dependencies(&folder).iter().filter(|d| allowed.contains_key(d.as_str())) {
             assert!(may.contains(&dependency.as_str()), "{name} may not depend on {dependency}");
         }
     }
@@ -246,10 +264,10 @@ fn dependencies_point_one_way() {
 
 #[test]
 fn only_link_knows_the_transport_crates() {
-    assert!(CORES.iter().all(|core| crates().iter().any(|name| name == core)));
-    // The live broker is one of them; the viewer makes whole files, the assessment reads them, and neither sends messages. The sandbox
+    assert!(CORES.iter().all(|core| crates().contains_key(*core)));
+    // The live broker is one of them; the export makes whole files, the assessment reads them, and neither sends messages. The sandbox
     // asks the kernel for interfaces.
-    let may = ["link", "broker", "viewer", "assess", "sandbox"].map(|name| format!("crates/{name}"));
+    let may = ["link", "broker", "export", "assess", "sandbox"].map(crate_folder);
     for folder in folders().iter().filter(|folder| !may.contains(folder)) {
         for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
             let knows = dependencies(folder).iter().any(|d| d == transport);
@@ -272,7 +290,7 @@ fn no_crate_is_a_room_for_everything() {
 #[test]
 fn program_digest_covers_every_trial_crate() {
     let build = fs::read_to_string(root().join("crates/holdsafe/build.rs")).expect("the digest's script");
-    for name in crates().iter().filter(|name| !OUTSIDE_TRIALS.contains(&name.as_str())) {
-        assert!(build.contains(&format!("\"crates/{name}/src\"")), "crates/holdsafe/build.rs leaves crates/{name} out");
+    for (_, folder) in crates().into_iter().filter(|(name, _)| !OUTSIDE_TRIALS.contains(&name.as_str())) {
+        assert!(build.contains(&format!("\"{folder}/src\"")), "crates/holdsafe/build.rs leaves {folder} out");
     }
 }

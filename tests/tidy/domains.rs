@@ -35,15 +35,15 @@ const WORDS: [&str; 24] = [
 
 /// Parts of the pattern.
 const ONE_FOR_ALL: [&str; 9] = [
-    "crates/wire/src/trust/",
-    "crates/wire/src/session.rs",
+    "crates/shared/wire/src/trust/",
+    "crates/shared/wire/src/session.rs",
     "crates/gateway/src/",
     "crates/broker/src/",
     "crates/adversary/src/",
-    "crates/oracle/src/",
+    "crates/judge/oracle/src/",
     "crates/autonomy/src/transition",
     "crates/autonomy/src/command",
-    "crates/link/src/",
+    "crates/shared/link/src/",
 ];
 
 /// Domain words in this code.

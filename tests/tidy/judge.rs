@@ -12,7 +12,7 @@ fn rooms_of_the_judge_read_facts_only() {
     let rooms =
         [("facts", ["receipts", "properties"]), ("receipts", ["properties"; 2]), ("properties", ["receipts"; 2])];
     for (room, closed) in rooms {
-        for (file, text) in sources(&format!("crates/oracle/src/{room}")) {
+        for (file, text) in sources(&format!("crates/judge/oracle/src/{room}")) {
             let code = code(&text);
             for other in closed {
                 assert!(!code.contains(&format!("crate::{other}")), "{file} reads {other}");

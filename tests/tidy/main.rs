@@ -74,7 +74,7 @@ fn no_core_knows_clock_socket_tokio_or_link() {
         " link::",
     ];
     for name in CORES {
-        for (file, text) in sources(&format!("crates/{name}/src")) {
+        for (file, text) in sources(&format!("{}/src", crates::crate_folder(name))) {
             if is_process(&file) {
                 continue;
             }
@@ -140,7 +140,7 @@ fn cores_are_forked_at_one_place() {
         .filter(|(_, text)| code(text).lines().any(|l| l.contains(call) && l.contains("core")))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(callers, ["crates/twin/src/part.rs"]);
+    assert_eq!(callers, ["crates/engines/twin/src/part.rs"]);
 }
 
 /// Only the twin shares them, and the judge of one recording over and over.
@@ -151,13 +151,13 @@ fn verified_signatures_are_shared_by_few_crates() {
         .filter(|(file, text)| code(text).contains("Verified::default") && !file.ends_with("twin/src/verified.rs"))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(sharers, ["crates/twin/src/assemble.rs", "measurements/lab/src/bench/tamper.rs"]);
+    assert_eq!(sharers, ["crates/engines/twin/src/assemble.rs", "measurements/lab/src/bench/tamper.rs"]);
     let implementers: Vec<String> = crate_sources()
         .into_iter()
         .filter(|(_, text)| code(text).contains("impl Verifier for"))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(implementers, ["crates/twin/src/verified.rs"]);
+    assert_eq!(implementers, ["crates/engines/twin/src/verified.rs"]);
 }
 
 /// A peer gives away neither name nor number (`tests/boundary`); the ways left are its certificate's text and its number in
@@ -166,9 +166,9 @@ fn verified_signatures_are_shared_by_few_crates() {
 fn peer_and_origin_meet_in_attribution_alone() {
     let ways = ["PeerId::from_name", "PeerId::from_uri", "NodeId::numbered", "peer.number()", "NodeId::from_name"];
     for folder in ["wire", "autonomy", "gateway", "console"] {
-        for (file, text) in sources(&format!("crates/{folder}/src")) {
+        for (file, text) in sources(&format!("{}/src", crates::crate_folder(folder))) {
             let found = ways.iter().find(|way| code(&text).contains(**way));
-            let is_attribution = file == "crates/wire/src/trust/attribution.rs";
+            let is_attribution = file == "crates/shared/wire/src/trust/attribution.rs";
             assert!(
                 is_attribution || found.is_none(),
                 "{file} makes a peer or a node of a name: {}",
@@ -256,7 +256,7 @@ const LONG: &str = "#[ignore = \"long: ";
 #[test]
 fn nothing_is_left_over() {
     // Measurements and a thousand sessions of guests take minutes, and a launcher that is killed is a part of a test.
-    let by_hand = |file: &str, marker: &str| marker == "#[ignore" && file.starts_with("crates/confine/tests/");
+    let by_hand = |file: &str, marker: &str| marker == "#[ignore" && file.starts_with("crates/guests/confine/tests/");
     // Long tests run before a release, by `tools/release/check`.
     let by_hand = |file: &str, text: &str, marker: &str| {
         by_hand(file, marker) || (marker == "#[ignore" && !text.replace(LONG, "").contains(marker))

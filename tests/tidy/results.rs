@@ -6,7 +6,7 @@ use std::fs;
 use super::{code, root, sources};
 
 /// Crates whose tests hold objects against golden files.
-const HELD_IN: [&str; 4] = ["crates/results", "crates/live", "crates/holdsafe", "measurements/lab"];
+const HELD_IN: [&str; 4] = ["crates/reports/results", "crates/engines/live", "crates/holdsafe", "measurements/lab"];
 
 /// The kinds that the programs name where they print or write an object.
 fn kinds() -> BTreeSet<String> {

@@ -210,7 +210,7 @@ def read(path, figures):
 
 def collect():
     """Figures by crate, in the order of names."""
-    folders = {path.name: path for path in sorted((ROOT / "crates").iterdir()) if path.is_dir()}
+    folders = {path.parent.name: path.parent for path in sorted((ROOT / "crates").rglob("Cargo.toml"))}
     folders |= {name: ROOT / name for name in ("tests", "measurements", "fuzz")}
     result = {}
     for name, folder in folders.items():

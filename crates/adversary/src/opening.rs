@@ -4,7 +4,7 @@
 //! that has a name is reported to the log as it begins and ends, so that others can wait for it. An action that does
 //! something by itself a counted number of times has its times here too.
 
-use instrument::StepName;
+use ground_truth::StepName;
 use wire::core::Side;
 use wire::mode::Mode;
 use wire::time::{Instant, Span};

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use instrument::{Action, Note};
+use ground_truth::{Action, Note};
 use minicbor::Encode;
 use wire::audit::Journal;
 use wire::core::{Input, Output, Side};

@@ -1,6 +1,6 @@
 //! Helpers of this crate's tests: a setup, and a turn of a core.
 
-use instrument::{Action, Any, Entry, Note};
+use ground_truth::{Action, Any, Entry, Note};
 use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output};
 use wire::event::{Account, Event};

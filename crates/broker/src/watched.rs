@@ -8,7 +8,7 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use instrument::{Sight, StreamPlace};
+use ground_truth::{Sight, StreamPlace};
 use link::certificates::list::Revocations;
 use link::loopback::LoopbackAddr;
 use link::mqtt::Mqtt;

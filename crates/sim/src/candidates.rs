@@ -6,7 +6,7 @@
 //! viewpoint), misses that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every fault of `fault`.
 //! Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate came from.
 
-use instrument::Sensor;
+use ground_truth::Sensor;
 use rapier3d::prelude::Vector;
 use serde::{Deserialize, Serialize};
 use wire::codec::List;

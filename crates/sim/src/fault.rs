@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use instrument::{FaultKind, Sensor, StepName};
+use ground_truth::{FaultKind, Sensor, StepName};
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 

@@ -38,7 +38,7 @@ pub mod world;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use instrument::{Sensor, StepName};
+use ground_truth::{Sensor, StepName};
 use serde::{Deserialize, Serialize};
 use wire::audit::Journal;
 use wire::codec::encode;

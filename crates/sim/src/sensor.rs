@@ -12,7 +12,7 @@ pub mod rgb;
 pub(crate) mod spatial;
 pub mod thermal;
 
-use instrument::Sensor;
+use ground_truth::Sensor;
 use wire::sensor::{Camera, Lidar};
 use wire::time::Span;
 

@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use instrument::{ALTERED_EVERY, FaultKind, Note, Sensor, StepName};
+use ground_truth::{ALTERED_EVERY, FaultKind, Note, Sensor, StepName};
 use minicbor::Encode;
 use rapier3d::prelude::Vector;
 use wire::audit::Journal;

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use instrument::{Any, Entry, FaultKind, Note, Sensor, StepName};
+use ground_truth::{Any, Entry, FaultKind, Note, Sensor, StepName};
 use sim::fault::{Disturbance, Fault, Faults};
 use sim::limits::SceneError;
 use sim::perturbation::{COLUMNS, Perturbation, ROWS};

@@ -9,7 +9,7 @@ pub mod guess;
 pub mod measure;
 
 use evidence::log::Logged;
-use instrument::{Any, Entry};
+use ground_truth::{Any, Entry};
 use topology::Topology;
 use twin::Twin;
 use twin::clock::HostClock;

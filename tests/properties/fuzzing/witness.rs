@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use evidence::log::hashes;
-use instrument::{Any, Entry, Note};
+use ground_truth::{Any, Entry, Note};
 use search::{AttackSequence, SearchConfig};
 use twin::trial::{conclude, start};
 use wire::command::CommandKind;

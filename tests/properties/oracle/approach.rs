@@ -1,6 +1,6 @@
 //! Approach of a log to each limit, in millionths of the way: the gradient of a guided search.
 
-use instrument::{FaultKind, Note, Sensor};
+use ground_truth::{FaultKind, Note, Sensor};
 use oracle::{AT_LIMIT, Approaches, Limit};
 use wire::bounds::Bounds;
 use wire::id::{FrameId, NodeId};

@@ -1,7 +1,7 @@
 //! P1, P9 and P11: an act needs authority, authority and recovery an operator, and the act its designated object.
 
 use evidence::trial::Outcome;
-use instrument::{Any, Note};
+use ground_truth::{Any, Note};
 use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;

@@ -1,7 +1,7 @@
 //! Obligations after the kill of a process, and requirements on a restarted one.
 
 use evidence::trial::Outcome;
-use instrument::{Any, Note, Suspension};
+use ground_truth::{Any, Note, Suspension};
 use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;

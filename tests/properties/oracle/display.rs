@@ -1,7 +1,7 @@
 //! P5 and P7: displayed values were accepted, are as fresh as labelled, and are true.
 
 use evidence::Planned;
-use instrument::{Action, Any, Note};
+use ground_truth::{Action, Any, Note};
 use oracle::Property;
 use wire::core::Side;
 use wire::event::{Event, ShownAs};

@@ -1,6 +1,6 @@
 //! P1's guards at an act, by the reports of others than the unit, each just within and just beyond its guard's limit.
 
-use instrument::{Any, Note};
+use ground_truth::{Any, Note};
 use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;

@@ -3,7 +3,7 @@
 use evidence::Evidence;
 use evidence::progress::Route;
 use evidence::trial::Outcome;
-use instrument::Note;
+use ground_truth::Note;
 use oracle::judge;
 use wire::codec::Text;
 use wire::event::Event;
@@ -54,7 +54,7 @@ fn short_stops_clear_no_false_place() {
     let stutters = |stop_ms: u64| {
         let mut log = Log::whole();
         log.thermal_fault(4000, 9000);
-        log.remove_between(3000, 9000, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
+        log.remove_between(3000, 9000, |w| matches!(w.entry.event, ground_truth::Any::Instrument(Note::Truth { .. })));
         for ms in (3100..9000).step_by(100) {
             log.truth(ms, if (ms - 3100) % 1700 < stop_ms { 0 } else { 1000 }, 5000);
         }
@@ -89,7 +89,7 @@ fn a_false_place_counts_while_the_guest_drives() {
     let stood = |until: u64| {
         let mut log = Log::whole();
         log.thermal_fault(4000, 9000);
-        log.remove_between(3000, until, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
+        log.remove_between(3000, until, |w| matches!(w.entry.event, ground_truth::Any::Instrument(Note::Truth { .. })));
         for ms in (3100..until).step_by(100) {
             log.truth(ms, 0, 5000);
         }

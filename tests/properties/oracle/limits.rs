@@ -4,7 +4,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::trial::Outcome;
-use instrument::Any;
+use ground_truth::Any;
 use oracle::{Property, judge};
 use wire::command::CommandKind;
 use wire::core::Side;

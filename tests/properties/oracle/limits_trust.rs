@@ -1,7 +1,7 @@
 //! The limits of P2 to P4 from both sides: a log just within each is no finding, one just beyond it is.
 
 use evidence::Planned;
-use instrument::{Any, FaultKind, Note, Sensor, Suspension};
+use ground_truth::{Any, FaultKind, Note, Sensor, Suspension};
 use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::{Event, Interface};
@@ -55,7 +55,7 @@ fn p3_untimely_link_at_either_end() {
             let mut log = Log::whole();
             log.remove_between(5000, 7000, |w| Some(w.entry.node) == node.guard());
             for t in (5000 + ms..7000).step_by(100) {
-                log.saw(t, node, t << 8, instrument::GuardVerdict::Passed);
+                log.saw(t, node, t << 8, ground_truth::GuardVerdict::Passed);
             }
             log
         };

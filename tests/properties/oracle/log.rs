@@ -3,7 +3,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::{Evidence, Plan, Planned, Under, Witnessed};
-use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
+use ground_truth::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
 use oracle::{Approaches, Property, Verdict, approaches, judge};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;

@@ -2,7 +2,7 @@
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask, Needs, Plan, Planned, Takes};
-use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
+use ground_truth::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::Event;
@@ -71,7 +71,7 @@ fn a_hang_does_not_keep_itself_from_arriving() {
     let mut log = Log::whole();
     log.planned.push(stop());
     for (ms, on) in [(5000, true), (7000, false)] {
-        let how = instrument::Suspension::Hang;
+        let how = ground_truth::Suspension::Hang;
         log.add(ms, NodeId::CAMPAIGN, Note::Suspended { node: NodeId::PERCEPTION, how, on });
     }
     let verdict = log.judge();

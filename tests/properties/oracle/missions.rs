@@ -6,7 +6,7 @@ use evidence::mission::{Due, Script, Stage, Verb};
 use evidence::progress::{Route, Standstill};
 use evidence::trial::Outcome;
 use evidence::{Evidence, Needs, Plan, Planned};
-use instrument::{Any, FaultKind, Note, Sensor};
+use ground_truth::{Any, FaultKind, Note, Sensor};
 use oracle::{Verdict, judge};
 use wire::codec::Text;
 use wire::command::CommandKind;

@@ -20,7 +20,7 @@ mod under;
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Under};
-use instrument::Note;
+use ground_truth::Note;
 use oracle::{Property, judge};
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;

@@ -2,7 +2,7 @@
 
 use evidence::Planned;
 use evidence::trial::Outcome;
-use instrument::Note;
+use ground_truth::Note;
 use oracle::Property;
 use wire::command::{CommandKind, TimeTag};
 use wire::event::Event;

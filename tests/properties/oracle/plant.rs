@@ -2,7 +2,7 @@
 //! P3, P4, P8, P9); findings against a teammate and displays of a unit come from that one's accepted records (P5).
 
 use evidence::trial::Outcome;
-use instrument::{Any, Note};
+use ground_truth::{Any, Note};
 use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency, Interface};

@@ -2,7 +2,7 @@
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned};
-use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor, Sight, StreamEffect, Suspension};
+use ground_truth::{Action, Any, FaultKind, GuardVerdict, Note, Sensor, Sight, StreamEffect, Suspension};
 use oracle::Verdict;
 use wire::codec::Text;
 use wire::command::CommandKind;

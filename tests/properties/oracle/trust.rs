@@ -4,7 +4,7 @@
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Planned};
-use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
+use ground_truth::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
 use oracle::{Property, judge};
 use wire::command::CommandKind;
 use wire::contact::{Contact, Contacts};

@@ -3,7 +3,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::{Evidence, Under};
-use instrument::{Any, Note};
+use ground_truth::{Any, Note};
 use oracle::{Finding, Verdict, judge};
 use wire::event::Event;
 use wire::id::{NodeId, UnitId};

@@ -9,7 +9,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use instrument::Action;
+use ground_truth::Action;
 use wire::core::{Core, Input, Output, Side, Subject};
 use wire::event::{Account, Event};
 use wire::id::{PeerId, UnitId, WorldId};

@@ -2,7 +2,7 @@
 //!
 //! A report is changed before it is signed, so it passes every cryptographic check. The time of sending is left to
 
-use instrument::Action;
+use ground_truth::Action;
 use wire::report::Report;
 use wire::time::{PeerStamp, Span};
 

@@ -10,7 +10,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use instrument::{Action, Note};
+use ground_truth::{Action, Note};
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec;
 use wire::command::{Intent, MAX_ORDER, Request};

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use instrument::Note;
+use ground_truth::Note;
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};

@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use instrument::{Any, Entry};
+use ground_truth::{Any, Entry};
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::event::Event;

@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use instrument::Action;
+use ground_truth::Action;
 use wire::bus::{ChannelKey, Sender};
 use wire::core::{Core, Input, Output, Side, Topic};
 use wire::event::{Account, Event};
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use crate::plan::Spot;
     use crate::testing::{at_ms, setup, times, turn};
-    use instrument::Any;
+    use ground_truth::Any;
     use wire::codec;
     use wire::id::{FrameId, NodeId};
     use wire::policy::Policy;

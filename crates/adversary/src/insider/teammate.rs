@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use instrument::{Action, Note};
+use ground_truth::{Action, Note};
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use wire::bounds::Bounds;

@@ -1,6 +1,6 @@
 //! The insiders as attacks, judged at the receiver by `wire::trust`.
 
-use instrument::{Action, Any, Note};
+use ground_truth::{Action, Any, Note};
 use wire::codec;
 use wire::core::{Input, Output};
 use wire::event::wire_hash;

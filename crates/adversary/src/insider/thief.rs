@@ -4,7 +4,7 @@
 //! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:
 //! it can keep publications from their receiver, and read them. Dialling again is the link's business.
 
-use instrument::Note;
+use ground_truth::Note;
 use wire::core::{Core, Input, Output};
 use wire::id::{PeerId, WorldId};
 use wire::setup::Setup;
@@ -87,7 +87,7 @@ impl Core for SessionThief {
 mod tests {
     use super::*;
     use crate::testing::{at_ms, setup, turn};
-    use instrument::Any;
+    use ground_truth::Any;
     use wire::id::NodeId;
 
     /// It is after no session once the run is over.

@@ -3,7 +3,7 @@
 //!
 //! The knowledge of an adversary is the scenario's to say and its check's to hold; here everything is carried out.
 
-use instrument::StepName;
+use ground_truth::StepName;
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
 

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use instrument::Action;
+use ground_truth::Action;
 use wire::core::{Core, Input, Output, Side};
 use wire::id::WorldId;
 use wire::setup::Setup;

@@ -1,7 +1,7 @@
 //! Effect of the open actions of a plan on one datagram on its way through the relay: lose it, change it, hold it, copy
 //! it. Sending and its time are left to `datagram`.
 
-use instrument::Action;
+use ground_truth::Action;
 use rand_chacha::ChaCha8Rng;
 use wire::core::Side;
 use wire::time::Span;

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use instrument::{Note, StreamEffect, StreamPlace};
+use ground_truth::{Note, StreamEffect, StreamPlace};
 use rand_chacha::ChaCha8Rng;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::wire_hash;

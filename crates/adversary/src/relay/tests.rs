@@ -3,7 +3,7 @@
 mod medium;
 mod windows;
 
-use instrument::{Action, Any, Note, StreamEffect};
+use ground_truth::{Action, Any, Note, StreamEffect};
 use proptest::prelude::*;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Event, wire_hash};

@@ -3,7 +3,7 @@
 //! A golden file has the fields that every object of its kind has. Every object that a test of this program makes it print is held
 //! against it: a field that is gone, renamed or of another type fails that test. A field may be added, or null, or depend on the run;
 //! counts by name are empty in a golden file, and a null in it represents any value. The objects that are read again are held to the
-//! byte, in `crates/results/tests/golden.rs`.
+//! byte, in `crates/reports/results/tests/golden.rs`.
 
 use std::fs;
 use std::path::Path;

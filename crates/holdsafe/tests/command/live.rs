@@ -5,7 +5,7 @@ use std::path::Path;
 
 use evidence::Evidence;
 use evidence::trial::Outcome;
-use instrument::{Any, Note};
+use ground_truth::{Any, Note};
 use link::input_journal::{Entry, Reader, Writer};
 use live::child::Services;
 use live::trial::{Judged, conclude};

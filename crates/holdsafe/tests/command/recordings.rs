@@ -84,7 +84,7 @@ fn unusable_recording_names_the_byte() {
 /// A folder with the circle twice, as `bag_2` and `bag_10`, beside the file of words about them.
 fn bag() -> (tempfile::TempDir, String) {
     let dir = tempfile::tempdir().unwrap();
-    let made = root().join("crates/assess/tests/made");
+    let made = root().join("crates/judge/assess/tests/made");
     std::fs::create_dir(dir.path().join("bag")).unwrap();
     for name in ["bag_10.mcap", "bag_2.mcap"] {
         std::fs::copy(made.join("lz4.mcap"), dir.path().join("bag").join(name)).unwrap();

@@ -3,7 +3,7 @@
 //! Each fails as the modality in whose place it stands. A false place of localisation turns the star tracker with it: the place is computed from its
 //! attitude. A view that is covered by half or more gives no reading.
 
-use instrument::Sensor;
+use ground_truth::Sensor;
 use spacecraft::attitude::quaternion::{from_axis_angle, normalized, product, rotate_back};
 use spacecraft::region::Sky;
 use spacecraft::vector::{norm, unit};

@@ -4,7 +4,7 @@
 //! does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has without a fault,
 //! as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
 
-use instrument::Sensor;
+use ground_truth::Sensor;
 use wire::sensor::{Fix, Odometry, Pose, ReceiverTime};
 use wire::time::Span;
 

@@ -4,7 +4,7 @@
 //! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the velocity with odometry; the
 //! height by pressure has its own faults.
 
-use instrument::Sensor;
+use ground_truth::Sensor;
 use wire::motion::{Attitude, Spatial};
 use wire::time::Span;
 

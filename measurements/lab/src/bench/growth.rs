@@ -8,7 +8,7 @@
 //! them.
 
 use crate::report::{Grown, Growth, GrowthRow, growth_table};
-use instrument::Any;
+use ground_truth::Any;
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::Spread;

@@ -5,7 +5,7 @@
 //! that until the display reports a missing answer. It measures and prints; no test asserts its numbers.
 
 use evidence::{SCHEMA_VERSION, Witnessed};
-use instrument::Any;
+use ground_truth::Any;
 use results::report::started;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Micros, SCHEMA_VERSION};
 use explain::{Explanation, FaultSite, Origin, explain};
-use instrument::Sensor;
+use ground_truth::Sensor;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};

@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn change(root: &Path, name: &Path, mutants: &[Mutant]) -> Result<Vec<Stands>, Box<dyn std::error::Error>> {
     let mut file = syn::parse_file(&std::fs::read_to_string(root.join(name))?)?;
     let ask: Expr =
-        if name.starts_with("crates/wire") { parse_quote!(crate::mutant) } else { parse_quote!(wire::mutant) };
+        if name.starts_with("crates/shared/wire") { parse_quote!(crate::mutant) } else { parse_quote!(wire::mutant) };
     Put { mutants, ask }.visit_file_mut(&mut file);
     let text = prettyplease::unparse(&file);
     std::fs::write(root.join(name), &text)?;

@@ -1,6 +1,6 @@
 //! The messages of `wire` and the signatures around them.
 
-use instrument::Entry;
+use ground_truth::Entry;
 use minicbor::{Decode, Encode};
 use wire::audit::{Head, MAX_ENTRY, Seal};
 use wire::codec::{self, Malformed};

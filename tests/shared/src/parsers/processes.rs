@@ -3,7 +3,7 @@
 use std::mem::size_of;
 
 use evidence::verification::{Held, HeldHead, LogVerifier, Verification};
-use instrument::{Any, Entry};
+use ground_truth::{Any, Entry};
 use link::input_journal::{self, JournalError};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;

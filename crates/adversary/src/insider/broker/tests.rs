@@ -1,6 +1,6 @@
 //! The hostile broker alone: its deliveries, and the effect of its forgeries.
 
-use instrument::{Action, Any};
+use ground_truth::{Action, Any};
 use wire::codec;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
 use wire::core::{Core, Input, Output, Subject};

@@ -1,6 +1,6 @@
 //! The gateway insider alone: its treatment of the feed and of the operator's requests.
 
-use instrument::{Action, Any, Note};
+use ground_truth::{Action, Any, Note};
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List, Text};
 use wire::command::{CommandKind, Intent, Request};

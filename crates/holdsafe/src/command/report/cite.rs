@@ -90,7 +90,7 @@ pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Resu
 fn agree(directory: &Path) -> Result<(), Failure> {
     for file in super::page::RESULTS.iter().map(|name| directory.join(name)).filter(|file| file.is_file()) {
         let bytes = files::read(&file, MAX_RESULT_BYTES)?;
-        let mut results = dossier::reader::Results::default();
+        let mut results = report::reader::Results::default();
         // A result that no page takes is cited all the same.
         if results.read(&file.display().to_string(), &bytes).is_ok() {
             super::page::agrees(&file, &results)?;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::messages::{Message, recorded};
 use evidence::{SCHEMA_VERSION, Witnessed, messages};
+use export::Viewer;
 use perception::stages::Stages;
 use runner::bring::Bring;
 use runner::checked::Checked;
@@ -15,7 +16,6 @@ use runner::recorded::Recorded;
 use runner::{Context, checked, engine, out, plan, spares};
 use serde::Serialize;
 use sim::scene::Scene;
-use viewer::Viewer;
 use wire::core::Topic;
 
 use super::Args;
@@ -164,7 +164,7 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
 }
 
 /// Writes the file beside its place and puts it there when it is whole.
-fn write(context: &Context, args: &Asked<'_>, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
+fn write(context: &Context, args: &Asked<'_>, found: Found) -> Result<(Vec<export::Channel>, u64), Failure> {
     let unwritable = |reason: String| Failure::new(Exit::Usage, format!("{}: {reason}", args.out.display()));
     let stages = found
         .messages
@@ -192,7 +192,7 @@ fn show(
     file: BufWriter<File>,
     found: Found,
     stages: Option<Stages>,
-) -> Result<Option<(Vec<viewer::Channel>, u64)>, viewer::ViewError> {
+) -> Result<Option<(Vec<export::Channel>, u64)>, export::ViewError> {
     let mut viewer = Viewer::new(file, found.scene, stages)?;
     if let Some(checked) = &found.checked {
         viewer.verification(&checked.verification().run, &checked.verification().sha256, checked.invalid())?;

@@ -5,10 +5,10 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use dossier::reader::{FoundResult, MAX_FILE_BYTES, Manifest, Results};
-use dossier::{Dossier, Recording};
 use evidence::SCHEMA_VERSION;
 use live::store;
+use report::reader::{FoundResult, MAX_FILE_BYTES, Manifest, Results};
+use report::{Dossier, Recording};
 use results::summary;
 use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
@@ -81,18 +81,18 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     checked::say(context, &read);
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
     let options = &args.page;
-    let mut files = vec![("--out", out, dossier::page::page(&dossier).into_bytes())];
+    let mut files = vec![("--out", out, report::page::page(&dossier).into_bytes())];
     if let Some(dir) = &options.figures {
-        let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
+        let figures = report::files::files(&report::page::figures(&dossier)).map_err(Failure::internal)?;
         files.extend(figures.into_iter().map(|file| ("--figures", dir.join(file.name), file.bytes)));
         if !cfg!(feature = "pdf") {
             link::note!("no figures as PDF: `cargo run --release --features pdf -- report …` adds them");
         }
     }
-    files.extend(options.junit.clone().map(|file| ("--junit", file, dossier::junit(&dossier.results).into_bytes())));
-    files.extend(options.sarif.clone().map(|file| ("--sarif", file, dossier::sarif(&dossier.results).into_bytes())));
+    files.extend(options.junit.clone().map(|file| ("--junit", file, report::junit(&dossier.results).into_bytes())));
+    files.extend(options.sarif.clone().map(|file| ("--sarif", file, report::sarif(&dossier.results).into_bytes())));
     if let Some(dir) = &options.navigator {
-        let layers = dossier::layers(&dossier.results);
+        let layers = report::layers(&dossier.results);
         if layers.is_empty() {
             link::note!(
                 "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
@@ -101,9 +101,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         files.extend(layers.into_iter().map(|(name, text)| ("--navigator", dir.join(name), text.into_bytes())));
     }
     let evaluation = options.evaluation.clone();
-    files.extend(evaluation.map(|file| ("--evaluation", file, dossier::evaluation(&dossier.results).into_bytes())));
+    files.extend(evaluation.map(|file| ("--evaluation", file, report::evaluation(&dossier.results).into_bytes())));
     if let Some(file) = &options.sbom {
-        files.push(("--sbom", file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
+        files.push(("--sbom", file.clone(), report::sbom(manifest(args)?.as_ref()).into_bytes()));
     }
     let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
     let paths = || args.given.iter().map(PathBuf::as_path);
@@ -126,7 +126,7 @@ pub(in crate::command) fn write_of_folder(context: &Context, dir: &Path, title: 
     let (mut dossier, _checked) = gather(&[dir.to_owned()], &options)?;
     dossier.results.lie_in(folders(context));
     let out = dir.join(PAGE);
-    write(&out, dossier::page::page(&dossier).as_bytes())?;
+    write(&out, report::page::page(&dossier).as_bytes())?;
     Ok(out)
 }
 
@@ -164,7 +164,7 @@ fn gather(paths: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
                 let read = dossier.results.read(&file.display().to_string(), &bytes);
                 read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
                 agrees(&file, &dossier.results)?;
-                (Some(dossier.results.files().last().map(dossier::tried::kept_trials).unwrap_or_default()), runs)
+                (Some(dossier.results.files().last().map(report::tried::kept_trials).unwrap_or_default()), runs)
             }
             Given::Runs(runs) => (None, runs),
         };

@@ -111,7 +111,7 @@ impl Row {
     pub(super) fn complaint(&self) -> Option<String> {
         let description = || format!("{}: expected {}", self.name(), self.expected_classes());
         (self.as_expected == Some(false)).then(|| {
-            let got = dossier::tried::class_counts(&self.outcomes);
+            let got = report::tried::class_counts(&self.outcomes);
             format!("{}, got {got} of {}\nreproduce: {}", description(), self.n, self.reproduce)
         })
     }

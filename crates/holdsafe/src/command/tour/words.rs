@@ -56,7 +56,7 @@ pub(super) fn host_stalled(ms: f64) -> String {
 pub(super) fn classes(outcomes: &Outcomes) -> String {
     match outcomes.keys().next() {
         Some(class) if outcomes.len() == 1 => class.name().to_owned(),
-        Some(_) | None => dossier::tried::class_counts(outcomes),
+        Some(_) | None => report::tried::class_counts(outcomes),
     }
 }
 

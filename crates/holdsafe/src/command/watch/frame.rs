@@ -1,10 +1,10 @@
 //! A frame for a person's eyes: colour, depth, thermal and LiDAR, each with the stages' detections.
 
 use console::sidecar::{Image, Mark, Sight};
+use export::LARGEST;
 use perception::corroborate::CorroborationLimits;
 use perception::lidar::returns;
 use perception::stages::Stages;
-use viewer::LARGEST;
 use wire::bus::body;
 use wire::codec::decode;
 use wire::sensor::{Class, Cluster, Frames, Lidar, PixelBox};

@@ -75,14 +75,14 @@ impl Page {
 /// A ground system that reads space packets, if there is one.
 pub(super) struct Ground {
     offered: link::packets::Offered,
-    packets: viewer::packets::Packets,
+    packets: export::packets::Packets,
 }
 
 impl Ground {
     /// Offers them on this port of loopback.
     pub(super) fn open(port: u16) -> Result<Self, Failure> {
         let offered = link::packets::Offered::open(port).map_err(|error| port_in_use(port, &error))?;
-        Ok(Self { offered, packets: viewer::packets::Packets::default() })
+        Ok(Self { offered, packets: export::packets::Packets::default() })
     }
 
     /// Address for the ground system.
@@ -104,7 +104,7 @@ impl Ground {
 #[cfg(feature = "foxglove")]
 pub(super) struct Viewer {
     offered: link::foxglove::Offered,
-    onlooker: viewer::display::Onlooker,
+    onlooker: export::display::Onlooker,
 }
 
 #[cfg(feature = "foxglove")]
@@ -112,7 +112,7 @@ impl Viewer {
     /// Offers it on this port of loopback.
     pub(super) fn open(port: u16) -> Result<Self, Failure> {
         let offered = link::foxglove::Offered::open(port).map_err(|error| port_in_use(port, &error))?;
-        Ok(Self { offered, onlooker: viewer::display::Onlooker::default() })
+        Ok(Self { offered, onlooker: export::display::Onlooker::default() })
     }
 
     /// Address for the app.
@@ -128,12 +128,12 @@ impl Viewer {
 
     /// Reports that there has been none for a given number of seconds.
     pub(super) fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
-        let message = viewer::display::silent(link::clock::wall_us(), seconds).map_err(|error| untold(&error))?;
+        let message = export::display::silent(link::clock::wall_us(), seconds).map_err(|error| untold(&error))?;
         self.say(&message)
     }
 
-    fn say(&mut self, message: &viewer::Message) -> Result<(), Failure> {
-        let viewer::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
+    fn say(&mut self, message: &export::Message) -> Result<(), Failure> {
+        let export::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
         let kind = link::foxglove::Kind { topic, encoding, schema: [name, language], definition };
         self.offered.say(kind, bytes).map_err(|error| untold(&error))
     }

@@ -1,0 +1,185 @@
+//! One live trial, from scenario and seed to judged evidence.
+
+use std::io::Read;
+
+use super::hosts::Levels;
+use super::journals::{self, CoreReplay};
+use super::{Aftermath, LiveError, Logs, Options, run};
+use evidence::log::Logged;
+use evidence::reading::read;
+use evidence::trial::Outcome;
+use evidence::verification::{Held, LogVerifier, Verification};
+use evidence::{Evidence, Micros};
+use oracle::{Verdict, judge, stalled};
+use scenario::{Scenario, Setup};
+use topology::{RunSecret, Topology, lay_out};
+
+/// Reason for which a run that the user stopped is INVALID.
+pub const STOPPED: &str = "stopped by the user";
+
+/// A finished live run.
+pub struct Run {
+    /// The participants.
+    pub topology: Topology,
+    /// Trust anchors held outside the recorder.
+    pub held: Held,
+    /// The oracle's input.
+    pub evidence: Evidence,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// By how much the host overslept or kept a service waiting for a core at most, microseconds, where that alone makes the run INVALID.
+    pub spoilt: Option<Micros>,
+    /// By how much the host overslept or kept a service waiting for a core at most, microseconds.
+    pub late: Micros,
+    /// Results of feeding every core its own input journal again.
+    pub replays: Vec<CoreReplay>,
+    /// Levels of confinement that its services reached.
+    pub levels: Levels,
+    /// True if the user stopped it before its end: it is INVALID, and its files are whole up to there.
+    pub stopped: bool,
+    /// Folder of its recording and input journals.
+    pub logs: Logs,
+}
+
+/// Runs and judges one live trial.
+pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<'_>) -> Result<Run, LiveError> {
+    let mut secret = [0; 32];
+    let random = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut secret));
+    random.map_err(|e| format!("no randomness from the host: {e}"))?;
+    let secret = RunSecret::random(secret);
+    let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
+    let after = run(&topology, &secret, setup.policy.record_guard, options)?;
+    let Judged { evidence, verdict, spoilt, replays } = conclude(&topology, setup, &after);
+    let Aftermath { held, levels, stopped, logs, overslept, waited, .. } = after;
+    let late = overslept.max(waited);
+    Ok(Run { topology, held, evidence, verdict, spoilt, late, replays, levels, stopped, logs })
+}
+
+/// Judgement of a finished run.
+pub struct Judged {
+    /// The oracle's input.
+    pub evidence: Evidence,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// By how much the host overslept at most, microseconds, where that alone makes the run INVALID.
+    pub spoilt: Option<Micros>,
+    /// Results of feeding every core its own input journal again.
+    pub replays: Vec<CoreReplay>,
+}
+
+/// Feeds every core of a finished run its own input journal again, and judges the run's records. The replay is part of the
+/// judgement: a live trial with cores that do not replay is no evidence.
+pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged {
+    let replays = journals::replay(topology, after.logs.folder());
+    let (entries, broken_log) = read(&after.log);
+    let lost = after.lost.map(|lost| lost.to_string());
+    let stopped = || format!("{STOPPED} at {} of {} ms", after.lasted / 1000, topology.duration / 1000);
+    let stopped = after.stopped.then(stopped);
+    let evidence = Evidence {
+        under: topology.under,
+        entries,
+        broken_log: stopped.or(topology.detector_faults()).or(broken_log).or(lost),
+        log_flaws: after.verification.flaws.clone(),
+        differences: replays.iter().filter_map(CoreReplay::told).collect(),
+        bounds: setup.bounds,
+        camera: setup.platform.sensors().camera,
+        planned: topology.planned.clone(),
+        duration: after.lasted,
+        stall_limit: super::OVERSLEPT_US,
+        operators: topology.operators(),
+        script: topology.script.clone(),
+        route: topology.route(),
+        contacts: topology.contacts.clone(),
+        killed: topology.killed(),
+    };
+    let verdict = judge(&evidence);
+    let spoilt = spoilt(&evidence, &verdict, after.verification.late, after.waited).filter(|_| !after.stopped);
+    Judged { evidence, verdict, spoilt, replays }
+}
+
+/// By how much the host overslept or kept a service waiting for a core, where a run that is INVALID would not be so on a host that had not.
+/// Lateness within the recording counts as the host's where either was as long; another reason to be INVALID does not.
+fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>, waited: Micros) -> Option<Micros> {
+    let by = stalled(evidence).max((waited > evidence.stall_limit).then_some(waited))?;
+    let explained = evidence.log_flaws.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
+    if verdict.outcome != Outcome::Invalid || !explained {
+        return None;
+    }
+    let calm = Evidence { log_flaws: Vec::new(), stall_limit: Micros::MAX, ..evidence.clone() };
+    (!matches!(judge(&calm).outcome, Outcome::Invalid | Outcome::Unsafe)).then_some(by)
+}
+
+/// Verification of a recording, in the order in which it was kept. An empty one of a living recorder holds no entries.
+pub(super) fn verification(recorded: &[Logged], held: &Held) -> Verification {
+    let mut log_verifier = LogVerifier::new(held);
+    for logged in recorded {
+        // What does not continue its chain is in the verifier's own list.
+        let _noted = log_verifier.take(logged.at, logged.node, &logged.bytes);
+    }
+    log_verifier.close()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use evidence::verification::Flaw;
+    use ground_truth::{Any, Entry, Note};
+    use std::path::Path;
+    use wire::event::{Account, Event};
+    use wire::id::{Boot, NodeId};
+    use wire::time::{Instant, Span};
+
+    /// Evidence that a host which overslept by `by` gives of a run that is NOMINAL on another.
+    fn on_a_host_that_overslept(by: u64) -> Evidence {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
+        let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
+        let setup = Setup::load(&root, &scenario, None, false).unwrap();
+        let (topology, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
+        let mut evidence = twin::trial::conclude(topology, twin, &setup).evidence;
+        evidence.stall_limit = crate::OVERSLEPT_US;
+        let (at, event) = (evidence.duration, Any::Instrument(Note::Stalled { by: Span(by) }));
+        let entry =
+            Entry { node: NodeId::CAMPAIGN, boot: Boot(1), counter: 9_999, at: Instant(at), event, previous: [0; 32] };
+        evidence.entries.push(evidence::Witnessed { at, entry });
+        evidence
+    }
+
+    fn found(evidence: &Evidence, late: Option<u64>) -> (Outcome, Option<u64>) {
+        let verdict = judge(evidence);
+        (verdict.outcome, spoilt(evidence, &verdict, late, 0))
+    }
+
+    #[test]
+    fn host_stall_alone_spoils_a_run() {
+        let calm = on_a_host_that_overslept(100_000);
+        assert_eq!(found(&calm, None), (Outcome::Nominal, None));
+        let stalled = on_a_host_that_overslept(312_000);
+        assert_eq!(found(&stalled, None), (Outcome::Invalid, Some(312_000)));
+        let mut unbalanced = stalled.clone();
+        for w in &mut unbalanced.entries {
+            if let Any::Service(Event::Count { account: Account::Datagrams, n }) = &mut w.entry.event {
+                *n += 1;
+            }
+        }
+        assert_eq!(found(&unbalanced, None), (Outcome::Invalid, None), "the accounts do not balance either");
+        let flawed = |evidence: &Evidence| {
+            let verification = vec![Flaw { at: 1, what: "something does not hold".to_owned() }];
+            Evidence { log_flaws: verification, ..evidence.clone() }
+        };
+        assert_eq!(found(&flawed(&stalled), None), (Outcome::Invalid, None), "not of lateness alone");
+        assert_eq!(found(&flawed(&stalled), Some(312_000)), (Outcome::Invalid, Some(312_000)));
+        assert_eq!(found(&flawed(&stalled), Some(500_000)), (Outcome::Invalid, None), "later than the host was");
+        assert_eq!(found(&flawed(&calm), Some(99_000)), (Outcome::Invalid, None), "the host was in time");
+        let late = flawed(&calm);
+        let waited = |late_us, waited_us| spoilt(&late, &judge(&late), Some(late_us), waited_us);
+        assert_eq!(waited(150_000, 120_000), Some(120_000), "a service waited for a core");
+        assert_eq!(waited(150_000, 90_000), None, "no longer than is allowed");
+        assert_eq!(waited(400_000, 120_000), None, "later than the wait explains");
+    }
+
+    #[test]
+    fn empty_recording_of_a_living_recorder_is_flawed() {
+        assert!(!verification(&[], &Held::default()).flaws.is_empty());
+    }
+}

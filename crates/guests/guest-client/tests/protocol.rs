@@ -1,0 +1,178 @@
+//! The client against the core's own definition of the protocol, and against recorded exchanges.
+
+#![expect(clippy::unwrap_used, reason = "a test may end here")]
+
+use std::path::Path;
+
+use guest::jsonl;
+use guest_client::follower::Follower;
+use guest_client::{Failure, Guest, MAX_LINE, Own, Reply, Start, Step, serve};
+
+/// A guest that hands out one reply, and keeps the requests.
+struct Keeper<'a> {
+    reply: Reply,
+    seen: &'a mut (Option<Start>, Vec<Step>),
+}
+
+impl Guest for Keeper<'_> {
+    fn start(&mut self, start: Start) -> Result<(), Own> {
+        self.seen.0 = Some(start);
+        Ok(())
+    }
+
+    fn step(&mut self, step: Step) -> Result<Reply, Own> {
+        if step.number == 13 {
+            return Err("no thirteenth step".into());
+        }
+        self.seen.1.push(step);
+        Ok(self.reply.clone())
+    }
+}
+
+fn start() -> jsonl::Request {
+    jsonl::Request::Start(jsonl::Start {
+        protocol: guest::file::PROTOCOL.into(),
+        time_s: 3600.0,
+        period_s: 0.05,
+        max_speed_m_s: 3.0,
+        braking_m_s2: 2.5,
+        route: vec![[1.0, 2.0]],
+        looped: true,
+        fence: vec![[3.0, 4.0]],
+        obstacles: vec![jsonl::Disc { at: [5.0, 6.0], radius_m: 0.5 }],
+        blocks: vec![jsonl::Block { at: [5.0, 6.0], half_m: [0.5, 0.3], heading_rad: -1.5 }],
+    })
+}
+
+fn step(number: u32) -> jsonl::Request {
+    jsonl::Request::Step(jsonl::Step {
+        number,
+        time_s: 3600.05,
+        limit_m_s: 2.0,
+        mode: "READY".into(),
+        fix: Some(jsonl::Fix { stamp_s: 1.0, at: [1.5, 0.1], yaw_rad: -0.5, sigma_m: 0.04, receiver_s: 9.0 }),
+        odometry: Some(jsonl::Odometry { stamp_s: 2.0, speed_m_s: 1.1, yaw_rate_rad_s: 0.3 }),
+        tracks: vec![jsonl::Track {
+            id: 7,
+            class: "person".into(),
+            at: [1.0, 2.0],
+            velocity: [0.5, 0.0],
+            confidence: 0.9,
+            updated_s: 3.0,
+        }],
+        teammates: vec![[4.0, 5.0]],
+    })
+}
+
+fn lines(requests: &[jsonl::Request]) -> String {
+    requests.iter().map(|request| serde_json::to_string(request).unwrap() + "\n").collect()
+}
+
+type Seen = (Option<Start>, Vec<Step>);
+
+fn served(lines: &str, reply: Reply) -> (Result<(), Failure>, String, Seen) {
+    let mut seen = (None, Vec::new());
+    let mut answers = Vec::new();
+    let mut made = Some(Keeper { reply, seen: &mut seen });
+    let result = serve(|| made.take().expect("one start"), lines.as_bytes(), &mut answers);
+    drop(made);
+    (result, String::from_utf8(answers).unwrap(), seen)
+}
+
+#[test]
+fn requests_of_the_core_are_read_whole() {
+    let (result, _, (begun, steps)) = served(&lines(&[start(), step(1)]), Reply::default());
+    assert!(result.is_ok());
+    let begun = begun.expect("a start");
+    assert_eq!((begun.time_s, begun.period_s, begun.max_speed_m_s, begun.braking_m_s2), (3600.0, 0.05, 3.0, 2.5));
+    assert_eq!((begun.route, begun.looped, begun.fence), (vec![[1.0, 2.0]], true, vec![[3.0, 4.0]]));
+    assert_eq!((begun.obstacles[0].at, begun.obstacles[0].radius_m), ([5.0, 6.0], 0.5));
+    let block = begun.blocks[0];
+    assert_eq!((block.at, block.half_m, block.heading_rad), ([5.0, 6.0], [0.5, 0.3], -1.5));
+    let step = &steps[0];
+    assert_eq!((step.number, step.time_s, step.limit_m_s, step.mode.as_str()), (1, 3600.05, 2.0, "READY"));
+    let (fix, odometry) = (step.fix.expect("a fix"), step.odometry.expect("odometry"));
+    assert_eq!((fix.stamp_s, fix.at, fix.yaw_rad, fix.sigma_m, fix.receiver_s), (1.0, [1.5, 0.1], -0.5, 0.04, 9.0));
+    assert_eq!((odometry.stamp_s, odometry.speed_m_s, odometry.yaw_rate_rad_s), (2.0, 1.1, 0.3));
+    let track = &step.tracks[0];
+    assert_eq!((track.id, track.class.as_str(), track.at, track.velocity), (7, "person", [1.0, 2.0], [0.5, 0.0]));
+    assert_eq!((track.confidence, track.updated_s, &step.teammates), (0.9, 3.0, &vec![[4.0, 5.0]]));
+}
+
+#[test]
+fn answers_are_those_of_the_core() {
+    let reply = Reply {
+        speed_m_s: 1.5,
+        curvature_per_m: -0.1,
+        state: Some("GO".into()),
+        place: Some([1.0, 2.0]),
+        wake_s: Some(0.2),
+    };
+    for reply in [reply, Reply::default()] {
+        let (_, answers, _) = served(&lines(&[start(), step(3)]), reply.clone());
+        let read: Vec<jsonl::Response> = answers.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let Reply { speed_m_s, curvature_per_m, state, place, wake_s } = reply;
+        let expected = jsonl::Reply { number: 3, speed_m_s, curvature_per_m, state, place, wake_s };
+        assert_eq!(read, [jsonl::Response::Ready(jsonl::Ready {}), jsonl::Response::Reply(expected)]);
+    }
+}
+
+#[test]
+fn each_wrong_line_is_refused_by_name() {
+    let good = lines(&[step(1)]);
+    let cases = [
+        ("\n".to_owned(), "EOF"),
+        ("[".repeat(60_000), "expected"),
+        (good.replace("\"mode\"", "\"mood\""), "missing field `mode`"),
+        (good.replace("2.0", "NaN"), "expected"),
+        (lines(&[start()]).replace("jsonl/1", "jsonl/2"), "protocol jsonl/1 expected, got jsonl/2"),
+        (" ".repeat(MAX_LINE + 1), "at most 65536 bytes"),
+    ];
+    for (line, message) in cases {
+        let (result, _, _) = served(&(lines(&[start()]) + &line), Reply::default());
+        let failure = result.expect_err(message).to_string();
+        assert!(failure.starts_with("line 2: ") && failure.contains(message), "{message} / {failure}");
+    }
+    let (early, _, _) = served(&good, Reply::default());
+    assert_eq!(early.expect_err("no start").to_string(), "line 1: `start` expected, got `step`");
+}
+
+#[test]
+fn a_guests_own_error_is_told_apart() {
+    let (result, _, _) = served(&lines(&[start(), step(13)]), Reply::default());
+    assert!(matches!(&result, Err(Failure::Own(why)) if why.to_string() == "no thirteenth step"), "{result:?}");
+    let wrong = Reply { speed_m_s: f64::NAN, ..Reply::default() };
+    let (result, answers, _) = served(&lines(&[start(), step(1)]), wrong);
+    assert!(matches!(&result, Err(Failure::Own(why)) if why.to_string().starts_with("speed_m_s: -100 to 100")));
+    assert_eq!(answers.lines().count(), 1, "nothing out of range is written");
+}
+
+#[test]
+fn the_follower_answers_as_recorded() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../guests/transcripts");
+    for name in ["follower-corner.jsonl", "follower-freeze.jsonl", "follower-dropout.jsonl"] {
+        let text = std::fs::read_to_string(folder.join(name)).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let requests: String = lines.iter().step_by(2).map(|line| format!("{line}\n")).collect();
+        let mut answers = Vec::new();
+        serve(Follower::default, requests.as_bytes(), &mut answers).unwrap();
+        let answers = String::from_utf8(answers).unwrap();
+        assert_eq!(answers.lines().count(), lines.len() / 2, "{name}");
+        for (pair, (got, recorded)) in answers.lines().zip(lines.iter().skip(1).step_by(2)).enumerate() {
+            let read = |line: &str| serde_json::from_str::<jsonl::Response>(line).unwrap();
+            assert!(nearly_equal(&read(got), &read(recorded)), "{name}, pair {pair}: {recorded} expected, got {got}");
+        }
+    }
+}
+
+/// Equal, numbers to a billionth: the recording may be of another mathematical library.
+fn nearly_equal(a: &jsonl::Response, b: &jsonl::Response) -> bool {
+    let (jsonl::Response::Reply(a), jsonl::Response::Reply(b)) = (a, b) else { return a == b };
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-9;
+    let places = a.place.iter().flatten().zip(b.place.iter().flatten());
+    (a.number, &a.state) == (b.number, &b.state)
+        && a.place.is_some() == b.place.is_some()
+        && places.into_iter().all(|(a, b)| close(*a, *b))
+        && close(a.speed_m_s, b.speed_m_s)
+        && close(a.curvature_per_m, b.curvature_per_m)
+}

@@ -1,0 +1,110 @@
+//! The telemetry link of the unit under test, as the guards at its two ends saw it: timely records, silences, and missing records.
+//!
+//! A timely record passed the guard at the target, was not made or changed by the adversary, and came within *Tf* of being
+//! taken by the relay, if it was: all from the relay's and the guards' logs. Other units have associations at the gateway too; their
+//! records are no sign of this unit. The owner of an association is stated by its guard from the certificate that the handshake showed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::{Evidence, Micros};
+use ground_truth::{Any, GuardVerdict, Note};
+use wire::core::Side;
+use wire::id::{NodeId, PeerId};
+
+use super::{Facts, Span, process};
+
+/// Silence that a link on which a record goes each way every tenth of a second does not show by itself.
+pub(crate) const SILENCE: Micros = 350_000;
+
+/// A protected record at one end.
+#[derive(Clone, Copy)]
+struct Arrival {
+    at: Micros,
+    association: u32,
+    sequence: u64,
+    hash: u64,
+    verdict: GuardVerdict,
+}
+
+/// The records of the link between the unit and the gateway that came to the guard of `target`.
+fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
+    let other = if target == NodeId::GATEWAY { evidence.under.peer() } else { PeerId::GATEWAY };
+    let mut peers: BTreeMap<u32, PeerId> = BTreeMap::new();
+    let mut found = Vec::new();
+    for w in evidence.entries.iter().filter(|w| Some(w.entry.node) == target.guard()) {
+        match w.entry.event {
+            Any::Instrument(Note::Associated { association, peer }) => {
+                peers.insert(association, peer);
+            }
+            Any::Instrument(Note::GuardSaw { association, epoch: 1.., sequence, hash, verdict, .. })
+                if peers.get(&association) == Some(&other) =>
+            {
+                found.push(Arrival { at: w.at, association, sequence, hash, verdict });
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Times at which records of the link came to the guard of `target`.
+pub(crate) fn record_times(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
+    arrivals(evidence, target).into_iter().map(|a| a.at).collect()
+}
+
+/// Difference that two clocks and two logs may have.
+const CLOCKS: Micros = 1_000;
+
+/// Time that a record may have spent between the relay's log and a guard's, at most, to be fresh.
+pub(crate) fn fresh_for(evidence: &Evidence) -> Micros {
+    evidence.bounds.freshness_ms * 1000 + CLOCKS
+}
+
+/// Times of timely records at the guard of `node`, before the end of the run.
+pub(crate) fn timely_times(facts: &Facts, node: NodeId) -> Vec<Micros> {
+    let Facts { evidence, relayed, .. } = facts;
+    let limit = fresh_for(evidence);
+    let mut firsts = BTreeSet::new();
+    let timely = arrivals(evidence, node).into_iter().filter(|a| {
+        let held = relayed.taken.get(&a.hash).map_or(0, |taken| a.at.saturating_sub(*taken));
+        let passed = a.verdict == GuardVerdict::Passed;
+        passed && firsts.insert(a.hash) && held <= limit && !relayed.forged.contains_key(&a.hash)
+    });
+    timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect()
+}
+
+/// The times between which no timely record came to the guard of `node`, one after the other; without those in which either end
+/// was dead.
+pub(crate) fn silences(facts: &Facts, node: NodeId) -> Vec<Span> {
+    let evidence = facts.evidence;
+    let mut times = timely_times(facts, node);
+    let dead: BTreeSet<Span> =
+        [node, evidence.under.node()].into_iter().flat_map(|n| process::dead_spans(evidence, n)).collect();
+    for (from, to) in &dead {
+        times.retain(|at| at < from || at > to);
+        times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
+    }
+    times.extend([0, evidence.duration]);
+    times.sort_unstable();
+    let lived = |(before, at): &Span| !dead.iter().any(|(from, to)| before >= from && at <= to);
+    times.windows(2).map(|pair| (pair[0], pair[1])).filter(lived).collect()
+}
+
+/// True if a record is missing at the guard of the peer that `from` talks to, at about `at`: a gap in the record numbers, or
+/// silence for longer than the link is ever silent by itself.
+pub(crate) fn record_missing(evidence: &Evidence, from: Side, at: Micros) -> bool {
+    let target = if from == Side::Client { NodeId::GATEWAY } else { evidence.under.node() };
+    let arrivals = arrivals(evidence, target);
+    let came = arrivals.iter().any(|a| a.at > at && a.at <= at + SILENCE);
+    let mut highest: BTreeMap<u32, u64> = BTreeMap::new();
+    let after = arrivals.iter().find(|a| {
+        let highest = highest.entry(a.association).or_insert(a.sequence);
+        let jumped = a.sequence > *highest + 1;
+        *highest = (*highest).max(a.sequence);
+        a.at >= at && (jumped || a.at > at + SILENCE)
+    });
+    match after {
+        Some(a) => a.at <= at + SILENCE || !came,
+        None => at + SILENCE < evidence.duration && !came,
+    }
+}

@@ -1,0 +1,250 @@
+//! Summary of one run for a reviewer, from its log: the report's drawings over time.
+//!
+//! Times are times of the run. Modes, authority, refusals and reasons are the services' own statements; injections are
+//! ground truth and stand apart.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use std::collections::BTreeMap;
+
+use evidence::{Micros, Witnessed, truth};
+use explain::{Explanation, explain};
+use ground_truth::{Any, Note};
+use wire::bounds::Bounds;
+use wire::event::Event;
+use wire::id::NodeId;
+use wire::mode::Mode;
+
+use crate::report::stage_name;
+
+/// Refusals that come within this of each other are drawn as one.
+const TOGETHER: Micros = 100_000;
+/// Largest number of stretches of one kind that are listed.
+const MAX_STRETCHES: usize = 512;
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct RunSummary {
+    /// Its name: a scenario or a folder.
+    pub name: String,
+    /// Length, seconds.
+    pub seconds: f64,
+    /// Reason for which it is INVALID, or the fault of its log; `None` if it is sound.
+    pub flaw: Option<String>,
+    /// Modes of the unit under test, one after the other.
+    pub modes: Vec<Lasted>,
+    /// Periods of authority.
+    pub authority: Vec<Lasted>,
+    /// Injections, as reported by their actors: ground truth, unknown to the services.
+    pub done: Vec<Lasted>,
+    /// Refusals at boundaries, by reason.
+    pub refused: Vec<Refusals>,
+    /// Reason for each loss of the mode.
+    pub why: Vec<Why>,
+}
+
+/// Something that lasted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lasted {
+    /// Description.
+    pub what: String,
+    /// Lower end, seconds.
+    pub from: f64,
+    /// To, seconds.
+    pub to: f64,
+}
+
+/// Refusals of one boundary for one reason.
+#[derive(Clone, Debug)]
+pub struct Refusals {
+    /// The refusing service.
+    pub by: String,
+    /// Reason, by its name.
+    pub reason: String,
+    /// Count.
+    pub n: u64,
+    /// Times, seconds; those within a tenth of a second are one.
+    pub at: Vec<Lasted>,
+}
+
+/// Reason for the loss of a mode.
+#[derive(Clone, Debug)]
+pub struct Why {
+    /// Time, seconds.
+    pub at: f64,
+    /// Modes before and after.
+    pub change: String,
+    /// The cause by its name.
+    pub cause: String,
+    /// Links from the cause to the display.
+    pub chain: Vec<ChainLink>,
+}
+
+/// A link of the chain.
+#[derive(Clone, Debug)]
+pub struct ChainLink {
+    /// Which kind of link.
+    pub stage: String,
+    /// Time, seconds.
+    pub at: f64,
+    /// Source of the log entry.
+    pub by: String,
+    /// Description.
+    pub what: String,
+}
+
+/// The run with this name. `flaw` is the fault of its log.
+pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
+    let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
+    let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();
+    let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.reason(e)).collect();
+    RunSummary {
+        name: name.to_owned(),
+        seconds: clock.seconds_at(clock.end),
+        flaw,
+        modes: modes(entries, clock),
+        authority: authority(entries, clock),
+        done,
+        refused: refused(entries, clock),
+        why,
+    }
+}
+
+/// Conversion of microseconds of the run to seconds.
+#[derive(Clone, Copy)]
+struct Clock {
+    end: Micros,
+}
+
+impl Clock {
+    fn seconds_at(self, time: Micros) -> f64 {
+        time as f64 / 1e6
+    }
+
+    fn lasted(self, what: String, from: Micros, to: Micros) -> Lasted {
+        Lasted { what, from: self.seconds_at(from), to: self.seconds_at(to) }
+    }
+
+    fn reason(self, explanation: &Explanation) -> Why {
+        let link = |step: &explain::ChainStep| ChainLink {
+            stage: stage_name(step.stage).to_owned(),
+            at: self.seconds_at(step.at_us),
+            by: step.by.name().to_owned(),
+            what: step.what.clone(),
+        };
+        Why {
+            at: self.seconds_at(explanation.at_us),
+            change: format!("{} to {}", explanation.from.name(), explanation.to.name()),
+            cause: explanation.cause.label().to_string(),
+            chain: explanation.chain.iter().map(link).collect(),
+        }
+    }
+}
+
+fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
+    let (mut all, mut now) = (Vec::new(), (Mode::Idle, 0));
+    for w in entries {
+        let to = match w.entry.event {
+            Any::Service(Event::Transition { to, .. }) if w.entry.node == NodeId::UNIT_A => to,
+            // A unit that is started again knows of no mode before.
+            Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, .. }) => Mode::Idle,
+            _ => continue,
+        };
+        if all.len() + 1 < MAX_STRETCHES {
+            all.push(clock.lasted(now.0.name().to_owned(), now.1, w.at));
+            now = (to, w.at);
+        }
+    }
+    all.push(clock.lasted(now.0.name().to_owned(), now.1, clock.end));
+    all
+}
+
+fn authority(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
+    let mut all: Vec<(u32, Micros, Micros)> = Vec::new();
+    for w in entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A) {
+        match w.entry.event {
+            Any::Service(Event::Minted { authority, .. }) if all.len() < MAX_STRETCHES => {
+                all.push((authority, w.at, clock.end))
+            }
+            Any::Service(Event::Revoked { authority, .. } | Event::Acted { authority, .. }) => {
+                let open = all.iter_mut().rev().find(|a| a.0 == authority);
+                open.into_iter().for_each(|a| a.2 = w.at);
+            }
+            _ => {}
+        }
+    }
+    all.into_iter().map(|(serial, from, to)| clock.lasted(format!("authority {serial}"), from, to)).collect()
+}
+
+/// Refusals of one boundary for one reason, trace time.
+#[derive(Default)]
+struct Tally {
+    n: u64,
+    stretches: Vec<(Micros, Micros)>,
+}
+
+impl Tally {
+    fn take(&mut self, time: Micros) {
+        self.n += 1;
+        if let Some(last) = self.stretches.last_mut()
+            && time.saturating_sub(last.1) < TOGETHER
+        {
+            last.1 = time;
+        } else if self.stretches.len() < MAX_STRETCHES {
+            self.stretches.push((time, time));
+        }
+    }
+}
+
+/// Refusals by refusing service and reason, the most frequent first.
+fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
+    let mut kinds: BTreeMap<(NodeId, &'static str), Tally> = BTreeMap::new();
+    for w in entries {
+        if let Any::Service(Event::Refused { reason, .. }) = w.entry.event {
+            kinds.entry((w.entry.node, reason.name())).or_default().take(w.at);
+        }
+    }
+    let mut all: Vec<Refusals> = Vec::new();
+    for ((by, reason), Tally { n, stretches }) in kinds {
+        let at = stretches.into_iter().map(|(from, to)| clock.lasted(reason.to_owned(), from, to)).collect();
+        all.push(Refusals { by: by.name().to_owned(), reason: reason.to_owned(), n, at });
+    }
+    all.sort_by_key(|refusals| std::cmp::Reverse(refusals.n));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use ground_truth::Entry;
+    use wire::codec::Text;
+    use wire::event::Interface;
+    use wire::id::Boot;
+    use wire::refusal::Reason;
+    use wire::time::Instant;
+
+    use super::*;
+
+    fn seen(at: Micros, node: NodeId, event: Event) -> Witnessed {
+        let event = Any::Service(event);
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(0), event, previous: [0; 32] };
+        Witnessed { at, entry }
+    }
+
+    #[test]
+    fn refusals_that_come_together_are_one_stretch() {
+        let refused = |reason| Event::Refused { at: Interface::Uplink, peer: None, reason, detail: Text::default() };
+        let log = [
+            seen(0, NodeId::GATEWAY, Event::Started),
+            seen(1_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(1_050_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(2_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(3_000_000, NodeId::GATEWAY, refused(Reason::Origin)),
+            seen(10_000_000, NodeId::GATEWAY, Event::Started),
+        ];
+        let story = from_entries("x", &log, &Bounds::GROUND, None);
+        assert_eq!((story.seconds, story.modes.len(), story.modes[0].what.as_str()), (10.0, 1, "IDLE"));
+        let stale = &story.refused[0];
+        assert_eq!((stale.reason.as_str(), stale.n, stale.at.len()), ("stale", 3, 2));
+        assert_eq!((stale.at[0].from, stale.at[0].to), (1.0, 1.05));
+    }
+}
