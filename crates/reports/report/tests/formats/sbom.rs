@@ -64,7 +64,7 @@ fn needed_version_of_several_is_named() {
         .as_array()
         .unwrap()
         .iter()
-        .find(|d| d["ref"].as_str().unwrap().starts_with("holdsafe/dossier@"));
+        .find(|d| d["ref"].as_str().unwrap().starts_with("holdsafe/report@"));
     let needs = needs.unwrap()["dependsOn"].to_string();
     assert!(needs.contains("pkg:cargo/thiserror@2.") && !needs.contains("pkg:cargo/thiserror@1."), "{needs}");
     assert!(needs.contains("pkg:cargo/toml@1.") && needs.contains("%2Bspec"), "a plus sign is escaped: {needs}");
