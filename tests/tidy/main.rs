@@ -133,10 +133,8 @@ fn only_the_window_knows_how_anything_is_drawn() {
 #[test]
 fn cores_are_forked_at_one_place() {
     let call = ".fork(world)";
-    // The adversary is several cores in one, and forks as the one that it is.
     let callers: Vec<String> = crate_sources()
         .into_iter()
-        .filter(|(file, _)| !file.starts_with("crates/adversary/"))
         .filter(|(_, text)| code(text).lines().any(|l| l.contains(call) && l.contains("core")))
         .map(|(file, _)| file)
         .collect();

@@ -13,7 +13,7 @@ use wire::time::{Instant, Span};
 use crate::opening::Opening;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Outbox {
     quiet: bool,
     journal: Journal,
@@ -27,11 +27,6 @@ impl Outbox {
         let mut outbox = Self { quiet: false, journal, out: VecDeque::new() };
         outbox.write(now, Event::Started);
         outbox
-    }
-
-    /// Copy of the outbox for a forked world.
-    pub(crate) fn fork(&self) -> Self {
-        Self { quiet: self.quiet, journal: self.journal.fork(), out: self.out.clone() }
     }
 
     /// True if it was asked to stop.

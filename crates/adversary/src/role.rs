@@ -1,7 +1,6 @@
 //! One type over the roles, for those who run an adversary without caring which.
 
 use wire::core::{Core, Input, Output};
-use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
@@ -13,7 +12,7 @@ use crate::relay::{DatagramRelay, StreamRelay};
 pub type AdversaryError = PlanError;
 
 /// An adversary in one of its roles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Adversary {
     /// The relay in the telemetry path.
     DatagramRelay(Box<DatagramRelay>),
@@ -61,21 +60,6 @@ impl Adversary {
                 Adversary::SessionThief(Box::new(SessionThief::new(&setup, &plan, now)?))
             }
         })
-    }
-
-    /// Copy of the adversary for a forked world.
-    #[must_use]
-    pub fn fork(&self, world: WorldId) -> Self {
-        match self {
-            Adversary::DatagramRelay(core) => Adversary::DatagramRelay(Box::new(core.fork(world))),
-            Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
-            Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
-            Adversary::InsiderOperator(core) => Adversary::InsiderOperator(Box::new(core.fork(world))),
-            Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
-            Adversary::InsiderGateway(core) => Adversary::InsiderGateway(Box::new(core.fork(world))),
-            Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
-            Adversary::SessionThief(core) => Adversary::SessionThief(Box::new(core.fork(world))),
-        }
     }
 
     /// Draws its random choices from `seed` from now on.

@@ -22,7 +22,7 @@ pub struct Basis {
 }
 
 /// The operator's pen.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Issuer {
     key: Key,
     operator: NodeId,
@@ -53,12 +53,6 @@ impl Issuer {
     /// An issuer for `operator`, with ids that count from 1 within `boot`.
     pub fn new(key: Key, operator: NodeId, boot: Boot) -> Self {
         Self { key, operator, last: (boot, Sequence(0)), heard: BTreeMap::new() }
-    }
-
-    /// Copy of the pen for a forked world.
-    #[must_use]
-    pub fn fork(&self) -> Self {
-        Self { key: self.key.fork(), operator: self.operator, last: self.last, heard: self.heard.clone() }
     }
 
     /// `unit` reports this as the last command it heard. If it is of our name and beyond our own, another holder of our key

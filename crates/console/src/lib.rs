@@ -50,7 +50,7 @@ use wire::command::Request;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{NodeId, PeerId, UnitId, WorldId};
+use wire::id::{NodeId, PeerId, UnitId};
 use wire::person::Role;
 use wire::refusal::Refusal;
 use wire::roster::RosterError;
@@ -114,7 +114,7 @@ pub enum ConsoleError {
 }
 
 /// The console's core.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Console {
     intake: Intake,
     /// Absent where a recording is followed: then the challenges are those that were made.
@@ -182,31 +182,6 @@ impl Console {
         };
         console.note(now, Event::Started);
         Ok(console)
-    }
-
-    /// Copy of the console for a forked world. No part of its state is bound to a world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            intake: self.intake.clone(),
-            watch: self.watch.clone(),
-            model: self.model.clone(),
-            witness: self.witness.clone(),
-            operator: self.operator.clone(),
-            issuer: self.issuer.as_ref().map(Issuer::fork),
-            requests: self.requests.clone(),
-            revocations: self.revocations.clone(),
-            revoked: self.revoked.clone(),
-            accounts: self.accounts.clone(),
-            journal: self.journal.fork(),
-            text: self.text,
-            drawn: self.drawn,
-            next: self.next,
-            changes: self.changes,
-            look: self.look,
-            quiet: self.quiet,
-            out: self.out.clone(),
-        }
     }
 
     /// The picture at `now`.

@@ -29,7 +29,7 @@ use wire::contact::Contacts;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::id::{Boot, NodeId, Nonce, PeerId, UnitId, WorldId};
+use wire::id::{Boot, NodeId, Nonce, PeerId, UnitId};
 use wire::policy::Policy;
 use wire::refusal::Refusal;
 use wire::roster::RosterError;
@@ -81,7 +81,7 @@ pub enum GatewayError {
 pub(crate) const DISPLAY: NodeId = NodeId::CONSOLE;
 
 /// The gateway's core.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Gateway {
     config: GatewayConfig,
     policy: Policy,
@@ -157,35 +157,6 @@ impl Gateway {
         };
         gateway.note(now, Event::Started);
         Ok(gateway)
-    }
-
-    /// Copy of the gateway for a forked world. No part of its state is bound to a world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            config: self.config.clone(),
-            policy: self.policy.clone(),
-            bounds: self.bounds,
-            boot: self.boot,
-            boundary: self.boundary.clone(),
-            sessions: self.sessions.clone(),
-            leases: self.leases.clone(),
-            staging: self.staging.clone(),
-            requests: self.requests.clone(),
-            keys: self.keys.clone(),
-            revoked: self.revoked.clone(),
-            revocations: self.revocations.clone(),
-            feed: self.feed.clone(),
-            hearers: self.hearers.clone(),
-            nonces: self.nonces.clone(),
-            accounts: self.accounts.clone(),
-            journal: self.journal.fork(),
-            tick: self.tick,
-            watch: self.watch,
-            sessions_lost: self.sessions_lost,
-            quiet: self.quiet,
-            out: self.out.clone(),
-        }
     }
 
     /// Counts so far.

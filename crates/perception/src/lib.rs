@@ -121,6 +121,7 @@ pub enum PerceptionError {
 }
 
 /// The perception core.
+#[derive(Clone)]
 pub struct Perception {
     setup: Setup,
     config: PerceptionConfig,
@@ -213,29 +214,7 @@ impl Perception {
     /// Copy of the core for a forked world. A loaded model is shared.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Self {
-        Perception {
-            setup: Setup { world, ..self.setup.clone() },
-            config: self.config.clone(),
-            camera: self.camera,
-            unheard: self.unheard,
-            cold: self.cold.clone(),
-            stages: self.stages.clone(),
-            watch: self.watch.clone(),
-            observations: self.observations.clone(),
-            navigation: self.navigation.clone(),
-            tracks: self.tracks.clone(),
-            ego: self.ego,
-            tracker: self.tracker.clone(),
-            nearby: self.nearby.clone(),
-            contents: self.contents.clone(),
-            most: self.most,
-            provenance: self.provenance,
-            reasons: self.reasons.clone(),
-            accounts: self.accounts.clone(),
-            journal: self.journal.fork(),
-            quiet: self.quiet,
-            out: self.out.clone(),
-        }
+        Self { setup: Setup { world, ..self.setup.clone() }, ..self.clone() }
     }
 
     fn bus(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {

@@ -45,7 +45,7 @@ use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
 use wire::event::{Event, PICTURED_EVERY, wire_hash};
-use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
+use wire::id::{Boot, FrameId, NodeId, UnitId};
 use wire::platform::{Body, Sensors};
 use wire::refusal::Refusal;
 use wire::sensor::{Camera, Frames, Navigation};
@@ -175,6 +175,7 @@ impl Eyes {
 }
 
 /// The core.
+#[derive(Clone)]
 pub struct Sim {
     start: Instant,
     steps: u64,
@@ -239,28 +240,6 @@ impl Sim {
         sim.witness.write(start, Event::Started, &mut sim.out);
         sim.witness.state(start, &sim.world, &sim.plant, true, &mut sim.out);
         Ok(sim)
-    }
-
-    /// Copy of the sim for a forked world: from here on, the same inputs give the same outputs in both. A sim mints no
-    /// authority, so it ignores the world's id; it is an argument because every core's fork has it.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Sim {
-        Sim {
-            start: self.start,
-            steps: self.steps,
-            frame: self.frame,
-            stopped: self.stopped,
-            resumed: self.resumed,
-            world: self.world.clone(),
-            plant: self.plant.clone(),
-            faults: self.faults.clone(),
-            navigators: self.navigators.clone(),
-            altimeters: self.altimeters.clone(),
-            eyes: self.eyes.clone(),
-            channels: self.channels.clone(),
-            witness: self.witness.fork(),
-            out: self.out.clone(),
-        }
     }
 
     /// Draws the noise of later readings from `seed`; past measurements stay.

@@ -34,7 +34,7 @@ pub(crate) struct Otherwise {
 }
 
 /// Writes truth into the sim's journal; without one it stays silent.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Witness {
     journal: Option<Journal>,
     unit: UnitId,
@@ -62,14 +62,6 @@ impl Witness {
             steps_open,
             told: [None; MAX_FAULTS],
         }
-    }
-
-    /// Copy of the witness for a forked world.
-    pub(crate) fn fork(&self) -> Witness {
-        let journal = self.journal.as_ref().map(Journal::fork);
-        let Witness { unit, leased, faults_active, steps_open, told, .. } = *self;
-        let (touches, collided) = (self.touches.clone(), self.collided.clone());
-        Witness { journal, unit, leased, touches, collided, faults_active, steps_open, told }
     }
 
     /// Appends an event.

@@ -43,7 +43,7 @@ fn how_often_the_core_is_woken_changes_nothing() {
 fn a_fork_continues_identically() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.run(3_000, Some((2000, 50_000)));
-    let (sim, drive, acts) = (rig.sim.fork(WorldId(1)), rig.drive.clone(), rig.acts.clone());
+    let (sim, drive, acts) = (rig.sim.clone(), rig.drive.clone(), rig.acts.clone());
     let mut fork = Rig { sim, drive, acts, now: rig.now, wake_every_ms: None };
     assert_eq!(fork.run(3_000, Some((2500, -60_000))), rig.run(3_000, Some((2500, -60_000))));
 }

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use ground_truth::Action;
 use wire::core::{Core, Input, Output, Side, Subject};
 use wire::event::{Account, Event};
-use wire::id::{PeerId, UnitId, WorldId};
+use wire::id::{PeerId, UnitId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
@@ -27,7 +27,7 @@ const MAX_SEEN: usize = 256;
 const MAX_HELD: usize = 256;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct InsiderBroker {
     actions: Vec<Timed<BrokerAction>>,
     /// Beginning and end of each action.
@@ -87,21 +87,6 @@ impl InsiderBroker {
             sent: 0,
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the broker for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            actions: self.actions.clone(),
-            openings: self.openings.clone(),
-            seen: self.seen.clone(),
-            held: self.held.clone(),
-            runs: self.runs.clone(),
-            forger: self.forger.fork(),
-            sent: self.sent,
-            outbox: self.outbox.fork(),
-        }
     }
 
     /// A publication came.

@@ -18,7 +18,7 @@ use crate::plan::{AckForgery, OrderForgery, OrderKind};
 const MAX_KINDS: usize = 64;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Forger {
     key: Key,
     /// The two newest orders with a confirmation, newest first.
@@ -33,18 +33,6 @@ impl Forger {
     /// A forger with only `key`.
     pub(super) fn new(key: Key) -> Self {
         Self { key, orders: [None, None], kinds: Vec::new(), newest: None, track: TrackId(1), ack: None }
-    }
-
-    /// Copy of the forger for a forked world.
-    pub(super) fn fork(&self) -> Self {
-        Self {
-            key: self.key.fork(),
-            orders: self.orders.clone(),
-            kinds: self.kinds.clone(),
-            newest: self.newest,
-            track: self.track,
-            ack: self.ack.clone(),
-        }
     }
 
     /// Reads a passing message; gives the kind of the order that it is or is about, if known.

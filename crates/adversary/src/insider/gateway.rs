@@ -16,7 +16,7 @@ use wire::codec;
 use wire::command::{Intent, MAX_ORDER, Request};
 use wire::core::{Core, Input, Output, Side, Topic};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{CommandId, NodeId, UnitId, WorldId};
+use wire::id::{CommandId, NodeId, UnitId};
 use wire::report::{MAX_REPORT, Report};
 use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
@@ -33,7 +33,7 @@ const MAX_HELD: usize = 256;
 const YOUNG: Span = Span::ms(5);
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct InsiderGateway {
     actions: Vec<Timed<FeedAction>>,
     /// Beginning and end of each action.
@@ -71,20 +71,6 @@ impl InsiderGateway {
             seen: None,
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the insider for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            actions: self.actions.clone(),
-            openings: self.openings.clone(),
-            feed: self.feed.clone(),
-            key: self.key.fork(),
-            held: self.held.clone(),
-            seen: self.seen.clone(),
-            outbox: self.outbox.fork(),
-        }
     }
 
     fn open(&self, now: Instant) -> Vec<FeedAction> {

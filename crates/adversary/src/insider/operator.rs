@@ -14,7 +14,7 @@ use wire::codec::{self, Text};
 use wire::command::{CommandKind, Confirmation, Intent, Order, ReportHash, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::feed::Feed;
-use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, WorldId};
+use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::Class;
 use wire::setup::Setup;
@@ -29,7 +29,7 @@ use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOr
 const FIRST: (Boot, Sequence) = (Boot(1), Sequence(0));
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct InsiderOperator {
     config: InsiderOperatorConfig,
     key: Key,
@@ -73,20 +73,6 @@ impl InsiderOperator {
             counters: BTreeMap::new(),
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the rogue station for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            config: self.config.clone(),
-            key: self.key.fork(),
-            station: self.station.clone(),
-            runs: self.runs.clone(),
-            report: self.report.clone(),
-            counters: self.counters.clone(),
-            outbox: self.outbox.fork(),
-        }
     }
 
     /// Reads the feed as it comes.

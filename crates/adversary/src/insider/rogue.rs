@@ -11,7 +11,7 @@ use ground_truth::Action;
 use wire::bus::{ChannelKey, Sender};
 use wire::core::{Core, Input, Output, Side, Topic};
 use wire::event::{Account, Event};
-use wire::id::{Boot, WorldId};
+use wire::id::Boot;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
@@ -24,7 +24,7 @@ use crate::schedule::Steps;
 const MAX_KEPT: usize = 256;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rogue {
     origin: Instant,
     runs: Vec<Run>,
@@ -67,18 +67,6 @@ impl Rogue {
             sent: 0,
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the rogue for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            origin: self.origin,
-            runs: self.runs.clone(),
-            heard: self.heard.clone(),
-            sent: self.sent,
-            outbox: self.outbox.fork(),
-        }
     }
 
     fn hear(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {

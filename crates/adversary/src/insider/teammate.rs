@@ -15,7 +15,7 @@ use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Event};
-use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId, WorldId};
+use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId};
 use wire::session::SessionBody;
 use wire::setup::Setup;
 use wire::sign::Purpose;
@@ -36,7 +36,7 @@ use crate::schedule::stream;
 const MAX_SESSIONS: usize = 4;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct InsiderTeammate {
     origin: Instant,
     config: InsiderTeammateConfig,
@@ -89,27 +89,6 @@ impl InsiderTeammate {
             sent: 0,
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the insider for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            origin: self.origin,
-            config: self.config.clone(),
-            forwardings: self.forwardings.clone(),
-            boot: self.boot,
-            bounds: self.bounds,
-            voice: self.voice.fork(),
-            rng: self.rng.clone(),
-            ends: self.ends.clone(),
-            runs: self.runs.clone(),
-            tape: self.tape.clone(),
-            next_report: self.next_report,
-            next_grant: self.next_grant,
-            sent: self.sent,
-            outbox: self.outbox.fork(),
-        }
     }
 
     /// Draws from `seed` from now on.

@@ -6,7 +6,7 @@
 
 use ground_truth::Note;
 use wire::core::{Core, Input, Output};
-use wire::id::{PeerId, WorldId};
+use wire::id::PeerId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
@@ -15,7 +15,7 @@ use crate::outbox::Outbox;
 use crate::plan::{Direction, PlanError, SessionThiefConfig, Takeover};
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct SessionThief {
     certificate: PeerId,
     takeovers: Vec<Opening>,
@@ -37,14 +37,6 @@ impl SessionThief {
         let takeovers = config.takeovers.iter().map(opening).collect();
         let outbox = Outbox::new(setup, now);
         Ok(Self { certificate: config.certificate, takeovers, joined: false, first: Some(now), outbox })
-    }
-
-    /// Copy of the thief for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        let takeovers = self.takeovers.clone();
-        let (certificate, joined, first) = (self.certificate, self.joined, self.first);
-        Self { certificate, takeovers, joined, first, outbox: self.outbox.fork() }
     }
 
     /// Joins or leaves the broker at its time.

@@ -17,7 +17,7 @@ use crate::plan::{ClaimedMotion, Form};
 const POSE_AGE: Span = Span::ms(20);
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Voice {
     pub(super) key: Key,
     origin: Instant,
@@ -30,11 +30,6 @@ impl Voice {
     /// B's voice under `key`, standing at `place` at `now`.
     pub(super) fn new(key: Key, boot: Boot, place: ClaimedMotion, now: Instant) -> Self {
         Self { key, origin: now, place, boot, sequence: Sequence(0) }
-    }
-
-    /// Copy of the voice for a forked world.
-    pub(super) fn fork(&self) -> Self {
-        Self { key: self.key.fork(), origin: self.origin, place: self.place, boot: self.boot, sequence: self.sequence }
     }
 
     /// C's signed report in the form in which it is forwarded; `None` when it is unreadable.

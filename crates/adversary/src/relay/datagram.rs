@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use ground_truth::Action;
 use wire::core::{Core, Input, Output, Side};
-use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
@@ -26,7 +25,7 @@ const MAX_HELD: usize = 4096;
 const MAX_CAPTURED: usize = 4096;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct DatagramRelay {
     plan: Arc<[Timed<DatagramAction>]>,
     medium: Arc<Medium>,
@@ -72,25 +71,6 @@ impl DatagramRelay {
             tally: Tally::default(),
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the relay for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            plan: Arc::clone(&self.plan),
-            medium: Arc::clone(&self.medium),
-            started: self.started,
-            captures: self.captures,
-            openings: self.openings.clone(),
-            actors: self.actors.clone(),
-            held: self.held.clone(),
-            arrivals: self.arrivals,
-            captured: self.captured.clone(),
-            before: self.before.clone(),
-            tally: self.tally,
-            outbox: self.outbox.fork(),
-        }
     }
 
     /// Draws from `seed` from now on.

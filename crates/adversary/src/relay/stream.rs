@@ -11,7 +11,7 @@ use ground_truth::{Note, StreamEffect, StreamPlace};
 use rand_chacha::ChaCha8Rng;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::wire_hash;
-use wire::id::{SessionId, WorldId};
+use wire::id::SessionId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
@@ -27,7 +27,7 @@ const MAX_HELD_BYTES: usize = 1 << 20;
 const MAX_CONNECTIONS: usize = 64;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct StreamRelay {
     plan: Arc<[Timed<StreamAction>]>,
     medium: Arc<Medium>,
@@ -103,24 +103,6 @@ impl StreamRelay {
             tally: Tally::default(),
             outbox: Outbox::new(&setup, now),
         })
-    }
-
-    /// Copy of the relay for a forked world.
-    #[must_use]
-    pub fn fork(&self, _world: WorldId) -> Self {
-        Self {
-            plan: Arc::clone(&self.plan),
-            medium: Arc::clone(&self.medium),
-            started: self.started,
-            ends: self.ends.clone(),
-            openings: self.openings.clone(),
-            rngs: self.rngs.clone(),
-            strikes: self.strikes.clone(),
-            connections: self.connections.clone(),
-            cut: self.cut.clone(),
-            tally: self.tally,
-            outbox: self.outbox.fork(),
-        }
     }
 
     /// Draws from `seed` from now on.

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use link::input_journal::{self, Entry, JournalError};
 use wire::core::{Core, Input, Output, Topic};
-use wire::id::{Boot, NodeId, UnitId, WorldId};
+use wire::id::{Boot, NodeId, UnitId};
 use wire::setup::{Secret, Setup};
 use wire::time::{Instant, Span};
 
@@ -142,7 +142,7 @@ impl Player {
         let mut before = player.shown();
         while player.taken < player.turns.len() {
             if player.taken.is_multiple_of(APART) {
-                player.copies.push(player.console.fork(WorldId(0)));
+                player.copies.push(player.console.clone());
             }
             player.take();
             let after = player.shown();
@@ -198,7 +198,7 @@ impl Player {
         if due < self.taken {
             let copy = (due / APART).min(self.copies.len().saturating_sub(1));
             if let Some(console) = self.copies.get(copy) {
-                (self.console, self.taken) = (console.fork(WorldId(0)), copy * APART);
+                (self.console, self.taken) = (console.clone(), copy * APART);
             }
         }
         while self.taken < due {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use wire::core::{Core, Input};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::mode::Mode;
 use wire::person::Role;
 use wire::policy::{DisplayRule, Policy, Requirement, Waived};
@@ -245,7 +245,7 @@ fn json_values_carry_freshness_and_age() {
 fn a_fork_goes_on_as_the_original_does() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     bench.reports(Mode::Ready, Span::ms(300));
-    let mut fork = bench.console.fork(WorldId(2));
+    let mut fork = bench.console.clone();
     for _ in 0..20 {
         let time = bench.console.deadline().unwrap();
         assert_eq!(fork.deadline(), Some(time));

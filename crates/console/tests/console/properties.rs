@@ -13,7 +13,7 @@ use wire::codec;
 use wire::command::{CommandKind, IntentHash};
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Account, Event, Freshness, Interface};
-use wire::id::{Boot, RecordId, TrackId, UnitId, WorldId};
+use wire::id::{Boot, RecordId, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::person::Numbered;
 use wire::policy::Policy;
@@ -149,7 +149,7 @@ after_every_move! {
         let under_way = |shown: &Shown| {
             shown.commands.iter().any(|command| command.kind == CommandKind::Hold && command.under_way())
         };
-        let mut console = step.world.bench.console.fork(WorldId(1));
+        let mut console = step.world.bench.console.clone();
         let now = step.after.at;
         console.handle(now, &Input::Timeout);
         let pending = under_way(&console.shown(now));

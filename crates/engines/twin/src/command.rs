@@ -34,6 +34,7 @@ const HANDSHAKE: Micros = 3_000_000;
 const KEEP_ALIVE: Micros = link::mqtt::KEEP_ALIVE_S as Micros * 1_000_000;
 
 /// The relayed path and the nodes at its ends.
+#[derive(Clone)]
 pub(super) struct Relayed {
     /// End that dials.
     pub(super) client: NodeIndex,
@@ -56,10 +57,6 @@ impl Relayed {
     /// Node at the end at `side`.
     fn end(&self, side: Side, nodes: &[Node]) -> NodeId {
         if side == Side::Client { nodes[usize::from(self.client)].id } else { NodeId::BROKER }
-    }
-
-    pub(super) fn fork(&self) -> Self {
-        Self { ingress: self.ingress.fork(), stream: self.stream.clone(), ..*self }
     }
 }
 

@@ -19,6 +19,7 @@ use super::queue::{Micros, NodeIndex};
 /// The association of a datagram that belongs to none.
 pub const UNKNOWN_PEER: u32 = u32::MAX;
 /// The record filter in front of one node's sessions, as its own witness.
+#[derive(Clone)]
 pub(super) struct Guard {
     pub(super) id: NodeId,
     pub(super) journal: Journal,
@@ -51,10 +52,6 @@ impl Guard {
             kernel_dropped: 0,
             half_open: 0,
         }
-    }
-
-    pub(super) fn fork(&self) -> Guard {
-        Guard { journal: self.journal.fork(), ..*self }
     }
 }
 

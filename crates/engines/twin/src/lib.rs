@@ -211,7 +211,7 @@ impl Twin {
             let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{peer}") };
             let _ = broker.subscribe(peer, &filter);
         }
-        let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);
+        let key = |node: NodeId| assembly.witnesses.get(&node).cloned();
         let guard = |n: &Node| n.id.guard().map(|id| Guard::new(id, key(id)));
         let guards = assembly.nodes.iter().map(guard).collect();
         let (ingress, notes) = (key(command::BROKER_INGRESS), key(NodeId::CAMPAIGN));
@@ -279,17 +279,17 @@ impl Twin {
             clocks: self.clocks.clone(),
             associations: self.associations.clone(),
             pauses: self.pauses.clone(),
-            guards: self.guards.iter().map(|g| g.as_ref().map(Guard::fork)).collect(),
+            guards: self.guards.clone(),
             broker: self.broker.clone(),
-            commands: self.commands.as_ref().map(Relayed::fork),
+            commands: self.commands.clone(),
             delays: self.delays,
             processes: self.processes.clone(),
             disk: self.disk.clone(),
             cues: self.cues.clone(),
             latest: self.latest.clone(),
             log: Vec::new(),
-            journal: self.journal.fork(),
-            refusals: self.refusals.fork(),
+            journal: self.journal.clone(),
+            refusals: self.refusals.clone(),
             claims: self.claims.clone(),
             journals: self.journals.clone(),
             verified: self.verified.clone(),

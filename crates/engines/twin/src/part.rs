@@ -44,19 +44,20 @@ pub enum Part {
 }
 
 impl Part {
-    /// Copy of the part for a forked world. The one call site of every core's `fork`.
+    /// Copy of the part for a forked world. Of the cores only autonomy and perception know their world; only autonomy's
+    /// state forbids a clone, since a clone of its authority would be valid in two worlds.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Part {
         match self {
-            Part::Sim(core) => Part::Sim(Box::new(core.fork(world))),
+            Part::Sim(core) => Part::Sim(core.clone()),
             Part::Perception { core, rendered } => {
                 Part::Perception { core: Box::new(core.fork(world)), rendered: *rendered }
             }
             Part::Autonomy(core) => Part::Autonomy(Box::new(core.fork(world))),
-            Part::Gateway(core) => Part::Gateway(Box::new(core.fork(world))),
-            Part::Console(core) => Part::Console(Box::new(core.fork(world))),
-            Part::Recorder(core) => Part::Recorder(Box::new(core.fork())),
-            Part::Adversary(core) => Part::Adversary(core.fork(world)),
+            Part::Gateway(core) => Part::Gateway(core.clone()),
+            Part::Console(core) => Part::Console(core.clone()),
+            Part::Recorder(core) => Part::Recorder(core.clone()),
+            Part::Adversary(core) => Part::Adversary(core.clone()),
             Part::Following(along) => Part::Following(Box::new(along.fork(world))),
         }
     }

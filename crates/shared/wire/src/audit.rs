@@ -66,7 +66,7 @@ impl<E> Entry<E> {
 }
 
 /// A node's own chain.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Journal {
     node: NodeId,
     boot: Boot,
@@ -80,13 +80,6 @@ impl Journal {
     /// An empty chain; with a key, it is signed once a second.
     pub fn new(node: NodeId, boot: Boot, key: Option<Key>) -> Self {
         Self { node, boot, counter: 0, head: [0; 32], key, signed: None }
-    }
-
-    /// Copy of the chain for a forked world.
-    #[must_use]
-    pub fn fork(&self) -> Journal {
-        let key = self.key.as_ref().map(Key::fork);
-        Journal { node: self.node, boot: self.boot, counter: self.counter, head: self.head, key, signed: self.signed }
     }
 
     /// Appends `event` and queues it, with a signature over the chain when one is due.
@@ -245,7 +238,7 @@ pub struct SealedHead {
 }
 
 /// The recorder's core: follows every chain, seals four times a second and reports it on the bus. `E` is any event that it is sent.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Recorder<E = Event> {
     chains: Chains,
     entries: u64,
@@ -268,21 +261,6 @@ impl<E> Recorder<E> {
             seals: Sender::new(Topic::Seals, NodeId::RECORDER, boot, seals),
             next: now + SEAL_PERIOD,
             out: std::collections::VecDeque::new(),
-            follows: PhantomData,
-        }
-    }
-
-    /// Copy of the recorder for a forked world.
-    #[must_use]
-    pub fn fork(&self) -> Recorder<E> {
-        Recorder {
-            chains: self.chains.clone(),
-            entries: self.entries,
-            head: self.head,
-            journal: self.journal.fork(),
-            seals: self.seals.clone(),
-            next: self.next,
-            out: self.out.clone(),
             follows: PhantomData,
         }
     }

@@ -55,6 +55,7 @@ impl Purpose {
 }
 
 /// A node's own signing key. Neither printed nor copied about.
+#[derive(Clone)]
 pub struct Key {
     signing: Arc<SigningKey>,
     verifier: Option<SharedVerifier>,
@@ -90,12 +91,6 @@ impl Key {
             payload: <&ByteSlice>::from(payload),
             signature: <&ByteSlice>::from(&signature[..]),
         })
-    }
-
-    /// A second handle on the same key, for a forked world.
-    #[must_use]
-    pub fn fork(&self) -> Key {
-        Key { signing: self.signing.clone(), verifier: self.verifier.clone() }
     }
 }
 
