@@ -285,8 +285,7 @@ fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
          person under its own name should be borne out, a decoy or obstacle that is called a vehicle found out. *Heated fakes* are decoys \
          and obstacles heated as in training, on frames of their own. A cell has share/n and Wilson's interval, 95 %.\n\n{table}\n\
          **Not for** a decoy that is warm where a vehicle is, which it takes for one (`decoy_warm`).\n",
-        made.bytes,
-        made.sha256,
+        made.bytes, made.sha256,
     )
 }
 
