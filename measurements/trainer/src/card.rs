@@ -202,7 +202,8 @@ fn manifest(
 }
 
 fn card(sensors: &Sensors, made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
-    let Made { bytes, sha256, training, .. } = made;
+    let Made { bytes, sha256, .. } = made;
+    let frames = rows.first().map_or(0, |row| row.frames);
     let (height, attacks) = if sensors == &Sensors::GROUND {
         (String::new(), "How it fares under attack is in `robustness.md` and `prints.md`.")
     } else {
@@ -217,18 +218,17 @@ fn card(sensors: &Sensors, made: &Made, rows: &[Quality], points: &str, runtime:
          A single-shot convolutional detector, 160 × 120 RGB to a grid of cells of objectness, four classes (vehicle, \
          person, decoy, obstacle) and a box. {bytes} bytes, SHA-256 `{sha256}`.\n\n\
          **Made by** `trainer train`, `refine`, `harden`, `calibrate` and `measure` from rendered frames of the cells marked as learnt in \
-         `measurements/dataset/cells.toml`{height}:\n\n{}\n\
-         **Measured** through `{runtime}` on frames that nothing was learnt from: seeds held out, and *novel* shapes, paints \
-         and grounds; cells marked * are conditions that nothing was learnt from. An object counts from 3 columns, 6 rows \
-         and 20 pixels. mAP is the mean average precision at an intersection over union of 0.5, with its 95 % bootstrap interval over \
-         frames; ECE the expected calibration error of scores from the threshold in force ({} permille); thermal is the \
-         balanced accuracy of the thermal veto with true boxes. Corroborated: sightings of single frames that nothing \
-         vetoes, right within 2 m of an object of their class; the error is the root mean square of those.\n\n{}\n\
-         **The threshold** beside others, on {TUNING} tuning frames of each cell that is learnt from, which nothing above is measured \
-         on.\n\n{points}\n\
-         **Not for** anything but this simulation. It knows one camera, one sun and the paints of these classes; \
-         nothing here says how it would do on a photograph. {attacks}\n",
-        rounds(training),
+         `measurements/dataset/cells.toml`{height}; rounds and hashes of the data are in `training.toml`.\n\n\
+         **Measured** through `{runtime}` on {frames} frames of each cell that were not learnt from: seeds held out, and *novel* shapes, paints \
+         and grounds; cells marked * are conditions that were not learnt from. An object counts from 3 columns, 6 rows \
+         and 20 pixels. mAP: mean average precision at an intersection over union of 0.5, 95 % bootstrap interval over \
+         frames; ECE: expected calibration error of scores from the threshold in force ({} permille); thermal: \
+         balanced accuracy of the thermal veto with true boxes. Corroborated: sightings of single frames without a \
+         veto, right within 2 m of an object of their class; error: their root mean square.\n\n{}\n\
+         **The threshold** beside others, on {TUNING} tuning frames of each learnt cell, none of them measured \
+         above.\n\n{points}\n\
+         **Not for** anything but this simulation. It knows one camera, one sun and the paints of these classes, \
+         and no photograph. {attacks}\n",
         CorroborationLimits::default().score,
         table(rows),
     )
@@ -242,14 +242,13 @@ fn fused_card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> Str
          **Made by** `trainer train`, `refine` and `calibrate fused` from rendered frames of the cells marked as learnt in `measurements/dataset/cells.toml`, a third of \
          their decoys and obstacles heated evenly; from the second round on half of the decoys are painted like vehicles, and a third bears patterns of \
          heat, half of those with a shifted coat. Planes are made worse at random: noise, haze, faint warmth, depth that ends early, a \
-         sense that is missing (`measurements/trainer/src/worse.rs`).\n\n{}\n\
+         sense that is missing (`measurements/trainer/src/worse.rs`); rounds and hashes of the data are in `fused-training.toml`.\n\n\
          **Measured** by its own proposals, and corroborated with the colour detector's disputes (`perception::fused`), through `{runtime}`, as the colour \
          detector's card says.\n\n{}\n\
-         **The threshold** beside others, on {TUNING} tuning frames of each cell that is learnt from.\n\n{points}\n\
+         **The threshold** beside others, on {TUNING} tuning frames of each learnt cell.\n\n{points}\n\
          **Not for** anything but this simulation. How it fares under attack is in `docs/researcher/perception.md`.\n",
         made.bytes,
         made.sha256,
-        rounds(&made.training),
         table(rows),
     )
 }
@@ -261,7 +260,7 @@ fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
     );
     let share = |k: u32, n: u32| {
         let [low, high] = wilson(k, n);
-        format!("{:.3} ({low:.3} to {high:.3}) of {n}", f64::from(k) / f64::from(n.max(1)))
+        format!("{:.3}/{n} ({low:.3}–{high:.3})", f64::from(k) / f64::from(n.max(1)))
     };
     for (row, warm) in rows.iter().zip(warm) {
         let (claims, mark) = (&row.claims, if row.learnt { "" } else { " *" });
@@ -281,14 +280,12 @@ fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
          obstacle. {} bytes, SHA-256 `{}`.\n\n\
          **Made by** `trainer train thermal`, `calibrate thermal` and `measure` from rendered frames of the learnt cells, in which a third of decoys \
          and obstacles are heated evenly, to between 8 and 45 K above the ground, and in rounds with patterns (`trainer harden thermal`) \
-         another third field by field:\n\n{}\n\
-         **Measured** with true boxes on frames that nothing was learnt from, cells marked * conditions that nothing was learnt from. A vehicle or \
+         another third field by field; rounds and hashes of the data are in `thermal-training.toml`.\n\n\
+         **Measured** with true boxes on frames that were not learnt from; cells marked * are conditions that were not learnt from. A vehicle or \
          person under its own name should be borne out, a decoy or obstacle that is called a vehicle found out. *Heated fakes* are decoys \
-         and obstacles heated as in training, on frames of their own. Intervals are Wilson's, 95 %.\n\n{table}\n\
-         **Not for** a decoy that is warm where a vehicle is: nothing here tells it from one (`decoy_warm`).\n",
-        made.bytes,
-        made.sha256,
-        rounds(&made.training),
+         and obstacles heated as in training, on frames of their own. A cell has share/n and Wilson's interval, 95 %.\n\n{table}\n\
+         **Not for** a decoy that is warm where a vehicle is, which it takes for one (`decoy_warm`).\n",
+        made.bytes, made.sha256,
     )
 }
 
@@ -307,24 +304,10 @@ fn points(stages: &Stages) -> Result<String, Box<dyn std::error::Error>> {
     Ok(table)
 }
 
-fn rounds(training: &Training) -> String {
-    let head = "| round | seed | steps | batch | hardened | frames | objects | processor time, min | data, SHA-256 | cells, SHA-256 |\n\
-                |---|---|---|---|---|---|---|---|---|---|\n";
-    let row = |(k, r): (usize, &Round)| {
-        let (data, cells) = (&r.data_sha256, &r.cells_sha256);
-        let hardened = if r.patterns > 0 { format!("{} patterns", r.patterns) } else { r.hardened.to_string() };
-        let [seed, steps, batch, frames, objects, minutes] =
-            [r.seed, r.steps, r.batch, r.frames, r.objects, r.cpu_minutes].map(|n| n.to_string());
-        let counts = [seed, steps, batch, hardened, frames, objects, minutes].join(" | ");
-        format!("| {} | {counts} | `{data}` | `{cells}` |\n", k + 1)
-    };
-    training.round.iter().enumerate().map(row).fold(head.to_owned(), |all, row| all + &row)
-}
-
 fn table(rows: &[Quality]) -> String {
     let mut table = format!(
-        "| split | cell | n | objects | mAP | {} | ECE | thermal | corroborated recall | precision | error, m |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "| split | cell | objects | mAP | {} | ECE | thermal | corroborated recall | precision | error, m |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         Class::ALL.map(Class::name).join(" | ")
     );
     for row in rows {
@@ -332,11 +315,10 @@ fn table(rows: &[Quality]) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(
             table,
-            "| {} | {}{} | {} | {} | **{:.3}** ({:.3} to {:.3}) | {} | {:.3} | {} | {:.3} | {:.3} | {:.2} |",
+            "| {} | {}{} | {} | **{:.3}** ({:.3}–{:.3}) | {} | {:.3} | {} | {:.3} | {:.3} | {:.2} |",
             row.split,
             row.cell,
             if row.learnt { "" } else { " *" },
-            row.frames,
             row.objects,
             row.mean_average_precision,
             row.interval[0],

@@ -320,10 +320,10 @@ fn row(knows: Knows, strength: (u8, u8), tally: &Tally) -> String {
         let fails = if judged && low > FAILS { "**" } else { "" };
         let percent = 100.0 * f64::from(k) / f64::from(tally.views.max(1));
         // Writing to a String cannot fail.
-        let _ = write!(row, " {fails}{percent:.1} %{fails} ({:.1} to {:.1}) |", 100.0 * low, 100.0 * high);
+        let _ = write!(row, " {fails}{percent:.1}{fails} ({:.1}–{:.1}) |", 100.0 * low, 100.0 * high);
     }
     for (views, standing) in tally.by_aspect {
-        let _ = write!(row, " {standing} of {views} |");
+        let _ = write!(row, " {standing}/{views} |");
     }
     row + "\n"
 }
@@ -345,7 +345,7 @@ fn text(own_pair: &Pair, other: &Pair, views: usize, rows: &str) -> String {
          vehicle after corroboration is kept, and judged on {views} others, rendered with it in the scene. *Called*: by the detector alone. *Warm*: \
          borne out by the thermal stage alone. *Stands*: as a vehicle after corroboration in a single frame, with the same print heated evenly \
          to the same bound, and as made; of the latter, how many of those that show an end, a corner and a long side (thirds of a quarter turn). In bold what is above {:.0} % with 95 % confidence. The other pair is `{:.12}` and `{:.12}`. Strengths, design \
-         strength, steps and views were fixed before the first was made. Intervals are Wilson's, 95 %.\n\n\
+         strength, steps and views were fixed before the first was made. Shares in per cent, with Wilson's intervals, 95 %.\n\n\
          | attacker knows | coat, of 255 | heat, K | called a vehicle | warm like one | stands, heated evenly | stands, as made | end | corner | side |\n\
          |---|---|---|---|---|---|---|---|---|---|\n{rows}",
         own_pair.colour.sha256,

@@ -160,7 +160,7 @@ fn row(goal: Goal, strength: u8, tally: &Tally) -> String {
     {
         let [low, high] = wilson(k, n);
         // Writing to a String cannot fail.
-        let _ = write!(row, " {k} of {n} ({:.0} to {:.0} %) |", 100.0 * low, 100.0 * high);
+        let _ = write!(row, " {k}/{n} ({:.0}–{:.0}) |", 100.0 * low, 100.0 * high);
     }
     row + "\n"
 }
@@ -170,11 +170,11 @@ fn page(sha256: &str, frames: u64, rows: &str) -> String {
         "# The colour detector under attack\n\n\
          Written by `trainer pixels` for the model with SHA-256 `{sha256}`: projected gradient descent with the model's own weights, \
          {STEPS} steps, each byte of the colour image changed by at most the strength (of 255), on {frames} held-out frames of the \
-         cells that were learnt from. The strengths were fixed before anything was measured. *Found*: objects detected under their \
+         cells that were learnt from. Strengths were fixed before measuring. *Found*: objects detected under their \
          own class. *Called vehicles*: decoys, by the detector alone. *Stand as vehicles*: decoys that corroboration with depth, \
-         LiDAR and thermal leaves standing as vehicles in a single frame; those three modalities are not attacked. Intervals are \
-         Wilson's, 95 %.\n\n\
+         LiDAR and thermal, which are not attacked, leaves standing as vehicles in a single frame. Intervals are Wilson's, \
+         95 %, in per cent.\n\n\
          | attack | strength | found | decoys called vehicles | decoys that stand as vehicles |\n|---|---|---|---|---|\n{rows}\n\
-         An attacker who also warms the decoy is `decoy_warm`: then nothing stands against it.\n"
+         An attacker who also warms the decoy is `decoy_warm`.\n"
     )
 }

@@ -214,7 +214,7 @@ fn row(means: Means, knows: Knows, strength: u8, tally: &Tally) -> String {
         let [low, high] = wilson(k, tally.views);
         let percent = 100.0 * f64::from(k) / f64::from(tally.views.max(1));
         // Writing to a String cannot fail.
-        let _ = write!(row, " {percent:.1} % ({:.1} to {:.1}) |", 100.0 * low, 100.0 * high);
+        let _ = write!(row, " {percent:.1} ({:.1}–{:.1}) |", 100.0 * low, 100.0 * high);
     }
     row + "\n"
 }
@@ -236,8 +236,8 @@ fn page(means: Means, own_victim: &Victim, other: &Victim, views: usize, rows: &
          views to have it called a vehicle and judged on {views} others. Strength: by how much \
          of 255 a channel is shifted at most. *Called*: by the detector alone. *Stands*: as a vehicle after \
          corroboration in a single frame, with the decoy as cold as the ground or as warm as a vehicle. The other model is \
-         `{:.12}`. Strengths, design strength, steps and views were fixed before the first was made. Intervals are Wilson's, \
-         95 %.\n\n\
+         `{:.12}`. Strengths, design strength, steps and views were fixed before the first was made. Shares in per cent, \
+         with Wilson's intervals, 95 %.\n\n\
          | attacker knows | strength | called decoy | called vehicle | stands, cold | stands, heated |\n|---|---|---|---|---|---|\n{rows}",
         own_victim.sha256,
         means.name(),
