@@ -17,6 +17,7 @@ const MADE_OF: [&str; 34] = [
     "crates/shared/wire/src",
     "crates/guests/guest/src",
     "crates/guests/guest-client/src",
+    "crates/shared/config/src",
     "crates/shared/sandbox/services.toml",
     "crates/shared/sandbox/src",
     "crates/guests/confine/src",

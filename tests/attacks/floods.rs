@@ -2,6 +2,7 @@
 //!
 //! The two real cores, joined by the channels that they share; time is virtual, so the rate is exact.
 
+use config::setup::{Channel, Setup};
 use console::shown::Shown;
 use console::{Console, ConsoleConfig};
 use gateway::{Gateway, GatewayConfig};
@@ -15,8 +16,8 @@ use wire::id::{Boot, NodeId, PeerId, SessionId, UnitId, WorldId};
 use wire::person::Role;
 use wire::policy::Policy;
 use wire::refusal::Reason;
-use wire::setup::{Channel, Secret, Setup};
 use wire::sign::Key;
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 /// Refusals in a second of the flood.

@@ -3,12 +3,12 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about one note")]
 
 use adversary::AdversaryConfig;
+use config::platform::{Body, Limits, Sensors, Vehicle};
 use ground_truth::{Any, Note};
 use holdsafe_tests::on_platform;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use topology::{MemberRole, RunSecret, Topology, lay_out};
-use wire::platform::{Body, Limits, Sensors, Vehicle};
 use wire::time::Span;
 
 /// Scenarios that state classes on the courier.

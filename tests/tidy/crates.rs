@@ -9,14 +9,16 @@ use super::{CORES, root, sources};
 
 /// Crates that a service may know: it is a core and a process around it, and the process is of `link`. Not `ground_truth`: no service
 /// has a name for an attack, a fault or the truth.
-const SERVICE: &[&str] = &["wire", "link"];
+const SERVICE: &[&str] = &["wire", "config", "link"];
 
 /// Crates that parts of the instrument may know which run like services, and the broker, whose ingress is observed.
-const OBSERVED: &[&str] = &["wire", "ground_truth", "link"];
+const OBSERVED: &[&str] = &["wire", "config", "ground_truth", "link"];
 
 /// Every crate with our crates that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 32] = [
+const MAY_KNOW: [(&str, &[&str]); 33] = [
     ("wire", &[]),
+    // What a core is made of: it crosses no link.
+    ("config", &["wire"]),
     // A process's own confinement.
     ("sandbox", &[]),
     // Programs of others: the pure part, and their processes.
@@ -27,32 +29,44 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
     ("parallel", &[]),
     ("stats", &[]),
     ("ground_truth", &["wire"]),
-    ("link", &["wire", "ground_truth", "sandbox"]),
+    ("link", &["wire", "config", "ground_truth", "sandbox"]),
     // Orbits and attitudes: pure functions, with no message of ours.
     ("spacecraft", &[]),
-    ("sim", &["wire", "ground_truth", "link", "spacecraft"]),
-    ("perception", &["wire", "link", "spacecraft"]),
+    ("sim", &["wire", "config", "ground_truth", "link", "spacecraft"]),
+    ("perception", &["wire", "config", "link", "spacecraft"]),
     ("autonomy", SERVICE),
     ("gateway", SERVICE),
     ("broker", OBSERVED),
     ("adversary", OBSERVED),
     ("console", SERVICE),
     ("export", &["wire", "ground_truth", "sim", "perception"]),
-    ("evidence", &["wire", "ground_truth", "link"]),
+    ("evidence", &["wire", "config", "ground_truth", "link"]),
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "ground_truth", "evidence"]),
     ("explain", &["wire", "ground_truth", "evidence"]),
     (
         "scenario",
-        &["wire", "guest", "ground_truth", "spacecraft", "sim", "perception", "adversary", "parallel", "evidence"],
+        &[
+            "wire",
+            "config",
+            "guest",
+            "ground_truth",
+            "spacecraft",
+            "sim",
+            "perception",
+            "adversary",
+            "parallel",
+            "evidence",
+        ],
     ),
     // Other people's recordings before the product's own guards: no run, no judge.
-    ("assess", &["wire", "autonomy", "scenario"]),
+    ("assess", &["wire", "config", "autonomy", "scenario"]),
     (
         "topology",
         &[
             "guest",
             "wire",
+            "config",
             "ground_truth",
             "sim",
             "perception",
@@ -70,6 +84,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
         &[
             "guest",
             "wire",
+            "config",
             "ground_truth",
             "link",
             "sim",
@@ -138,6 +153,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "confine",
             "sandbox",
             "wire",
+            "config",
             "link",
             "perception",
             "parallel",
@@ -161,6 +177,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "confine",
             "sandbox",
             "wire",
+            "config",
             "link",
             "sim",
             "perception",

@@ -57,7 +57,8 @@ fn is_process(file: &str) -> bool {
     file.contains("/process/") || process.iter().chain(&live_broker).any(|end| file.ends_with(end))
 }
 
-const CORES: [&str; 8] = ["wire", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"];
+const CORES: [&str; 9] =
+    ["wire", "config", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"];
 
 #[test]
 fn no_core_knows_clock_socket_tokio_or_link() {

@@ -12,13 +12,14 @@ use std::time::{Duration, Instant};
 use adversary::AdversaryConfig;
 use adversary::plan::{DatagramRelayConfig, StreamRelayConfig};
 use adversary::process::ProcessConfig;
+use config::setup::Setup;
 use link::clock::HostClock;
 use link::loopback::LoopbackAddr;
 use link::spec::{RelayLeg, RelaySpec, ServiceSpec};
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Policy;
-use wire::setup::{Secret, Setup};
+use wire::sign::Secret;
 
 const BLOCKS: usize = 20;
 const TRIPS: usize = 200;

@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
+use config::setup::Setup;
 use ground_truth::{Action, Note};
 use minicbor::Encode;
 use wire::audit::Journal;
 use wire::core::{Input, Output, Side};
 use wire::event::{Event, wire_hash};
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use crate::opening::Opening;

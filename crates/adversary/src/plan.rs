@@ -5,10 +5,10 @@
 //! attack: a passive adversary in the path. Turning a scenario into plans is left to `topology`; the effect of
 //! an action on bytes, to `relay` and `insider`.
 
+use config::setup::NoChannel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
-use wire::setup::NoChannel;
 
 mod broker;
 mod gateway;

@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
+use config::setup::Setup;
 use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
-use wire::setup::Setup;
 
 use crate::{Adversary, AdversaryConfig};
 

@@ -1,7 +1,7 @@
 //! One type over the roles, for those who run an adversary without caring which.
 
+use config::setup::Setup;
 use wire::core::{Core, Input, Output};
-use wire::setup::Setup;
 use wire::time::Instant;
 
 use crate::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue, SessionThief};

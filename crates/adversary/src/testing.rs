@@ -1,12 +1,13 @@
 //! Helpers of this crate's tests: a setup, and a turn of a core.
 
+use config::setup::Setup;
 use ground_truth::{Action, Any, Entry, Note};
 use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output};
 use wire::event::{Account, Event};
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Policy;
-use wire::setup::{Secret, Setup};
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 pub(crate) fn setup(node: NodeId, secret: u8) -> Setup {

@@ -1,12 +1,12 @@
 //! Configuration of an autonomy core: its mission and its surroundings. World frame, millimetres.
 
+use config::contact::Contacts;
+use config::platform::Limits;
+use config::setup::{NoChannel, Setup};
 use serde::{Deserialize, Serialize};
-use wire::contact::Contacts;
 use wire::id::{NODES, NodeId, PeerId, UnitId};
-use wire::platform::Limits;
 use wire::roster::RosterError;
 use wire::session::MAX_TEAMMATES;
-use wire::setup::{NoChannel, Setup};
 use wire::time::Span;
 use wire::trust::Validity;
 

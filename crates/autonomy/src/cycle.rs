@@ -1,5 +1,6 @@
 //! Periodic work of the core: judge the guards, step the machine, drive, report; and the ways in which a step's effects leave it.
 
+use config::platform::Aloft;
 use wire::codec;
 use wire::command::CommandKind;
 use wire::core::{Output, Subject, Topic};
@@ -8,7 +9,6 @@ use wire::event::{Account, Event};
 use wire::id::TrackId;
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Mode};
-use wire::platform::Aloft;
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
 use wire::session::SessionBody;

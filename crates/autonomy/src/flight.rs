@@ -3,8 +3,8 @@
 //! Direction and speed are `navigation`'s, as on wheels: the unit goes ahead and turns. Standing still is no rest there, so rest is a motion that
 //! the plant has by itself.
 
+use config::platform::Aloft;
 use wire::drive::SetPoint;
-use wire::platform::Aloft;
 
 use crate::extent::Extent;
 use crate::geofence::{Motion, Point};

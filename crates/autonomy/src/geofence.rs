@@ -4,9 +4,9 @@
 //! began to brake one reaction time from now. Both have to keep the margin. The response to a breach is left to
 //! `transition`, keeping clear of one to `navigation`.
 
+use config::platform::Limits;
 use wire::bounds::Bounds;
 use wire::mode::Because;
-use wire::platform::Limits;
 
 /// A point in the world frame: millimetres east, millimetres north.
 pub type Point = (f64, f64);

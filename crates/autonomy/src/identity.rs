@@ -1,12 +1,12 @@
 //! Constants of a core's life: its identity, the keys it knows, and the rules in force.
 
+use config::platform::Limits;
+use config::setup::Setup;
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::mode::Guards;
-use wire::platform::Limits;
 use wire::policy::Policy;
 use wire::roster::RosterError;
-use wire::setup::Setup;
 use wire::sign::{Key, Keyring};
 
 use crate::config::AutonomyConfig;

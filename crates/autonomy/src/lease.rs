@@ -5,7 +5,7 @@
 //! more. Only another grant extends a lease, so a stop never has to cross a failed link. Near the end of a planned contact a lease may span the
 //! time to the next one: by the unit's own plan, whatever the grant says.
 
-use wire::contact::Contacts;
+use config::contact::Contacts;
 use wire::mode::Because;
 use wire::report::ReportedContact;
 use wire::time::{Age, Instant, Span};
@@ -56,7 +56,7 @@ impl Lease {
 
 #[cfg(test)]
 mod tests {
-    use wire::contact::Contact;
+    use config::contact::Contact;
 
     use super::*;
 

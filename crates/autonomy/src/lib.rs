@@ -59,6 +59,8 @@ pub mod turn;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use ::config::platform::Limits;
+use ::config::setup::Setup;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use wire::account::Accounts;
@@ -70,9 +72,7 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::event::Event;
 use wire::id::{Nonce, Sequence};
 use wire::mode::Mode;
-use wire::platform::Limits;
 use wire::policy::Waived;
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Windows};
 

@@ -24,10 +24,10 @@ mod drift;
 mod height;
 mod receiver;
 
+use config::platform::Limits;
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Guards};
 use wire::motion::{ReportedMotion, Spatial};
-use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
 use wire::time::{Instant, Span};

@@ -4,8 +4,8 @@
 //! speed is the lowest of the limits of the mode, the curve, the end of the way, the obstacles seen
 //! ahead, the fence, and the shell. World frame, millimetres; curvature in 1/mm, positive to the left.
 
+use config::platform::Limits;
 use wire::bounds::Bounds;
-use wire::platform::Limits;
 
 use crate::geofence::{Geofence, Motion, Point, distance, nearest_on};
 use crate::grid::Keepout;

@@ -6,6 +6,7 @@
 //! fails drives no more: guarded the unit is stopped, bare the lease of the last set-point ends at the plant. The process, its limits and the form of
 //! its messages are left to others; here are only requests and answers.
 
+use config::setup::Setup;
 use wire::codec::{self, List, Text};
 use wire::core::Output;
 use wire::event::Event;
@@ -15,7 +16,6 @@ use wire::guest::{
 };
 use wire::mode::Mode;
 use wire::sensor::Navigation;
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use crate::config::GuestConfig;

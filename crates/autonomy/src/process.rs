@@ -3,11 +3,11 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use config::setup::Setup;
 use link::drive::Attendant;
 use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use wire::setup::Setup;
 
 use crate::{Autonomy, AutonomyConfig};
 

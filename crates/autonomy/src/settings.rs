@@ -4,8 +4,8 @@
 //! the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
 //! Derived in `docs/reference/bounds.md`. In which mode settings may change is left to `transition`.
 
+use config::platform::Limits;
 use wire::bounds::Bounds;
-use wire::platform::Limits;
 use wire::refusal::Refusal;
 use wire::settings::Settings;
 

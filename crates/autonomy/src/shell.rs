@@ -7,8 +7,8 @@
 //! back: at no moment of that may the two meet. Past a person who stands it goes so slowly that it stands before they meet if that one walks off, or creeps. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
 //! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
 
+use config::platform::Limits;
 use wire::bounds::Bounds;
-use wire::platform::Limits;
 
 use crate::extent::Extent;
 use crate::geofence::Motion;

@@ -107,8 +107,8 @@ impl Back {
 
 #[cfg(test)]
 mod tests {
+    use config::platform::Limits;
     use wire::bounds::Bounds;
-    use wire::platform::Limits;
 
     use super::*;
     use crate::extent::Extent;

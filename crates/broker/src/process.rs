@@ -22,8 +22,8 @@ use wire::core::Output;
 use wire::event::Event as Audited;
 use wire::id::NodeId;
 use wire::policy::Requirement;
-use wire::setup::Secret;
 use wire::sign::Key;
+use wire::sign::Secret;
 
 use crate::audit::audited;
 use crate::gate::Event;

@@ -6,10 +6,10 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+use config::suite::Suite;
 use wire::id::{PeerId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::person::{Alarm, Order};
-use wire::suite::Suite;
 use wire::time::Instant;
 
 use crate::alarm::{self, Priority};

@@ -3,6 +3,7 @@
 //! The same list greys a control out, is named beside it, and is judged when the act comes. It follows from the shown
 //! values alone. It spares the operator an order that would be refused; refusing it is left to unit and gateway.
 
+use config::suite::Suite;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::id::{TrackId, UnitId};
@@ -10,7 +11,6 @@ use wire::measured::{Limit, Measured};
 use wire::mode::{Guard, Mode};
 use wire::person::{Order, Role, Unable};
 use wire::sensor::{Modalities, Modality};
-use wire::suite::Suite;
 use wire::time::Span;
 
 use crate::shown::{Shown, ShownUnit, State};

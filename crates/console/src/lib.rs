@@ -42,6 +42,7 @@ pub mod watch;
 
 use std::collections::VecDeque;
 
+use config::setup::{NoChannel, Setup};
 use serde::{Deserialize, Serialize};
 use wire::account::Accounts;
 use wire::audit::Journal;
@@ -54,7 +55,7 @@ use wire::id::{NodeId, PeerId, UnitId};
 use wire::person::Role;
 use wire::refusal::Refusal;
 use wire::roster::RosterError;
-use wire::setup::{NoChannel, Secret, Setup};
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 use crate::display::{REPEAT, Witness};

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use config::suite::Suite;
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
 use wire::command::ReportHash;
@@ -15,7 +16,6 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
-use wire::suite::Suite;
 use wire::time::{Age, Instant, PeerStamp, Span};
 use wire::trust::{Accepted, Bearer, SignedReport};
 

@@ -3,9 +3,9 @@
 //! A view, as [`text`](crate::text) is: it decides and computes no age. Each value that ages is in an object with its
 //! freshness and its age. The lists come from [`Shown`], with its bounds.
 
+use config::suite::Suite;
 use serde_json::{Value, json};
 use wire::report::ReportedTrack;
-use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::age::{AgeLimits, Labelled};

@@ -8,9 +8,9 @@ pub mod window;
 
 use std::process::ExitCode;
 
+use config::setup::Setup;
 use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
-use wire::setup::Setup;
 
 use crate::site::Site;
 use crate::{Console, ConsoleConfig};

@@ -3,6 +3,7 @@
 //! Its recorded outputs are fed back ([`Console::apply_output`]): the challenges it made, so that ages are reproduced, the commands it gave and the
 //! act that each answered. So a run can be viewed again without a secret, and no signing is possible meanwhile.
 
+use config::setup::Setup;
 use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::bus::{HEADER_LEN, TAG_LEN};
@@ -10,7 +11,6 @@ use wire::codec;
 use wire::command::{Confirmation, Intent, MAX_ORDER, Request};
 use wire::core::{Output, Topic};
 use wire::event::Event;
-use wire::setup::Setup;
 use wire::sign::Signed;
 use wire::time::Instant;
 use wire::trust::Revocation;

@@ -5,6 +5,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use config::suite::Suite;
 use wire::bounds::Bounds;
 use wire::command::{CommandKind, IntentHash, ReportHash};
 use wire::event::Freshness;
@@ -18,7 +19,6 @@ use wire::refusal::Reason;
 use wire::report::{ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
 use wire::settings::Settings;
-use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::act::{Answer, Prepared};

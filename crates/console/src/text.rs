@@ -4,11 +4,11 @@
 
 use std::fmt::Write;
 
+use config::suite::Suite;
 use wire::bounds::Bounds;
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
 use wire::sensor::{Modalities, Modality};
-use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::act::Answer;

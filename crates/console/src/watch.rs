@@ -6,7 +6,7 @@
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
 use wire::id::{Boot, Nonce};
-use wire::setup::Secret;
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 /// Time of the next challenge, and the secret it is drawn from.

@@ -13,6 +13,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicI64, Ordering};
 
+use config::setup::{Channel, Setup};
 use gateway::fanout::Interest;
 use gateway::{Gateway, GatewayConfig};
 use link::clock::thread_cpu_us;
@@ -28,7 +29,7 @@ use wire::policy::Policy;
 use wire::report::Report;
 use wire::sensor::{Pose, ProductMode};
 use wire::session::{MAX_SESSION_MESSAGE, MAX_TEAMMATES, SESSION_VERSION, SessionBody, SessionMessage};
-use wire::setup::{Channel, Secret, Setup};
+use wire::sign::Secret;
 use wire::sign::{Key, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 

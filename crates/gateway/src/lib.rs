@@ -19,13 +19,14 @@ mod telemetry;
 
 use std::collections::VecDeque;
 
+use config::contact::Contacts;
+use config::setup::{NoChannel, Setup};
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 use wire::account::Accounts;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
-use wire::contact::Contacts;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
@@ -33,7 +34,6 @@ use wire::id::{Boot, NodeId, Nonce, PeerId, UnitId};
 use wire::policy::Policy;
 use wire::refusal::Refusal;
 use wire::roster::RosterError;
-use wire::setup::{NoChannel, Setup};
 use wire::sign::Keyring;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Validity};

@@ -3,8 +3,8 @@
 //! The networks that ship and their manifests are compiled in; an edit to either is refused at start. Reading a model from
 //! a file is the process's business.
 
+use config::platform::Sensors;
 use sha2::{Digest, Sha256};
-use wire::platform::Sensors;
 use wire::sensor::Camera;
 
 /// The largest model, bytes: eight million weights of four bytes; the smallest size of the common detectors has three, the next eleven.

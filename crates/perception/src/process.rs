@@ -10,9 +10,9 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use config::setup::Setup;
 use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
-use wire::setup::Setup;
 
 use crate::brought::Brought;
 use crate::detector::{Detector, DetectorError};

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
+use config::platform::Sensors;
 use wire::codec::List;
-use wire::platform::Sensors;
 use wire::sensor::{Candidates, Detection, Frames, ProductMode};
 
 use crate::detector::{Detector, DetectorError};

@@ -1,5 +1,6 @@
 //! The core fed with synthetic candidates over sealed messages, as the twin feeds it.
 
+use config::setup::Channel;
 use wire::bounds::Bounds;
 use wire::bus::ChannelKey;
 use wire::codec::List;
@@ -8,7 +9,7 @@ use wire::policy::Policy;
 use wire::sensor::{
     Blob, Class, Cluster, DepthSample, Detection, Fix, Modality, Odometry, PixelBox, Pose, ProductMode,
 };
-use wire::setup::{Channel, Secret};
+use wire::sign::Secret;
 use wire::time::Span;
 use wire::track::Track;
 

@@ -38,6 +38,7 @@ pub mod world;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use config::platform::{Body, Sensors};
 use ground_truth::{Sensor, StepName};
 use serde::{Deserialize, Serialize};
 use wire::audit::Journal;
@@ -46,7 +47,6 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
 use wire::event::{Event, PICTURED_EVERY, wire_hash};
 use wire::id::{Boot, FrameId, NodeId, UnitId};
-use wire::platform::{Body, Sensors};
 use wire::refusal::Refusal;
 use wire::sensor::{Camera, Frames, Navigation};
 use wire::sign::Key;

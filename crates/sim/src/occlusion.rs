@@ -511,7 +511,7 @@ mod tests {
     }
 
     fn labelled(scene: &Scene, pose: StartPose) -> Option<Label> {
-        render(&wire::platform::Sensors::GROUND, scene, pose, 5)
+        render(&config::platform::Sensors::GROUND, scene, pose, 5)
             .unwrap()
             .labels
             .into_iter()

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
+use config::platform::{Sensors, Vehicle};
 use wire::id::ObjectId;
-use wire::platform::{Sensors, Vehicle};
 use wire::sensor::{Class, PixelBox};
 use wire::time::{Instant, Span};
 

@@ -275,7 +275,7 @@ pub(crate) fn turn([cos, sin]: [f32; 2]) -> Rotation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wire::platform::Vehicle;
+    use config::platform::Vehicle;
 
     use crate::fidelity::Fidelity;
     use crate::plant::{Plant, SetPoint};

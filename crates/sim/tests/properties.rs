@@ -105,7 +105,7 @@ fn depth_colour_and_heat_show_one_object() {
     scene.objects[0].colour = [220, 10, 10];
     scene.objects[0].kelvin = 340.0;
     let frame =
-        sim::render(&wire::platform::Sensors::GROUND, &scene, StartPose { east: 0.0, north: 0.0, heading: 0.0 }, 1)
+        sim::render(&config::platform::Sensors::GROUND, &scene, StartPose { east: 0.0, north: 0.0, heading: 0.0 }, 1)
             .unwrap();
     let u16_at = |plane: &[u8], k: usize| u16::from_le_bytes([plane[2 * k], plane[2 * k + 1]]);
     let label = frame.labels[0];

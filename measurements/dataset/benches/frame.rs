@@ -26,7 +26,7 @@ use sim::sensor::Imagers;
 use sim::sensor::camera::{REACH, Sweep, eye, ray};
 use sim::world::{STEP, World};
 use wire::id::FrameId;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::{Camera, Candidates, Fix, Frames, Lidar, Modalities, Navigation, Pose, ProductMode, ReceiverTime};
 use wire::time::{Instant, Span};
 

@@ -208,7 +208,7 @@ fn array(rows: u16, columns: u16, bytes: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use wire::platform::Sensors;
+    use config::platform::Sensors;
 
     use super::*;
     use crate::cells::{self, Split};

@@ -5,7 +5,7 @@ use sim::limits::SceneError;
 use sim::scene::{Scene, StartPose};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::Frames;
 use wire::time::Instant;
 

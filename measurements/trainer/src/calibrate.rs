@@ -15,7 +15,7 @@ use dataset::precision::judge;
 use perception::grid::decode;
 use perception::letterbox::{HEIGHT, WIDTH};
 use sim::Label;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 
 use crate::data::{CELLS, felt, heated, seen, sensed};
 use crate::net::Net;

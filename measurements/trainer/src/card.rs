@@ -13,7 +13,7 @@ use perception::corroborate::CorroborationLimits;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use perception::{detector::Detector, head::Head, runtime};
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::heated;

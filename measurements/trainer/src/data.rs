@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 use sim::Label;
 use sim::scene::{Scene, StartPose};
 use wire::id::ObjectId;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::sense::Sense;

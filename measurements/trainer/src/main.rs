@@ -31,7 +31,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use perception::model::hex_digest;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 
 use crate::card::{Round, Training};
 use crate::means::Means;

@@ -22,7 +22,7 @@ use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::{Example, target};

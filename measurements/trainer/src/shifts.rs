@@ -24,7 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use wire::sensor::Class;
 
-use wire::platform::Sensors;
+use config::platform::Sensors;
 
 use crate::data::{Example, target};
 use crate::descent::Descent;

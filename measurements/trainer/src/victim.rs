@@ -10,7 +10,7 @@ use perception::detector::Detector;
 use perception::head::Head;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 
 use crate::net::Net;
 use crate::sense::Sense;

@@ -14,7 +14,7 @@ use sim::fault::MAX_STRENGTH;
 use sim::perturbation::{self, Perturbation};
 use sim::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
 use sim::scene::{Scene, StartPose};
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::train::{FRAME, paint};

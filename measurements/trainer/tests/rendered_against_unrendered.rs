@@ -10,7 +10,8 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Policy;
 use wire::sensor::Class;
-use wire::setup::{Channel, Secret, Setup};
+use wire::sign::Secret;
+use config::setup::{Channel, Setup};
 use wire::time::{Instant, Span};
 use wire::track::{Track, Tracks};
 

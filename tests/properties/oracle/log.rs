@@ -251,7 +251,7 @@ impl Log {
             operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
             script: evidence::mission::Script::default(),
             route: evidence::progress::Route::default(),
-            contacts: wire::contact::Contacts::default(),
+            contacts: config::contact::Contacts::default(),
             killed,
         }
     }

@@ -65,7 +65,7 @@ fn p10_a_broken_log() {
         operators: Vec::new(),
         script: evidence::mission::Script::default(),
         route: evidence::progress::Route::default(),
-        contacts: wire::contact::Contacts::default(),
+        contacts: config::contact::Contacts::default(),
         killed: Vec::new(),
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);

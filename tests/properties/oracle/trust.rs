@@ -2,12 +2,12 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+use config::contact::{Contact, Contacts};
 use evidence::trial::Outcome;
 use evidence::{Evidence, Planned};
 use ground_truth::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
 use oracle::{Property, judge};
 use wire::command::CommandKind;
-use wire::contact::{Contact, Contacts};
 use wire::core::Side;
 use wire::event::Event;
 use wire::id::{FrameId, NodeId, PeerId};

@@ -9,11 +9,11 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use config::setup::Setup;
 use ground_truth::Action;
 use wire::core::{Core, Input, Output, Side, Subject};
 use wire::event::{Account, Event};
 use wire::id::{PeerId, UnitId};
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forgery::Forger;

@@ -10,6 +10,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use config::setup::Setup;
 use ground_truth::{Action, Note};
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec;
@@ -18,7 +19,6 @@ use wire::core::{Core, Input, Output, Side, Topic};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{CommandId, NodeId, UnitId};
 use wire::report::{MAX_REPORT, Report};
-use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Instant, Span};
 

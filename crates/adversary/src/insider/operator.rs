@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use config::setup::Setup;
 use ground_truth::Note;
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
@@ -17,7 +18,6 @@ use wire::feed::Feed;
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::Class;
-use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::Instant;
 

@@ -7,12 +7,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use config::setup::Setup;
 use ground_truth::Action;
 use wire::bus::{ChannelKey, Sender};
 use wire::core::{Core, Input, Output, Side, Topic};
 use wire::event::{Account, Event};
 use wire::id::Boot;
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forged::{self, Heard};
@@ -162,12 +162,12 @@ mod tests {
     use super::*;
     use crate::plan::Spot;
     use crate::testing::{at_ms, setup, times, turn};
+    use config::setup::Channel;
     use ground_truth::Any;
     use wire::codec;
     use wire::id::{FrameId, NodeId};
     use wire::policy::Policy;
     use wire::sensor::ProductMode;
-    use wire::setup::Channel;
     use wire::track::Tracks;
     use wire::trust::BusGate;
 

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use config::setup::Setup;
 use ground_truth::{Action, Note};
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
@@ -17,7 +18,6 @@ use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Event};
 use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId};
 use wire::session::SessionBody;
-use wire::setup::Setup;
 use wire::sign::Purpose;
 use wire::time::{Echo, Instant, Span};
 

@@ -4,10 +4,10 @@
 //! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:
 //! it can keep publications from their receiver, and read them. Dialling again is the link's business.
 
+use config::setup::Setup;
 use ground_truth::Note;
 use wire::core::{Core, Input, Output};
 use wire::id::PeerId;
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use crate::opening::Opening;

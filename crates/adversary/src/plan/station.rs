@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::settings::Settings;
-use wire::setup::Secret;
+use wire::sign::Secret;
 
 use super::{MAX_MS, OrderKind, PlanError, PlanStep, at_most, check_range, repeats, step};
 

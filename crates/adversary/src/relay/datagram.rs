@@ -7,9 +7,9 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+use config::setup::Setup;
 use ground_truth::Action;
 use wire::core::{Core, Input, Output, Side};
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::passing::{Actor, Passing};

@@ -7,12 +7,12 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+use config::setup::Setup;
 use ground_truth::{Note, StreamEffect, StreamPlace};
 use rand_chacha::ChaCha8Rng;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::wire_hash;
 use wire::id::SessionId;
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};

@@ -3,9 +3,9 @@
 //! The height is carried forward by the measured climb. Each source is held against it and against the other one; while one of them is further off than their errors
 //! can explain, neither is used, and height uses the climb alone. World frame, millimetres.
 
+use config::platform::Aloft;
 use wire::mode::Because;
 use wire::motion::Spatial;
-use wire::platform::Aloft;
 use wire::time::{Instant, Span};
 
 /// Time over which the height follows its sources, seconds.

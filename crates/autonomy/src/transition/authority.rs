@@ -38,10 +38,10 @@
 //! let fork = autonomy::fork::Fork { world: WorldId(2) };
 //! ```
 
+use config::setup::Setup;
 use wire::id::{CommandId, TrackId, WorldId};
 use wire::mode::Cause;
 use wire::policy::Waived;
-use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use crate::command::consent::Consented;

@@ -6,6 +6,8 @@
 use std::collections::BTreeSet;
 
 use autonomy::{Autonomy, AutonomyConfig, GuestConfig};
+use config::platform::Limits;
+use config::setup::{Ablation, Channel, Setup};
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
 use wire::audit::{Entry, Seal, SealedHead};
@@ -21,12 +23,11 @@ use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
 use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Mode};
-use wire::platform::Limits;
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Class, Fix, Modalities, Modality, Navigation, Odometry, Pose, ProductMode, ReceiverTime};
 use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage, Teammate};
-use wire::setup::{Ablation, Channel, Secret, Setup};
+use wire::sign::Secret;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
@@ -502,7 +503,7 @@ fn config() -> AutonomyConfig {
         teammates: vec![UnitId::B, UnitId::C],
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
-        contacts: wire::contact::Contacts::default(),
+        contacts: config::contact::Contacts::default(),
         supervisor: PeerId::GATEWAY,
         limits: Limits::GROUND,
         guest: None,

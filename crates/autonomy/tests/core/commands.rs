@@ -1,5 +1,6 @@
 //! Orders: at most once, never late, never by halves, never by another.
 
+use config::setup::Ablation;
 use sha2::{Digest, Sha256};
 use wire::command::{CommandKind, Intent};
 use wire::core::Input;
@@ -11,7 +12,6 @@ use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::session::SessionBody;
 use wire::settings::Settings;
-use wire::setup::Ablation;
 use wire::time::Span;
 use wire::trust::Revocation;
 

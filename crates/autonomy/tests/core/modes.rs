@@ -1,5 +1,6 @@
 //! Changes of mode by input, and their delays.
 
+use config::setup::Ablation;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Input;
@@ -9,7 +10,6 @@ use wire::measured::Limit;
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
-use wire::setup::Ablation;
 
 use crate::bench::{Bench, TRACK, lose};
 

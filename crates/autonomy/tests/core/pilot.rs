@@ -1,10 +1,10 @@
 //! A guest in the place of mission and navigation: its set-points reach the plant as they are, or as the guards let them.
 
+use config::platform::Limits;
 use wire::codec::Text;
 use wire::event::Event;
 use wire::guest::{Answer, Fault, Reply, Request};
 use wire::mode::Mode;
-use wire::platform::Limits;
 
 use super::bench::Bench;
 

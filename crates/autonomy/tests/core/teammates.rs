@@ -1,12 +1,12 @@
 //! Claims of teammates, and the cases in which they cannot all be true.
 
+use config::setup::Ablation;
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency};
 use wire::id::{PeerId, UnitId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
-use wire::setup::Ablation;
 
 use crate::bench::Bench;
 

@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 
+use config::suite::Suite;
 use eframe::egui::{Align, Button, Label, Layout, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
 use wire::id::{TrackId, UnitId};
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
-use wire::suite::Suite;
 
 use super::keys;
 use super::marks::{self, Shape, Tone};

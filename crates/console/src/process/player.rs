@@ -7,10 +7,11 @@
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use config::setup::Setup;
 use link::input_journal::{self, Entry, JournalError};
 use wire::core::{Core, Input, Output, Topic};
 use wire::id::{Boot, NodeId, UnitId};
-use wire::setup::{Secret, Setup};
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 use super::ProcessConfig;
@@ -57,7 +58,7 @@ impl ProcessConfig {
             .channels
             .iter()
             .filter(|channel| channel.topic != Topic::Feed)
-            .map(|channel| wire::setup::Channel { key: wire::bus::ChannelKey([0; 32]), ..channel.clone() });
+            .map(|channel| config::setup::Channel { key: wire::bus::ChannelKey([0; 32]), ..channel.clone() });
         let channels = feed.chain(struck).collect();
         let revocations = self.config.revocations.iter().map(|(node, _)| (*node, Vec::new())).collect();
         Self {

@@ -1,5 +1,6 @@
 //! Acts of a person: requests to the gateway, and refusals, by name.
 
+use config::suite::Suite;
 use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
 use console::history::{Incident, MAX_PAST};
 use console::life::Life;
@@ -13,7 +14,6 @@ use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Modalities, Modality};
-use wire::suite::Suite;
 use wire::time::Span;
 
 use crate::bench::{Asked, Bench};

@@ -1,5 +1,6 @@
 //! A console on a bench, behind a scripted gateway.
 
+use config::setup::{Channel, Setup};
 use console::eye::Eye;
 use console::operator::{Action, ScriptStep, When};
 use console::{Console, ConsoleConfig};
@@ -21,7 +22,7 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedTrack};
 use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
-use wire::setup::{Channel, Secret, Setup};
+use wire::sign::Secret;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::trust::Revocation;

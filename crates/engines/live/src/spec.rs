@@ -216,7 +216,7 @@ impl Specs<'_> {
     }
 
     /// The broker's.
-    pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
+    pub(super) fn broker(&self, secret: &wire::sign::Secret) -> Result<ServiceSpec, String> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
         spec.broker = Some(BrokerListen { at: self.at(Host::Control), credential: self.credential(NodeId::BROKER)? });
         spec.config = json!({ "secret": secret, "rights": self.topology.rights() });

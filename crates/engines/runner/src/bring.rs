@@ -13,7 +13,7 @@ use perception::stages::Stages;
 use scenario::load_labels;
 
 use super::failure::{Exit, Failure};
-use wire::platform::Sensors;
+use config::platform::Sensors;
 
 /// The options that name a detector from outside.
 #[derive(Clone, Debug, clap::Args)]

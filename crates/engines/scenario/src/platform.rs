@@ -2,7 +2,7 @@
 //! that a scenario may tighten.
 //!
 //! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). The values' meaning is
-//! given by `wire::bounds` and `wire::platform`; here they are only read, checked and handed on. `tables` has the optional
+//! given by `wire::bounds` and `config::platform`; here they are only read, checked and handed on. `tables` has the optional
 //! tables, `check` and `body` hold all values against each other, `template` is a file to start from.
 
 mod body;
@@ -13,10 +13,10 @@ mod tables;
 mod template;
 mod wing;
 
+use config::platform::{Body, Limits, Sensors, Vehicle};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
-use wire::platform::{Body, Limits, Sensors, Vehicle};
 use wire::sensor::{Camera, Lidar};
 
 use super::value::{Located, Name, Text, Whole};

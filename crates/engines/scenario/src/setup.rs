@@ -4,13 +4,13 @@
 
 use std::path::{Path, PathBuf};
 
+use config::platform::{Body, Sensors};
 use guest::{Conduct, Guest};
 use parallel::progress::Stop;
 use perception::brought::Brought;
 use spacecraft::orbit::Orbit;
 use wire::bounds::Bounds;
 use wire::person::Role;
-use wire::platform::{Body, Sensors};
 use wire::policy::Policy;
 
 use super::file::read_text;

@@ -2,6 +2,9 @@
 
 use adversary::plan::AdversaryConfig;
 use autonomy::{AutonomyConfig, GuestConfig};
+use config::contact::Contacts;
+use config::platform::Body;
+use config::setup::{Ablation, Setup};
 use gateway::GatewayConfig;
 use gateway::fanout::Interest;
 use guest::Conduct;
@@ -11,13 +14,10 @@ use perception::brought::Brought;
 use scenario::Scenario;
 use sim::SimConfig;
 use sim::scene::Scene;
-use wire::contact::Contacts;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Guard;
-use wire::platform::Body;
 use wire::policy::{Check, Policy, Requirement};
-use wire::setup::{Ablation, Setup};
 use wire::time::Span;
 
 use super::contact::Contacted;

@@ -2,10 +2,10 @@
 //! its relays.
 
 use adversary::plan::{Medium, Stretch};
+use config::contact::{Contact, Contacts};
+use config::platform::Body;
 use scenario::{Scenario, Setup, Station};
 use spacecraft::orbit::Orbit;
-use wire::contact::{Contact, Contacts};
-use wire::platform::Body;
 use wire::time::Span;
 
 /// Time beyond the end of a trial for which its plan is made: what is under way then still arrives.

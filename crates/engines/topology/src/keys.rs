@@ -2,11 +2,12 @@
 //!
 //! Each member is handed its own and no other.
 
+use config::setup::Channel;
 use wire::bus::ChannelKey;
 use wire::core::Topic;
 use wire::id::NodeId;
-use wire::setup::{Channel, Secret};
 use wire::sign::Key;
+use wire::sign::Secret;
 use wire::trust::Revocation;
 
 use super::Host;

@@ -20,6 +20,9 @@ use std::collections::BTreeMap;
 
 use adversary::insider::InsiderRecorder;
 use adversary::plan::Tampering;
+use config::contact::Contacts;
+use config::platform::Body;
+use config::setup::Setup;
 use evidence::cue::Cue;
 use evidence::log::hex;
 use evidence::mission::Script;
@@ -28,14 +31,12 @@ use evidence::verification::{Held, HeldClock, Life};
 use evidence::{Plan, Planned, Under};
 use guest::Guest;
 use scenario::Scenario;
-use wire::contact::Contacts;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
 use wire::person::Role as Person;
-use wire::platform::Body;
 use wire::policy::{Check, Requirement};
-use wire::setup::{Secret, Setup};
 use wire::sign::Key;
+use wire::sign::Secret;
 use wire::trust::Validity;
 
 use company::Company;

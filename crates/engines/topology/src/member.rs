@@ -2,13 +2,13 @@
 
 use adversary::plan::AdversaryConfig;
 use autonomy::AutonomyConfig;
+use config::setup::Setup;
 use console::ConsoleConfig;
 use gateway::GatewayConfig;
 use perception::PerceptionConfig;
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{NodeId, PeerId};
-use wire::setup::Setup;
 
 /// A host: its nodes share a clock and shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

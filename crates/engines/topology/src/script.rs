@@ -9,7 +9,7 @@ use wire::command::TimeTag;
 use wire::id::{NodeId, UnitId};
 use wire::person::Role;
 use wire::sensor::Class;
-use wire::setup::Secret;
+use wire::sign::Secret;
 use wire::time::Span;
 
 use super::draw::Draw;

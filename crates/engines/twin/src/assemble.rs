@@ -3,11 +3,12 @@
 
 use std::sync::Arc;
 
+use config::setup::Setup;
 use topology::{Member, ProcessFault, ProcessFaultKind, Topology};
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
-use wire::setup::{Secret, Setup};
 use wire::sign::Key;
+use wire::sign::Secret;
 
 use super::clock::HostClock;
 use super::delay::Delays;

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use config::platform::Body;
 use evidence::trial::Trial;
 use oracle::judged;
 use scenario::{Scenario, Setup};
@@ -13,7 +14,6 @@ use sim::scene::Scene;
 use sim::world::{STEP, World};
 use topology::{MemberRole, Topology};
 use wire::id::{NodeId, WorldId};
-use wire::platform::Body;
 use wire::time::Instant;
 
 use super::Twin;

@@ -7,12 +7,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use config::setup::Setup;
 use evidence::delivery::Running;
 use ground_truth::{Note, StepName, Suspension};
 use topology::{Member, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::core::{Input, Side};
 use wire::id::{Boot, NodeId};
-use wire::setup::Setup;
 use wire::time::Instant;
 
 use super::command::StreamEvent;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use config::setup::{Channel, Setup};
 use gateway::fanout::Interest;
 use gateway::{Gateway, GatewayConfig};
 use wire::audit::Entry;
@@ -20,7 +21,7 @@ use wire::refusal::Reason;
 use wire::report::Report;
 use wire::sensor::{Pose, ProductMode};
 use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage};
-use wire::setup::{Channel, Secret, Setup};
+use wire::sign::Secret;
 use wire::sign::{Key, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 

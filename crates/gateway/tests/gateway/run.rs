@@ -76,7 +76,7 @@ fn stranger_in_a_command_is_refused_by_name() {
 
 #[test]
 fn gateway_without_sound_table_is_not_made() {
-    let made = |edit: &dyn Fn(&mut wire::setup::Setup, &mut gateway::GatewayConfig)| {
+    let made = |edit: &dyn Fn(&mut config::setup::Setup, &mut gateway::GatewayConfig)| {
         let (mut setup, mut config) = (setup(Policy::default()), config());
         edit(&mut setup, &mut config);
         Gateway::new(setup, config, Instant(0)).map(drop)

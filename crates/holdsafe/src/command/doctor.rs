@@ -5,6 +5,7 @@ mod scheduling;
 
 use std::path::Path;
 
+use config::platform::Sensors;
 use evidence::SCHEMA_VERSION;
 use link::loopback::LoopbackAddr;
 use live::child::Services;
@@ -19,7 +20,6 @@ use runner::failure::{Exit, Failure};
 use runner::{Context, Root, out};
 use serde::Serialize;
 use wire::id::FrameId;
-use wire::platform::Sensors;
 use wire::sensor::{Camera, Frames};
 use wire::time::Instant;
 

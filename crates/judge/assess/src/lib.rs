@@ -32,9 +32,9 @@ pub use inject::Injected;
 pub use replay::Check;
 
 use autonomy::geofence::Geofence;
+use config::platform::Limits;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
-use wire::platform::Limits;
 use wire::time::{Instant, Span};
 
 use inject::Clean;

@@ -6,10 +6,10 @@
 
 use autonomy::geofence::Geofence;
 use autonomy::localisation::Localisation;
+use config::platform::Limits;
 use wire::bounds::Bounds;
 use wire::mode::{Because, Guards as GuardSet};
 use wire::motion::Spatial;
-use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Pose, ReceiverTime};
 use wire::time::{Instant, Span};

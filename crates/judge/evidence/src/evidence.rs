@@ -1,7 +1,7 @@
 //! The evidence of one trial, as the oracle is given it.
 
+use config::contact::Contacts;
 use wire::bounds::Bounds;
-use wire::contact::Contacts;
 use wire::sensor::Camera;
 
 use crate::mission::Script;

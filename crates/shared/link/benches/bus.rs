@@ -12,7 +12,7 @@ use tokio::sync::mpsc;
 use wire::bus::{ChannelKey, Sender};
 use wire::core::{Input, Topic};
 use wire::id::{Boot, NodeId};
-use wire::setup::Secret;
+use wire::sign::Secret;
 use wire::time::Instant;
 
 const ROUNDS: usize = 5;

@@ -2,18 +2,19 @@
 
 use std::process::ExitCode;
 
+use config::setup::{Channel, NoChannel};
 use ground_truth::Any;
 use nix::sys::signal::{SigSet, Signal};
 use serde::Deserialize;
 use wire::audit::Recorder;
 use wire::core::Topic;
 use wire::id::Boot;
-use wire::setup::{Channel, NoChannel, Secret};
 use wire::sign::Key;
+use wire::sign::Secret;
 
 use crate::spec::ServiceSpec;
 
-/// Parts of a `wire::setup::Setup` that the recorder needs; it has no use for policy or bounds.
+/// Parts of a `config::setup::Setup` that the recorder needs; it has no use for policy or bounds.
 #[derive(Deserialize)]
 struct Making {
     boot: Boot,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId};
-use wire::setup::Secret;
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 use crate::bus::enclave::SignedEnclaves;

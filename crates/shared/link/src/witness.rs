@@ -224,7 +224,7 @@ mod tests {
     use ground_truth::{Any, Entry};
     use wire::audit::Chains;
     use wire::id::Boot;
-    use wire::setup::Secret;
+    use wire::sign::Secret;
 
     fn spec(folder: &Path) -> ServiceSpec {
         let clock = HostClock { zero_us: 0, drift_ppm: 0 };

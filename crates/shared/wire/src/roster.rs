@@ -43,7 +43,7 @@ pub enum RosterError {
 
 impl Keyring {
     /// The table of a run.
-    pub(crate) fn of_run(mut self, public_keys: &[(NodeId, [u8; 32])]) -> Result<Self, RosterError> {
+    pub fn of_run(mut self, public_keys: &[(NodeId, [u8; 32])]) -> Result<Self, RosterError> {
         for (node, public) in public_keys {
             if self.names(*node) {
                 return Err(RosterError::Twice { got: *node });

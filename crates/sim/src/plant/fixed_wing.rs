@@ -9,8 +9,8 @@
 //!
 //! Body frame: x forward, y left, z up, origin in the centre of mass. A gimbal keeps the sensors level.
 
+use config::platform::FixedWing as Numbers;
 use rapier3d::prelude::*;
-use wire::platform::FixedWing as Numbers;
 
 use super::air::Air;
 use super::airframe::{self, Airframe};
@@ -249,14 +249,14 @@ impl Moves for FixedWing {
 
 #[cfg(test)]
 mod tests {
-    use wire::platform::Body;
+    use config::platform::Body;
     use wire::time::Instant;
 
     use crate::plant::SetPoint;
     use crate::plant::flown::Flown;
     use crate::wind::Wind;
 
-    const NUMBERS: wire::platform::FixedWing = wire::platform::FixedWing::SLOW_FLYER;
+    const NUMBERS: config::platform::FixedWing = config::platform::FixedWing::SLOW_FLYER;
 
     /// Time of a coordinated turn's circle: 2π v / (g tan φ).
     fn circle_s() -> f32 {
@@ -264,7 +264,7 @@ mod tests {
         core::f32::consts::TAU * NUMBERS.circle_m_s / (9.81 * tan)
     }
 
-    fn flown(numbers: wire::platform::FixedWing) -> Flown {
+    fn flown(numbers: config::platform::FixedWing) -> Flown {
         Flown::new(Wind::default(), Body::FixedWing(numbers))
     }
 
@@ -304,7 +304,7 @@ mod tests {
     /// Slows down, circles near the place where its lease ended, comes down, stands; with no message.
     #[test]
     fn lease_end_circles_and_then_lands() {
-        let mut flown = flown(wire::platform::FixedWing { circle_s: 4.0, ..NUMBERS });
+        let mut flown = flown(config::platform::FixedWing { circle_s: 4.0, ..NUMBERS });
         flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
         assert!(flown.safety_margins().safe < 0.0, "led at full speed: {:?}", flown.safety_margins());
         let from = flown.plant.state(&flown.world).position;
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn an_empty_battery_ends_the_circles() {
-        let mut flown = flown(wire::platform::FixedWing { battery_w_h: 0.02, circle_s: 1000.0, ..NUMBERS });
+        let mut flown = flown(config::platform::FixedWing { battery_w_h: 0.02, circle_s: 1000.0, ..NUMBERS });
         let last = *flown.fly(30.0, None, 0.0).last().unwrap();
         assert!(last.velocity.length() < 0.01 && last.position.z < 0.5, "{last:?}");
         assert!(flown.safety_margins().energy > 0.0);

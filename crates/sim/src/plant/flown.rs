@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use wire::platform::Body;
+use config::platform::Body;
 use wire::time::{Instant, Span};
 
 use super::{BodyMotion, Plant, SafetyMargins, SetPoint, State};

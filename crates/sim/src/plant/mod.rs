@@ -16,11 +16,11 @@ mod wheeled;
 
 use std::collections::BTreeMap;
 
+use config::platform::{Body, Vehicle};
 use rapier3d::prelude::*;
 use spacecraft::region::Sky;
 use wire::drive;
 use wire::id::ObjectId;
-use wire::platform::{Body, Vehicle};
 use wire::time::{Instant, Span};
 
 use crate::fidelity::Fidelity;

@@ -8,8 +8,8 @@
 //!
 //! Body frame: x forward, y left, z up, origin in the centre of mass. A gimbal keeps the sensors level.
 
+use config::platform::Multirotor as Numbers;
 use rapier3d::prelude::*;
-use wire::platform::Multirotor as Numbers;
 
 use super::air::Air;
 use super::airframe::{self, Airframe};
@@ -283,14 +283,14 @@ fn level(rotation: &Rotation) -> Rotation {
 
 #[cfg(test)]
 mod tests {
-    use wire::platform::Body;
+    use config::platform::Body;
     use wire::time::Instant;
 
     use crate::plant::SetPoint;
     use crate::plant::flown::Flown;
     use crate::wind::Wind;
 
-    const NUMBERS: wire::platform::Multirotor = wire::platform::Multirotor::SIH;
+    const NUMBERS: config::platform::Multirotor = config::platform::Multirotor::SIH;
 
     #[test]
     fn hover_stays_where_it_is() {
@@ -330,7 +330,7 @@ mod tests {
     /// Brakes, holds its place, lands, stands; with no message.
     #[test]
     fn lease_end_loiters_and_then_lands() {
-        let body = wire::platform::Multirotor { loiter_s: 3.0, ..NUMBERS };
+        let body = config::platform::Multirotor { loiter_s: 3.0, ..NUMBERS };
         let mut flown = Flown::new(Wind::default(), Body::Multirotor(body));
         flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
         assert!(flown.safety_margins().safe < 0.0, "{:?}", flown.safety_margins());
@@ -348,7 +348,7 @@ mod tests {
 
     #[test]
     fn an_empty_battery_shortens_the_loiter() {
-        let body = wire::platform::Multirotor { battery_w_h: 0.75, loiter_s: 1000.0, ..NUMBERS };
+        let body = config::platform::Multirotor { battery_w_h: 0.75, loiter_s: 1000.0, ..NUMBERS };
         let mut flown = Flown::new(Wind::default(), Body::Multirotor(body));
         let states = flown.fly(30.0, None, 0.0);
         let last = states.last().unwrap();

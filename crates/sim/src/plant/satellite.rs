@@ -6,6 +6,7 @@
 //! Its safe motion needs no message: it shuts the payload, keeps looking at its place for a time, so that contact is not lost, and then turns the
 //! array to the sun, slowly.
 
+use config::platform::Satellite as Numbers;
 use rapier3d::prelude::*;
 use spacecraft::attitude::{self, Body, Environment, State as Attitude, Wheel};
 use spacecraft::orbit::{Elements, OrbitError};
@@ -13,7 +14,6 @@ use spacecraft::pointing::{Controller, Reference, TurnLimits, desaturation, sun_
 use spacecraft::power::{Power, lit};
 use spacecraft::region::{Pass, Region, Sky};
 use spacecraft::vector::{dot, norm};
-use wire::platform::Satellite as Numbers;
 
 use super::{BodyMotion, Flight, Moves, SafetyMargins, State};
 use crate::scene::StartPose;
@@ -322,7 +322,7 @@ fn body(numbers: &Numbers) -> Body {
 
 #[cfg(test)]
 mod tests {
-    use wire::platform::{Body as Kind, Line};
+    use config::platform::{Body as Kind, Line};
     use wire::time::Instant;
 
     use super::*;

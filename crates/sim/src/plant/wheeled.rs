@@ -4,9 +4,9 @@
 //!
 //! Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
 
+use config::platform::Vehicle;
 use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;
-use wire::platform::Vehicle;
 
 use super::{BodyMotion, Moves, STANDSTILL, State};
 use crate::fidelity::Fidelity;

@@ -15,7 +15,7 @@ use sim::plant::{BodyMotion, Plant, SetPoint};
 use sim::scene::Scene;
 use sim::wind::Wind;
 use sim::world::{STEP, World};
-use wire::platform::Body;
+use config::platform::Body;
 use wire::time::{Instant, Span};
 
 /// Steps between two samples: 20 a second.

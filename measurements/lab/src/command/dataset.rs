@@ -16,7 +16,7 @@ use perception::stages::Stages;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
-use wire::platform::Sensors;
+use config::platform::Sensors;
 use wire::sensor::Camera;
 
 #[derive(Debug, clap::Args)]

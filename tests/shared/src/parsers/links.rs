@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use adversary::plan::{Direction, StreamAction, StreamRelayConfig, Timed};
 use adversary::relay::StreamRelay;
 use broker::acl::{self, MAX_TOPIC_LEN, Pattern, Verb};
+use config::setup::Setup;
 use link::certificates::list::Revocations;
 use link::certificates::{CertificateVerifier, Presenter};
 use link::guard::cookie::{Answer, CALM, CookieExchange};
@@ -18,7 +19,7 @@ use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output, Side, Subject};
 use wire::id::{Boot, NodeId, PeerId, SessionId, WorldId};
 use wire::policy::Policy;
-use wire::setup::{Secret, Setup};
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
 /// Length of a cookie.

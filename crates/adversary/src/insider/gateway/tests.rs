@@ -1,5 +1,6 @@
 //! The gateway insider alone: its treatment of the feed and of the operator's requests.
 
+use config::setup::Channel;
 use ground_truth::{Action, Any, Note};
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List, Text};
@@ -12,7 +13,6 @@ use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Policy, Waived};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Pose, ProductMode};
-use wire::setup::Channel;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 use wire::time::{PeerStamp, Span};
 use wire::trust::BusGate;

@@ -148,7 +148,7 @@ fn stream_is_held_for_the_planned_time() {
 #[test]
 fn relay_draws_from_its_seed_alone() {
     let run_log = |seed: u64| {
-        let setup = wire::setup::Setup { seed, ..setup(NodeId::RELAY_TELEMETRY, 1) };
+        let setup = config::setup::Setup { seed, ..setup(NodeId::RELAY_TELEMETRY, 1) };
         let actions = vec![
             timed(0, 10_000, DatagramAction::Jitter { ms: 50 }),
             timed(0, 10_000, DatagramAction::Loss { permille: 300 }),

@@ -1,10 +1,10 @@
 //! The tables of a platform that flies, and their checks: a body on rotors in place of `[vehicle]`, and the limits of the guards of any that flies.
 //!
-//! Ranges are held by the types; the values' meaning is given by `wire::platform`.
+//! Ranges are held by the types; the values' meaning is given by `config::platform`.
 
+use config::platform::{Aloft, Multirotor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::platform::{Aloft, Multirotor};
 
 use super::body::GRAVITY;
 use super::check::{at_least, at_most, inertia, unless};

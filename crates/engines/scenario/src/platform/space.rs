@@ -1,12 +1,12 @@
 //! The table of a platform in an orbit, and its checks: a satellite in place of `[vehicle]`.
 //!
-//! Ranges are held by the types; the values' meaning is given by `wire::platform`.
+//! Ranges are held by the types; the values' meaning is given by `config::platform`.
 
+use config::platform::{Line, Satellite};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim::plant::pass;
 use spacecraft::region::Region;
-use wire::platform::{Line, Satellite};
 
 use super::Platform;
 use super::check::{at_least, at_most, inertia, unless};

@@ -1,12 +1,12 @@
 //! The optional tables of a platform file: vehicle, sensors, limits of guards, safe action. A key that is left out has the ground
 //! platform's value.
 //!
-//! Ranges are held by the types, agreement between values by `check`. The values' meaning is given by `wire::platform` and
+//! Ranges are held by the types, agreement between values by `check`. The values' meaning is given by `config::platform` and
 //! `wire::sensor`.
 
+use config::platform::{Limits, Sensors, Vehicle};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::platform::{Limits, Sensors, Vehicle};
 use wire::sensor::{Camera, Lidar};
 
 use super::Length;

@@ -1,10 +1,10 @@
 //! The table of a body on a fixed wing, and its checks against the bounds. Limits of height are checked with the limits of other bodies that fly.
 //!
-//! Ranges are held by the types; the values' meaning is given by `wire::platform`.
+//! Ranges are held by the types; the values' meaning is given by `config::platform`.
 
+use config::platform::FixedWing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::platform::FixedWing;
 
 use super::Platform;
 use super::body::GRAVITY;

@@ -4,10 +4,10 @@
 //! A metre of the map is `scale_m` metres of ground. The orbit and the start in it are the platform's: a drawn contact begins and ends at drawn
 //! times, and its station is put where the orbit makes it so.
 
+use config::platform::Body;
 use sim::plant::pass;
 use spacecraft::earth::{GeodeticPlace, place_of, seen_from_ground};
 use spacecraft::orbit::Orbit;
-use wire::platform::Body;
 
 use super::chance::Chance;
 use super::plan::{Plan, distance};

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use wire::platform::Body;
+use config::platform::Body;
 
 use super::Family;
 use crate::Platform;

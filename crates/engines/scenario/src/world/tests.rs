@@ -192,7 +192,7 @@ fn is_structure(object: &crate::scene::Object) -> bool {
 #[test]
 fn pass_has_the_contacts_that_were_drawn() {
     let space = shipped("space");
-    let wire::platform::Body::Satellite(numbers) = space.body() else { panic!("a satellite") };
+    let config::platform::Body::Satellite(numbers) = space.body() else { panic!("a satellite") };
     let pass = sim::plant::pass(&numbers);
     let orbit = spacecraft::orbit::Orbit::new(&pass.elements).unwrap();
     for seed in 1..=40 {

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use config::platform::{Body, FixedWing, Limits, Multirotor, Sensors, Vehicle};
 use scenario::{
     Name, Problems, find_root, load_platform, parse_platform, platform_files, platform_schema, platform_template,
 };
-use wire::platform::{Body, FixedWing, Limits, Multirotor, Sensors, Vehicle};
 
 fn root() -> PathBuf {
     find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()

@@ -2,6 +2,7 @@
 
 use adversary::Adversary;
 use autonomy::Autonomy;
+use config::setup::Setup;
 use console::Console;
 use gateway::Gateway;
 use perception::Perception;
@@ -9,7 +10,6 @@ use sim::Sim;
 use topology::{Member, MemberRole, sim_keys};
 use wire::audit::Recorder;
 use wire::id::NodeId;
-use wire::setup::Setup;
 use wire::time::Instant;
 
 use super::Part;

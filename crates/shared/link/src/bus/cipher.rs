@@ -7,7 +7,7 @@
 use ring::aead::{AES_256_GCM, Aad, LessSafeKey, NONCE_LEN, Nonce, UnboundKey};
 use ring::rand::{SecureRandom, SystemRandom};
 use wire::core::Topic;
-use wire::setup::Secret;
+use wire::sign::Secret;
 
 /// Bytes that an encrypted message is longer than the message.
 pub const OVERHEAD: usize = NONCE_LEN + 16;

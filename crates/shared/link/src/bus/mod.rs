@@ -27,7 +27,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use tokio::sync::mpsc;
 use wire::core::{Input, Topic};
-use wire::setup::Secret;
+use wire::sign::Secret;
 
 use self::cipher::Cipher;
 use crate::clock::trace_us;

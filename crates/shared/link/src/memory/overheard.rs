@@ -10,7 +10,7 @@ use std::time::Duration;
 use nix::sched::{CloneFlags, unshare};
 use tokio::sync::mpsc;
 use wire::core::{Input, Topic};
-use wire::setup::Secret;
+use wire::sign::Secret;
 
 use crate::bus::sweep::SHARED_MEMORY;
 use crate::bus::{BusError, Domain, Protection};

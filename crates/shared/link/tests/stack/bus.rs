@@ -13,7 +13,7 @@ use wire::core::{Input, Topic};
 use wire::id::{Boot, NodeId};
 use wire::policy::Policy;
 use wire::sensor::Navigation;
-use wire::setup::Secret;
+use wire::sign::Secret;
 use wire::time::{Instant, Span};
 use wire::trust::BusGate;
 

@@ -3,15 +3,15 @@
 //! Live, the launcher hands this over an inherited descriptor; in the twin it is passed by value. Each service gets
 //! only its own secret and the keys of its own channels.
 
-use crate::bounds::Bounds;
-use crate::bus::{ChannelKey, Sender};
-use crate::core::Topic;
-use crate::id::{Boot, NodeId, WorldId};
-use crate::policy::Policy;
-use crate::roster::RosterError;
-use crate::sign::{Key, Keyring, SharedVerifier};
-use crate::time::Span;
-use crate::trust::BusGate;
+use wire::bounds::Bounds;
+use wire::bus::{ChannelKey, Sender};
+use wire::core::Topic;
+use wire::id::{Boot, NodeId, WorldId};
+use wire::policy::Policy;
+use wire::roster::RosterError;
+use wire::sign::{Key, Keyring, Secret, SharedVerifier};
+use wire::time::Span;
+use wire::trust::BusGate;
 
 /// One channel that a core sends or receives on; a producer has one for each of its readers.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -51,16 +51,6 @@ pub struct Setup {
     /// verifies everything itself.
     #[serde(skip)]
     pub verifier: Option<SharedVerifier>,
-}
-
-/// 32 secret bytes; never printed.
-#[derive(Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Secret(pub [u8; 32]);
-
-impl core::fmt::Debug for Secret {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("Secret(…)")
-    }
 }
 
 /// The scenario loader's token: this run is an ablation, named so in every artefact.

@@ -2,11 +2,11 @@
 //!
 //! A file of `platforms/` states them, and the launcher hands each core the part that it needs: the vehicle to `sim`, the sensors'
 //! mounting to `sim` and `perception`, the limits to `autonomy`. Ranges and the numbers' agreement with each other and
-//! with [`crate::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
+//! with [`wire::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
 
 use serde::{Deserialize, Serialize};
 
-use crate::sensor::{Camera, Lidar};
+use wire::sensor::{Camera, Lidar};
 
 /// A platform's body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::time::Span;
+use wire::time::Span;
 
 /// Most contacts of a plan.
 pub const MAX_CONTACTS: usize = 16;

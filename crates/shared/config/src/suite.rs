@@ -3,9 +3,9 @@
 //! Tracks, guards and faults know four places ([`Modality`]) on every platform. Logs, files and policies keep the names of the places;
 //! words for people name the sensor that is mounted there.
 
-use crate::mode::{Cause, Guard};
-use crate::motion::ReportedMotion;
-use crate::sensor::Modality;
+use wire::mode::{Cause, Guard};
+use wire::motion::ReportedMotion;
+use wire::sensor::Modality;
 
 /// Sensors of a kind of platform.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum Suite {
     /// Sensors of a vehicle on the ground or in the air, which looks at objects: cameras and a LiDAR.
     #[default]
     Scene,
-    /// Sensors of a satellite, which looks at the sky ([`crate::bearing::Bearings`]).
+    /// Sensors of a satellite, which looks at the sky ([`wire::bearing::Bearings`]).
     Sky,
 }
 
