@@ -10,7 +10,7 @@ use std::process::Command;
 use sha2::{Digest, Sha256};
 
 /// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
-const MADE_OF: [&str; 34] = [
+const MADE_OF: [&str; 35] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::os::unix::fs::PermissionsExt;
 use std::sync::atomic::{AtomicBool, Ordering};
+use wire::mode::Mode;
 
 use evidence::log::{Logged, by_recorder};
 use evidence::reading::heads;
@@ -12,7 +13,7 @@ use evidence::{Plan, Planned, Witnessed};
 use ground_truth::{Any, Entry, Note};
 use holdsafe_tests::{root, shipped, variations};
 use oracle::judge;
-use scenario::{DisplayedState, Ending, Process, Settings};
+use scenario::{Ending, Process, Settings};
 use topology::is_attacked;
 use twin::sabotage::sabotage;
 use twin::trial::Run;
@@ -239,7 +240,7 @@ fn of_life(records: &[RecordedEntry], life: Life) -> Vec<RecordedEntry> {
 #[test]
 fn life_before_a_restart_rests_on_signatures() {
     let mut ready = shipped("process_ends");
-    let change = (DisplayedState::Ready, DisplayedState::PrepareToAct);
+    let change = (Mode::Ready, Mode::PrepareToAct);
     ready.scenario = ready.scenario.ending_at(Process::Autonomy, Ending::Kill, change);
     let repeated = Settings::one("kill.0.restart_after_s", serde_json::json!(1.0));
     ready.scenario = repeated.applied_to(&ready.scenario).expect("a restart");

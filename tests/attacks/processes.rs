@@ -5,7 +5,7 @@ use evidence::trial::Outcome;
 use ground_truth::{Any, Note};
 use holdsafe_tests::{Ready, shipped, variations};
 use oracle::judge;
-use scenario::{DisplayedState, Ending, Process, Settings};
+use scenario::{Ending, Process, Settings};
 use topology::MemberRole;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -77,12 +77,12 @@ fn each_killed_process_leaves_its_stated_mode() {
 }
 
 /// The mission of `process_ends` with another fault of a process at one change of mode.
-fn ending_at(process: Process, ending: Ending, change: (DisplayedState, DisplayedState)) -> Ready {
+fn ending_at(process: Process, ending: Ending, change: (Mode, Mode)) -> Ready {
     let mission = shipped("process_ends");
     Ready { scenario: mission.scenario.ending_at(process, ending, change), ..mission }
 }
 
-const ARMING: (DisplayedState, DisplayedState) = (DisplayedState::Ready, DisplayedState::PrepareToAct);
+const ARMING: (Mode, Mode) = (Mode::Ready, Mode::PrepareToAct);
 
 #[test]
 fn hung_gateway_at_arming_restores_no_grants() {
@@ -163,7 +163,7 @@ fn restarted_judge_resumes_the_remaining_validity() {
 
 #[test]
 fn slow_broker_delays_a_message_from_any_start() {
-    use DisplayedState::{HoldSafe, PrepareToAct, Ready};
+    use Mode::{HoldSafe, PrepareToAct, Ready};
     for change in [ARMING, (PrepareToAct, Ready), (Ready, HoldSafe), (HoldSafe, Ready)] {
         for run in ending_at(Process::Broker, Ending::Slow, change).expect(SEEDS) {
             assert!(run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.owed && r.kept), "{change:?}");

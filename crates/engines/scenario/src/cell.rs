@@ -4,9 +4,10 @@ use evidence::mission::Verb;
 use evidence::trial::Outcome;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::mode::Mode;
 
 use super::fault::{Ending, Fault, Kill, Process};
-use super::operator::{DisplayedState, Step};
+use super::operator::Step;
 use super::set::Settings;
 use super::step::When;
 use super::under::Under;
@@ -189,12 +190,7 @@ impl Scenario {
     /// The scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another. The
     /// scenario's faults are kept only where they cause that change, so that each planned one can arrive. Where the process is
     /// the broker, the operator then asks for a HOLD through it.
-    pub fn ending_at(
-        &self,
-        process: Process,
-        ending: Ending,
-        (from, to): (DisplayedState, DisplayedState),
-    ) -> Scenario {
+    pub fn ending_at(&self, process: Process, ending: Ending, (from, to): (Mode, Mode)) -> Scenario {
         let mut scenario = self.clone();
         let suspends = ending != Ending::Kill;
         let trigger = When { enters: Some(to), from: Some(from), ..When::default() };
@@ -207,7 +203,7 @@ impl Scenario {
             when: Some(Located::nowhere(trigger)),
             ..Kill::new(process, ending)
         }]);
-        if ![from, to].contains(&DisplayedState::Degraded) {
+        if ![from, to].contains(&Mode::Degraded) {
             scenario.fault = List::default();
         }
         let hold = (process == Process::Broker).then(|| hold_at(LATE_HOLD_S));

@@ -3,7 +3,10 @@
 //! Ranges of single values are held by their types (`scenario::value`); this file looks at values side by side. Each
 //! finding names its place and its remedy.
 
+use super::shared::on_control;
+use ground_truth::{FaultKind, Sensor};
 use std::collections::BTreeSet;
+use wire::core::Topic;
 
 use evidence::mission::Stage;
 use wire::id::{NodeId, UnitId};
@@ -205,7 +208,7 @@ fn counts(number: f64, (least, most): (u8, u8)) -> bool {
 
 /// A fault of odometry beyond its range.
 fn check_magnitude(fault: &super::Fault, magnitude: &Located<super::Magnitude>) -> Option<Finding> {
-    let range = fault.kind.of_odometry().filter(|_| fault.sensor == super::Sensor::Odometry);
+    let range = super::fault::odometry_range(fault.kind).filter(|_| fault.sensor == Sensor::Odometry);
     let (least, most) = range?;
     let outside = magnitude.iter().any(|number| !(least..=most).contains(&number.get()));
     outside.then(|| finding(magnitude, "no error that odometry can be given", format!("use {least} to {most}")))
@@ -228,10 +231,10 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             Some(at) if at.len() != needs => {
                 found.push(finding(at, format!("this kind takes {needs} numbers"), "see `holdsafe scenario schema`"));
             }
-            Some(at) if fault.kind == super::FaultKind::Noise && at[0].get() < 1.0 => {
+            Some(at) if fault.kind == FaultKind::Noise && at[0].get() < 1.0 => {
                 found.push(finding(at, "noise is not made less", "use a factor of at least 1"));
             }
-            Some(at) if fault.kind == super::FaultKind::Skew && !counts(at[0].get(), SKEW) => {
+            Some(at) if fault.kind == FaultKind::Skew && !counts(at[0].get(), SKEW) => {
                 let (least, most) = SKEW;
                 found.push(finding(
                     at,
@@ -239,7 +242,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
                     format!("use {least} to {most}: what is younger is no older than a product may be"),
                 ));
             }
-            Some(at) if fault.kind == super::FaultKind::Chaff && !counts(at[0].get(), CHAFF) => {
+            Some(at) if fault.kind == FaultKind::Chaff && !counts(at[0].get(), CHAFF) => {
                 let (least, most) = CHAFF;
                 found.push(finding(
                     at,
@@ -247,13 +250,13 @@ fn faults(s: &Scenario) -> Vec<Finding> {
                     format!("use {least} to {most}: fewer may be there anyway, and a list has no more room"),
                 ));
             }
-            Some(at) if fault.kind == super::FaultKind::Wander && !(0.0..=100.0).contains(&at[0].get()) => {
+            Some(at) if fault.kind == FaultKind::Wander && !(0.0..=100.0).contains(&at[0].get()) => {
                 found.push(finding(at, "no deviation that a receiver has", "use metres, 0 to 100"));
             }
-            Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
+            Some(at) if fault.kind == FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
                 found.push(finding(at, "not a share", "use a number from 0 to 1"));
             }
-            Some(at) if fault.kind == super::FaultKind::Perturbation && !counts(at[0].get(), STRENGTH) => {
+            Some(at) if fault.kind == FaultKind::Perturbation && !counts(at[0].get(), STRENGTH) => {
                 let (least, most) = STRENGTH;
                 found.push(finding(
                     at,
@@ -262,7 +265,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
                 ));
             }
             Some(at)
-                if fault.kind == super::FaultKind::Perturbation
+                if fault.kind == FaultKind::Perturbation
                     && s.scene.iter().all(|scene| scene.perturbation.is_none()) =>
             {
                 found.push(finding(
@@ -321,7 +324,7 @@ fn shared(s: &Scenario) -> Vec<Finding> {
             Some(_) | None => None,
         })
         .collect();
-    let host = |topic: super::Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
+    let host = |topic: Topic| if on_control(topic) { "the control host" } else { "the vehicle's host" };
     for (at, topic, holder) in &all {
         if host(*topic) != host(all[0].1) {
             found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
@@ -329,7 +332,7 @@ fn shared(s: &Scenario) -> Vec<Finding> {
         if *holder != all[0].2 {
             found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
         }
-        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
+        if holder.is_some_and(|holder| holder.on_control() != on_control(*topic)) {
             found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
         }
     }

@@ -62,12 +62,12 @@ pub use attack::{Act, Attack, Deceit, Injection};
 pub use attack_space::{AttackSpace, Move, Number, Range};
 pub use cell::{Cell, Variation};
 pub use curve::Curve;
-pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
+pub use fault::{Ending, Fault, Kill, Magnitude, Process};
 pub use file::MAX_FILE_BYTES;
 pub use in_world::{Drawn, Homebound};
 pub use labels::{Labels, load_labels, parse_labels};
 pub use mandate::Mandate;
-pub use operator::{DisplayedState, Operator, Step, Values};
+pub use operator::{Operator, Step, Values};
 pub use perturbation::Perturbation;
 pub use platform::{
     AloftTable, Angle, Bound, BoundsTable, CameraTable, FixedWingTable, GuardsTable, Length, LidarTable,
@@ -80,12 +80,12 @@ pub use read::{load, load_platform, load_with, parse, parse_platform, parse_scen
 pub use scene::{Ground, Object, Point, Pose, Scene, Weather, Wind};
 pub use set::Settings;
 pub use setup::{Confinement, FRAMES, Hosts, Setup, load_policy, parse_policy, platforms};
-pub use shared::{Channel, Every, Holder};
+pub use shared::{Every, Holder, on_control};
 pub use shipped::{demo, find, find_root, honest, platform_files, rendered, shipped};
 pub use step::{Timing, Trigger, When};
 pub use tamper::Tamper;
 pub use template::{schema, template};
-pub use terms::{Class, Evidence, Interface, Requirement, Stride};
+pub use terms::{Evidence, Interface, Requirement, Stride};
 pub use timed::Windowed;
 pub use under::Under;
 pub use unit::{Role, Unit};

@@ -11,8 +11,8 @@ use evidence::mission::Verb;
 use wire::mode::Mode;
 use wire::settings::Settings;
 
-use super::terms::Class;
 use super::value::{List, Located, Name, Real, Seconds, Text, Whole};
+use wire::sensor::Class;
 
 /// The operator and the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,7 +46,7 @@ pub struct Step {
     pub within_s: Seconds,
     /// The state that has to be displayed.
     #[serde(default)]
-    pub when_state: Option<DisplayedState>,
+    pub when_state: Option<Mode>,
     /// The class of a track that has to be displayed, fresh and corroborated.
     #[serde(default)]
     pub when_track: Option<Class>,
@@ -100,40 +100,6 @@ impl Values {
             margin_mm: self.margin_mm.unsigned() as u16,
             arm_permille: self.arm_permille.unsigned() as u16,
             keep_permille: self.keep_permille.unsigned() as u16,
-        }
-    }
-}
-
-/// A state as the console shows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
-pub enum DisplayedState {
-    /// Not enabled.
-    Idle,
-    /// Enabled.
-    Ready,
-    /// Authority held.
-    PrepareToAct,
-    /// Restricted.
-    Degraded,
-    /// Stopped.
-    HoldSafe,
-}
-
-impl DisplayedState {
-    /// As the console shows it.
-    pub fn name(self) -> &'static str {
-        self.mode().name()
-    }
-
-    /// The mode of a unit that it shows.
-    pub fn mode(self) -> Mode {
-        match self {
-            DisplayedState::Idle => Mode::Idle,
-            DisplayedState::Ready => Mode::Ready,
-            DisplayedState::PrepareToAct => Mode::PrepareToAct,
-            DisplayedState::Degraded => Mode::Degraded,
-            DisplayedState::HoldSafe => Mode::HoldSafe,
         }
     }
 }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::hex::Hex;
-use super::terms::Class;
+use wire::sensor::Class;
 
 /// Bytes in a row.
 const ROW: usize = 3 * sim::perturbation::COLUMNS;

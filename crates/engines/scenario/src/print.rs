@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::hex::Hex;
-use super::terms::Class;
 use super::value::Whole;
+use wire::sensor::Class;
 
 /// Fields in a row, as many as the sim prints.
 const COLUMNS: usize = sim::print::COLUMNS;

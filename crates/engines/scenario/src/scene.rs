@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::perturbation::Perturbation;
 use super::print::Print;
-use super::terms::Class;
 use super::value::{Extent, List, Located, Name, Radians, Real, Seconds};
+use wire::sensor::Class;
 
 /// A point on the ground: east, north.
 pub type Point = [Real<-500_000, 500_000>; 2];

@@ -17,72 +17,37 @@ use super::value::Whole;
 /// Time between two messages.
 pub type Every = Whole<1, 60_000>;
 
-/// A channel of shared memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Channel {
-    /// Candidate observations, sim to perception.
-    Candidates,
-    /// Rendered frames, sim to perception.
-    Frames,
-    /// Positions, sim to perception and autonomy.
-    Navigation,
-    /// Tracks, perception to autonomy.
-    Tracks,
-    /// Set-points, autonomy to sim.
-    Drive,
-    /// The act, autonomy to sim.
-    Act,
-    /// Seals, recorder to autonomy.
-    Seals,
-    /// Accepted messages, gateway to console.
-    Feed,
-    /// The operator's requests, console to gateway.
-    Intents,
+/// True if a channel is on the control host; the others are on the vehicle's.
+pub fn on_control(topic: Topic) -> bool {
+    matches!(topic, Topic::Feed | Topic::Intents)
 }
 
-impl Channel {
-    /// True if it is on the control host; the others are on the vehicle's.
-    pub fn on_control(self) -> bool {
-        matches!(self, Channel::Feed | Channel::Intents)
+/// The rogue's action on a channel, from the start of a table to its end.
+pub(crate) fn overwritten(
+    topic: Topic,
+    windowed: &dyn Windowed,
+    phase_ms: u64,
+    every_ms: u64,
+    says: Says,
+) -> RogueMove {
+    RogueMove {
+        topic,
+        producer: producer(topic),
+        at_ms: windowed.start_ms(phase_ms),
+        duration_ms: windowed.length_ms(),
+        every_ms,
+        says,
     }
+}
 
-    /// The rogue's action on the channel, from the start of a table to its end.
-    pub(crate) fn overwritten(self, windowed: &dyn Windowed, phase_ms: u64, every_ms: u64, says: Says) -> RogueMove {
-        RogueMove {
-            topic: self.topic(),
-            producer: self.producer(),
-            at_ms: windowed.start_ms(phase_ms),
-            duration_ms: windowed.length_ms(),
-            every_ms,
-            says,
-        }
-    }
-
-    /// The channel as cores name it.
-    pub fn topic(self) -> Topic {
-        match self {
-            Channel::Candidates => Topic::Candidates,
-            Channel::Frames => Topic::Frames,
-            Channel::Navigation => Topic::Navigation,
-            Channel::Tracks => Topic::Tracks,
-            Channel::Drive => Topic::Drive,
-            Channel::Act => Topic::Act,
-            Channel::Seals => Topic::Seals,
-            Channel::Feed => Topic::Feed,
-            Channel::Intents => Topic::Intents,
-        }
-    }
-
-    fn producer(self) -> NodeId {
-        match self {
-            Channel::Candidates | Channel::Frames | Channel::Navigation => NodeId::SIM,
-            Channel::Tracks => NodeId::PERCEPTION,
-            Channel::Drive | Channel::Act => NodeId::UNIT_A,
-            Channel::Seals => NodeId::RECORDER,
-            Channel::Feed => NodeId::GATEWAY,
-            Channel::Intents => NodeId::CONSOLE,
-        }
+fn producer(topic: Topic) -> NodeId {
+    match topic {
+        Topic::Candidates | Topic::Frames | Topic::Navigation => NodeId::SIM,
+        Topic::Tracks => NodeId::PERCEPTION,
+        Topic::Drive | Topic::Act => NodeId::UNIT_A,
+        Topic::Seals => NodeId::RECORDER,
+        Topic::Feed => NodeId::GATEWAY,
+        Topic::Intents => NodeId::CONSOLE,
     }
 }
 

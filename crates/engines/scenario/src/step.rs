@@ -6,11 +6,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::mode::Mode;
 
 use super::Scenario;
 use evidence::trial::Knowledge;
 
-use super::operator::DisplayedState;
 use super::value::{Located, Millis, Name, Whole};
 
 /// The event that a step waits for: exactly one of `enters`, `begun`, `ended`, `datagrams`, `silence_ms` and `hears`. Events
@@ -20,10 +20,10 @@ use super::value::{Located, Millis, Name, Whole};
 pub struct When {
     /// The unit under test changes to this mode. White-box.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub enters: Option<DisplayedState>,
+    pub enters: Option<Mode>,
     /// With `enters`: from this mode only.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub from: Option<DisplayedState>,
+    pub from: Option<Mode>,
     /// With `enters`: index of the change among such changes, from 1; by default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nth: Option<Whole<1, 100>>,
@@ -41,7 +41,7 @@ pub struct When {
     pub silence_ms: Option<Whole<1, 60_000>>,
     /// The unit under test reports this mode to its team. Insider.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hears: Option<DisplayedState>,
+    pub hears: Option<Mode>,
     /// Further wait after it.
     pub after_ms: Millis,
 }
@@ -52,9 +52,9 @@ pub enum Trigger<'a> {
     /// A change of mode of the unit under test.
     Enters {
         /// To.
-        mode: DisplayedState,
+        mode: Mode,
         /// Previous mode, where that matters.
-        from: Option<DisplayedState>,
+        from: Option<Mode>,
         /// Index among such changes, from 1.
         nth: u32,
     },
@@ -67,7 +67,7 @@ pub enum Trigger<'a> {
     /// No datagram or piece has passed for a given number of milliseconds.
     Silence(u64),
     /// A mode is reported to the team.
-    Hears(DisplayedState),
+    Hears(Mode),
 }
 
 impl Trigger<'_> {

@@ -128,17 +128,3 @@ impl Requirement {
         }
     }
 }
-
-/// True class of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Class {
-    /// A vehicle.
-    Vehicle,
-    /// A person.
-    Person,
-    /// An object made to look like a vehicle.
-    Decoy,
-    /// Any other object in the way.
-    Obstacle,
-}

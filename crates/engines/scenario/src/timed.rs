@@ -45,7 +45,7 @@ pub trait Windowed {
                 Trigger::Enters { .. } | Trigger::Begun(_) | Trigger::Ended(_) => On::Cue,
                 Trigger::Passes(count) => On::Passes(count),
                 Trigger::Silence(ms) => On::Silence(ms),
-                Trigger::Hears(state) => On::Hears(state.mode()),
+                Trigger::Hears(state) => On::Hears(state),
             };
             Some(Wait { on, after_ms: trigger.after_ms.unsigned() })
         });

@@ -9,8 +9,8 @@ use adversary::plan::{
     InsiderTeammateConfig, Medium, StreamRelayConfig, Tampering, Timed,
 };
 use evidence::cue::{Cue, Watched};
-use ground_truth::{Sensor, StepName};
-use scenario::{Act, Deceit, DisplayedState, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
+use ground_truth::{FaultKind, StepName};
+use scenario::{Act, Deceit, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 use sim::fault::{Disturbance, Fault};
 
 /// What the actors of all attacks do, kind by kind.
@@ -22,9 +22,7 @@ pub(super) fn acts(s: &Scenario, phase: u64) -> impl Iterator<Item = Act> {
 pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
     let cue = |windowed: &dyn Windowed| {
         let on = match windowed.timing().when?.trigger()? {
-            Trigger::Enters { mode: to, from, nth } => {
-                Watched::Enters { to: to.mode(), from: from.map(DisplayedState::mode), nth }
-            }
+            Trigger::Enters { mode: to, from, nth } => Watched::Enters { to, from: from, nth },
             Trigger::Begun(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: true },
             Trigger::Ended(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: false },
             // Its actor sees it by itself.
@@ -103,7 +101,7 @@ pub(super) fn third_is_silent(s: &Scenario) -> bool {
 /// The sim's faults.
 pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
     let fault = |f: &scenario::Fault| Fault {
-        sensor: sensor(f.sensor),
+        sensor: f.sensor,
         disturbance: disturbance(f.kind, f.magnitude.as_deref()),
         start_ms: f.start_ms(phase),
         duration_ms: f.length_ms(),
@@ -113,36 +111,24 @@ pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
     s.fault.iter().map(fault).collect()
 }
 
-fn sensor(sensor: scenario::Sensor) -> Sensor {
-    match sensor {
-        scenario::Sensor::Rgb => Sensor::Rgb,
-        scenario::Sensor::Depth => Sensor::Depth,
-        scenario::Sensor::Thermal => Sensor::Thermal,
-        scenario::Sensor::Lidar => Sensor::Lidar,
-        scenario::Sensor::Odometry => Sensor::Odometry,
-        scenario::Sensor::Localisation => Sensor::Localisation,
-        scenario::Sensor::Height => Sensor::Height,
-    }
-}
-
-fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Disturbance {
+fn disturbance(kind: FaultKind, magnitude: Option<&Magnitude>) -> Disturbance {
     let number = |i: usize| magnitude.and_then(|m| m.get(i)).map_or(0.0, |n| n.get());
     let mm = |i: usize| (number(i) * 1000.0) as i32;
     match kind {
-        scenario::FaultKind::Dropout => Disturbance::Dropout,
-        scenario::FaultKind::Freeze => Disturbance::Freeze,
-        scenario::FaultKind::Skew => Disturbance::Skew { frames: number(0) as u8 },
-        scenario::FaultKind::Chaff => Disturbance::Chaff { count: number(0) as u8 },
-        scenario::FaultKind::Perturbation => Disturbance::Perturbation { strength: number(0) as u8 },
-        scenario::FaultKind::Noise => Disturbance::Noise { factor: number(0) as u16 },
-        scenario::FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
-        scenario::FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },
-        scenario::FaultKind::Jump => Disturbance::Jump { east_mm: mm(0), north_mm: mm(1) },
-        scenario::FaultKind::TimeStep => Disturbance::TimeStep { us: (number(0) * 1e6) as i64 },
+        FaultKind::Dropout => Disturbance::Dropout,
+        FaultKind::Freeze => Disturbance::Freeze,
+        FaultKind::Skew => Disturbance::Skew { frames: number(0) as u8 },
+        FaultKind::Chaff => Disturbance::Chaff { count: number(0) as u8 },
+        FaultKind::Perturbation => Disturbance::Perturbation { strength: number(0) as u8 },
+        FaultKind::Noise => Disturbance::Noise { factor: number(0) as u16 },
+        FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
+        FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },
+        FaultKind::Jump => Disturbance::Jump { east_mm: mm(0), north_mm: mm(1) },
+        FaultKind::TimeStep => Disturbance::TimeStep { us: (number(0) * 1e6) as i64 },
         // A millisecond a second is a thousand parts per million.
-        scenario::FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
-        scenario::FaultKind::Scale => Disturbance::Scale { permille: mm(0) as u16 },
-        scenario::FaultKind::Wander => Disturbance::Wander { deviation_mm: mm(0) as u32 },
+        FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
+        FaultKind::Scale => Disturbance::Scale { permille: mm(0) as u16 },
+        FaultKind::Wander => Disturbance::Wander { deviation_mm: mm(0) as u32 },
     }
 }
 

@@ -30,11 +30,11 @@ pub(super) fn casting(s: &Scenario, phase: u64) -> Option<Casting> {
     });
     let all: Vec<_> = acts.collect();
     let (first, holder, _) = all.first()?;
-    let mut topics: Vec<Topic> = all.iter().map(|(channel, ..)| channel.topic()).collect();
+    let mut topics: Vec<Topic> = all.iter().map(|(channel, ..)| *channel).collect();
     topics.sort();
     topics.dedup();
     Some(Casting {
-        host: if first.on_control() { Host::Control } else { Host::VehicleA },
+        host: if scenario::on_control(*first) { Host::Control } else { Host::VehicleA },
         node: if *holder == Some(Holder::Perception) { NodeId::INSIDER_PERCEPTION } else { NodeId::IMPOSTOR },
         holder: holder.map(Holder::node),
         topics,

@@ -6,7 +6,6 @@ use sim::limits::SceneError;
 use sim::scene::{Disguise, Ground, Object, Scene, StartPose};
 use sim::weather::Weather;
 use sim::wind::Wind;
-use wire::sensor::Class;
 
 /// The sim's scene, every object shifted by `shift_m`; `start` replaces the platform's own for a teammate, who stays
 /// where it is.
@@ -63,12 +62,12 @@ fn metres(point: &scenario::Point) -> [f32; 2] {
 fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
     let shifted = |p: &scenario::Point| [(p[0].get() + east) as f32, (p[1].get() + north) as f32];
     Object {
-        class: class(object.class),
+        class: object.class,
         size: object.size_m.map(|e| e.get() as f32),
         kelvin: object.temperature_k.get() as f32,
         heated: object.heated_s.as_ref().map(|times| times.map(|time| time.get() as f32)),
         colour: object.colour,
-        disguise: Disguise { paint: object.painted_as.map(class), warmth: object.warm_as.map(class) },
+        disguise: Disguise { paint: object.painted_as, warmth: object.warm_as },
         print: object.print.as_ref().and_then(scenario::Print::cut),
         path: object.path_m.iter().map(shifted).collect(),
         heading: object.heading_rad.get() as f32,
@@ -76,15 +75,6 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         departs: object.departs_s.get() as f32,
         closed: object.closed,
         yields: object.yields,
-    }
-}
-
-pub(super) fn class(class: scenario::Class) -> Class {
-    match class {
-        scenario::Class::Vehicle => Class::Vehicle,
-        scenario::Class::Person => Class::Person,
-        scenario::Class::Decoy => Class::Decoy,
-        scenario::Class::Obstacle => Class::Obstacle,
     }
 }
 

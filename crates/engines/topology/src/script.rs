@@ -4,7 +4,7 @@ use console::ConsoleConfig;
 use console::eye::Eye;
 use console::operator::{Action, ScriptStep, TrackCondition, When};
 use evidence::mission::{Due, Script, Verb};
-use scenario::{DisplayedState, Scenario, Seconds};
+use scenario::{Scenario, Seconds};
 use wire::command::TimeTag;
 use wire::id::{NodeId, UnitId};
 use wire::person::Role;
@@ -69,8 +69,8 @@ pub(super) fn presumed(scenario: &Scenario) -> Script {
         at_us: us(*step.at_s),
         within_us: us(step.within_s),
         after_us: step.after_s.as_deref().map_or(0, |after| us(*after)),
-        mode: step.when_state.map(DisplayedState::mode),
-        track: step.when_track.map(class),
+        mode: step.when_state,
+        track: step.when_track,
     };
     Script { mission: scenario.mission.as_deref().copied(), steps: orders.map(due).collect() }
 }
@@ -82,12 +82,12 @@ fn awaited(scenario: &Scenario) -> Vec<UnitId> {
 }
 
 fn step(step: &scenario::Step) -> ScriptStep {
-    let class = step.when_track.map_or(Class::Vehicle, class);
+    let class = step.when_track.unwrap_or(Class::Vehicle);
     ScriptStep {
         at_ms: Some((step.at_s.get() * 1000.0) as u64),
         unit: UnitId::A,
         when: When {
-            mode: step.when_state.map(DisplayedState::mode),
+            mode: step.when_state,
             track: step.when_track.map(|_| TrackCondition { class, confidence: CONFIDENCE }),
         },
         action: match *step.verb {
@@ -114,13 +114,4 @@ fn step(step: &scenario::Step) -> ScriptStep {
 
 fn span(seconds: Seconds) -> Span {
     Span::ms((seconds.get() * 1000.0) as u64)
-}
-
-fn class(class: scenario::Class) -> Class {
-    match class {
-        scenario::Class::Vehicle => Class::Vehicle,
-        scenario::Class::Person => Class::Person,
-        scenario::Class::Decoy => Class::Decoy,
-        scenario::Class::Obstacle => Class::Obstacle,
-    }
 }

@@ -60,8 +60,22 @@ pub enum Action {
 
 /// A sensor that a fault can befall.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+    strum::IntoStaticStr,
 )]
+#[strum(serialize_all = "kebab-case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 pub enum Sensor {
@@ -102,50 +116,96 @@ impl Sensor {
 
 /// Fault of the sensor.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
 )]
 #[cbor(index_only)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum FaultKind {
-    /// No readings.
+    /// No reading comes. Takes no magnitude.
     #[n(0)]
     Dropout,
-    /// The reading from the start of the fault, under fresh stamps.
+    /// The last reading comes again with a fresh stamp. Takes no magnitude.
     #[n(1)]
     Freeze,
-    /// More noise.
+    /// More noise: magnitude `[factor]`, at least 1.
     #[n(2)]
     Noise,
-    /// Something opaque before the sensor.
+    /// A part of the view is hidden: magnitude `[share]`, 0 to 1.
     #[n(3)]
     Occlusion,
-    /// A slowly growing offset.
+    /// A growing error: of localisation, magnitude `[east, north]` in metres per second; of height, `[up]`; of odometry, `[ahead]`, by
+    /// which each speed is too great, -3 to 3.
     #[n(4)]
     Drift,
-    /// A sudden offset.
+    /// A sudden error: of localisation, magnitude `[east, north]` in metres; of height, `[up]`; of odometry, `[ahead]`, all of it in
+    /// one reading, -100 to 100.
     #[n(5)]
     Jump,
-    /// A sudden offset of the receiver's time.
+    /// A sudden error of the receiver's time: magnitude `[forwards]` in seconds, negative for a roll-back.
     #[n(60)]
+    #[serde(alias = "time_step")]
     TimeStep,
-    /// A growing offset of the receiver's time.
+    /// A growing error of the receiver's time: magnitude `[too fast]` in milliseconds a second.
     #[n(61)]
+    #[serde(alias = "time_drift")]
     TimeDrift,
-    /// Readings of some time ago, under fresh stamps.
+    /// A camera (colour, thermal) shows an earlier view under fresh stamps: magnitude `[frames]`, 4 to 32.
     #[n(62)]
     Skew,
-    /// Many weak detections.
+    /// The colour stage finds a given number of weak detections in each frame: magnitude `[count]`, 12 to 32.
     #[n(63)]
     Chaff,
-    /// A pattern over the whole image.
+    /// The scene's `perturbation` is added to each colour image: magnitude `[strength]`, the largest change of a byte, of 255, 0
+    /// to 100.
     #[n(64)]
     Perturbation,
-    /// Readings times a factor.
+    /// The speed of odometry times a factor: magnitude `[factor]`, 0 to 10.
     #[n(65)]
     Scale,
-    /// An offset that wanders about zero.
+    /// An error of localisation that wanders about nought, east and north each a Gauss-Markov process of 60 s that starts at nought:
+    /// magnitude `[deviation]` in metres, 0 to 100.
     #[n(66)]
     Wander,
+}
+
+impl FaultKind {
+    /// Count of the numbers in its magnitude at `sensor`.
+    pub fn numbers(self, sensor: Sensor) -> usize {
+        match self {
+            FaultKind::Dropout | FaultKind::Freeze => 0,
+            FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
+            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation | FaultKind::Scale | FaultKind::Wander => 1,
+            FaultKind::Drift | FaultKind::Jump if sensor != Sensor::Localisation => 1,
+            FaultKind::Drift | FaultKind::Jump => 2,
+        }
+    }
+
+    /// True if `sensor` can fail so.
+    pub fn fits(self, sensor: Sensor) -> bool {
+        match self {
+            FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
+            FaultKind::Skew => matches!(sensor, Sensor::Rgb | Sensor::Thermal),
+            FaultKind::Chaff | FaultKind::Perturbation => sensor == Sensor::Rgb,
+            FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height),
+            FaultKind::Drift | FaultKind::Jump => {
+                matches!(sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height)
+            }
+            FaultKind::Scale => sensor == Sensor::Odometry,
+            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Wander => sensor == Sensor::Localisation,
+        }
+    }
 }
 
 /// Way in which a process is kept from running while it lives.

@@ -22,6 +22,7 @@ use crate::time::Instant;
     Decode,
     serde::Serialize,
     serde::Deserialize,
+    schemars::JsonSchema,
 )]
 #[cbor(index_only)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]

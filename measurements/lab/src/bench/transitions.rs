@@ -14,7 +14,7 @@ use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan};
-use scenario::{DisplayedState, Ending};
+use scenario::{Ending};
 use serde::Serialize;
 
 use super::kill::{Args, PROCESSES};
@@ -22,8 +22,8 @@ use super::kill::{Args, PROCESSES};
 const ENDINGS: [(&str, Ending); 3] = [("kill", Ending::Kill), ("hang", Ending::Hang), ("slow", Ending::Slow)];
 
 /// The changes of mode of the mission, in order.
-const CHANGES: [(DisplayedState, DisplayedState); 7] = {
-    use DisplayedState::{Degraded, HoldSafe, Idle, PrepareToAct, Ready};
+const CHANGES: [(Mode, Mode); 7] = {
+    use Mode::{Degraded, HoldSafe, Idle, PrepareToAct, Ready};
     [
         (Idle, Ready),
         (Ready, PrepareToAct),
@@ -88,7 +88,7 @@ fn planned(context: &Context, args: &Args) -> Result<Vec<Planned>, Failure> {
     Ok(all)
 }
 
-fn label((from, to): (DisplayedState, DisplayedState)) -> String {
+fn label((from, to): (Mode, Mode)) -> String {
     format!("{} to {}", from.name(), to.name())
 }
 

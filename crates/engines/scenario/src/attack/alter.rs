@@ -1,15 +1,17 @@
 //! `[[alter]]`: an insider in perception's place makes up where vehicles stand.
 
+use crate::shared::overwritten;
 use adversary::plan::Says;
 use evidence::Planned;
 use evidence::trial::Knowledge;
 use ground_truth::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::core::Topic;
 
 use super::{Act, Attack, Injection};
 use crate::shared::spot;
-use crate::{Channel, Holder, Located, Point, Seconds, Windowed};
+use crate::{Holder, Located, Point, Seconds, Windowed};
 
 /// Time between two messages of perception, milliseconds.
 const EVERY_MS: u64 = 100;
@@ -51,8 +53,8 @@ impl Attack for Alter {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         let place = spot(Some(&self.place_m));
         let statement = if self.moves { Says::Moved(place) } else { Says::Altered(place) };
-        let plan = Channel::Tracks.overwritten(self, phase_ms, EVERY_MS, statement);
-        Some(Act::Rogue { channel: Channel::Tracks, holder: self.holder, plan })
+        let plan = overwritten(Topic::Tracks, self, phase_ms, EVERY_MS, statement);
+        Some(Act::Rogue { channel: Topic::Tracks, holder: self.holder, plan })
     }
 
     fn injection(&self) -> Option<Injection> {

@@ -3,10 +3,11 @@
 use adversary::plan::{FeedAction, FeedForgery};
 use evidence::{Planned, Takes};
 use ground_truth::Action;
+use wire::mode::Mode;
 
 use super::{Act, Attack, Injection, during};
 use crate::timed::timed;
-use crate::{Direction, DisplayedState, Seconds};
+use crate::{Direction, Seconds};
 
 timed! {
     /// Reports are made to say something else.
@@ -16,13 +17,13 @@ timed! {
         /// Kind of the forgery.
         forgery: FeedForgery,
         /// The state they are made to say.
-        state: DisplayedState,
+        state: Mode,
     }
 }
 
 impl Attack for FeedForge {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let action = FeedAction::Forge { forgery: self.forgery, mode: self.state.mode() };
+        let action = FeedAction::Forge { forgery: self.forgery, mode: self.state };
         Some(Act::Feed(during(self, Direction::Both, phase_ms, action)))
     }
 

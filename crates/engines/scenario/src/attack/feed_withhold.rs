@@ -3,10 +3,11 @@
 use adversary::plan::FeedAction;
 use evidence::{Planned, Takes};
 use ground_truth::Action;
+use wire::mode::Mode;
 
 use super::{Act, Attack, Injection, during};
 use crate::timed::timed;
-use crate::{Direction, DisplayedState, Seconds};
+use crate::{Direction, Seconds};
 
 timed! {
     /// Reports of the unit under test are not passed on to the display.
@@ -15,13 +16,13 @@ timed! {
         duration_s: Seconds,
         /// But for those that say this state.
         #[serde(default)]
-        keep: Option<DisplayedState>,
+        keep: Option<Mode>,
     }
 }
 
 impl Attack for FeedWithhold {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let action = FeedAction::Withhold { keep: self.keep.map(DisplayedState::mode) };
+        let action = FeedAction::Withhold { keep: self.keep };
         Some(Act::Feed(during(self, Direction::Both, phase_ms, action)))
     }
 

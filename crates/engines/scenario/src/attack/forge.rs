@@ -1,16 +1,18 @@
 //! `[[forge]]`: a process on a host's shared memory makes messages in another's name.
 
+use crate::shared::overwritten;
 use adversary::plan::Says;
 use evidence::Planned;
 use evidence::trial::Knowledge;
 use ground_truth::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::core::Topic;
 
 use super::{Act, Attack, Injection};
 use crate::finding::{Finding, finding};
 use crate::shared::{Every, spot};
-use crate::{Channel, Holder, Located, Point, Scenario, Seconds, Windowed};
+use crate::{Holder, Located, Point, Scenario, Seconds, Windowed};
 
 /// Publishes, on a channel that is another's, messages that it made itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -23,7 +25,7 @@ pub struct Forge {
     /// Time between messages.
     pub every_ms: Every,
     /// The channel.
-    pub topic: Channel,
+    pub topic: Topic,
     /// The service that it holds the keys of; none for an impostor.
     #[serde(default)]
     pub holder: Option<Holder>,
@@ -59,7 +61,7 @@ impl Attack for Forge {
             Saying::PlayedBack => Says::PlayedBack(spot),
             Saying::Elsewhere => Says::Elsewhere(spot),
         };
-        let plan = self.topic.overwritten(self, phase_ms, self.every_ms.unsigned(), statement);
+        let plan = overwritten(self.topic, self, phase_ms, self.every_ms.unsigned(), statement);
         Some(Act::Rogue { channel: self.topic, holder: self.holder, plan })
     }
 
@@ -105,11 +107,11 @@ impl Saying {
     }
 
     /// True if it can be said on `topic`.
-    pub fn fits(self, topic: Channel) -> bool {
+    pub fn fits(self, topic: Topic) -> bool {
         match self {
             Saying::Echo => true,
-            Saying::Beat | Saying::Vehicle | Saying::Synthetic | Saying::PlayedBack => topic == Channel::Tracks,
-            Saying::Elsewhere => topic == Channel::Navigation,
+            Saying::Beat | Saying::Vehicle | Saying::Synthetic | Saying::PlayedBack => topic == Topic::Tracks,
+            Saying::Elsewhere => topic == Topic::Navigation,
         }
     }
 }

@@ -51,10 +51,11 @@ use adversary::plan::{
     Resend, RogueMove, RogueOrders, StreamAction, Takeover as TakenSession, Timed,
 };
 use evidence::{Planned, Takes};
+use wire::core::Topic;
 use wire::id::NodeId;
 
 use super::finding::Finding;
-use super::{Channel, Direction, Holder, OrderKind, Scenario, Windowed};
+use super::{Direction, Holder, OrderKind, Scenario, Windowed};
 
 /// Appends a list of tables for each attack to [`Scenario`]: key, type, most tables, and a line for the schema. Actors and
 /// receipts come in the order of the rows.
@@ -192,7 +193,7 @@ pub enum Act {
     /// An act of the rogue on a host's shared memory.
     Rogue {
         /// The channel that it writes.
-        channel: Channel,
+        channel: Topic,
         /// The service that it holds the keys of; none for an impostor.
         holder: Option<Holder>,
         /// Its action there.

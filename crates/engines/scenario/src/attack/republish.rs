@@ -1,15 +1,17 @@
 //! `[[republish]]`: a process on a host's shared memory publishes recorded messages again.
 
+use crate::shared::overwritten;
 use adversary::plan::Says;
 use evidence::Planned;
 use evidence::trial::Knowledge;
 use ground_truth::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::core::Topic;
 
 use super::{Act, Attack, Injection};
 use crate::shared::Every;
-use crate::{Channel, Located, Millis, Seconds, Windowed};
+use crate::{Located, Millis, Seconds, Windowed};
 
 /// Publishes again the messages of the channel's own producer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,7 +24,7 @@ pub struct Republish {
     /// Time between messages.
     pub every_ms: Every,
     /// The channel.
-    pub topic: Channel,
+    pub topic: Topic,
     /// Least age of the messages.
     pub lag_ms: Millis,
 }
@@ -44,7 +46,7 @@ impl Windowed for Republish {
 impl Attack for Republish {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         let statement = Says::Recorded { lag_ms: self.lag_ms.unsigned() };
-        let plan = self.topic.overwritten(self, phase_ms, self.every_ms.unsigned(), statement);
+        let plan = overwritten(self.topic, self, phase_ms, self.every_ms.unsigned(), statement);
         Some(Act::Rogue { channel: self.topic, holder: None, plan })
     }
 

@@ -6,7 +6,7 @@
 use super::{Body, SPARE_M};
 use crate::footprint::{At, Footprint};
 use crate::scene::{Point, Scene};
-use crate::terms::Class;
+use wire::sensor::Class;
 
 /// True if the world can be driven and has a parked vehicle in sight of the start.
 pub(super) fn holds(scene: &Scene, body: &Body) -> bool {

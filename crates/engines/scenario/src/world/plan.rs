@@ -6,8 +6,8 @@ use super::MOST_STILL;
 use super::chance::Chance;
 use crate::footprint::{At, Footprint};
 use crate::scene::{Ground, Object, Pose, Scene, Weather};
-use crate::terms::Class;
 use crate::value::{List, Located, Name, Real};
+use wire::sensor::Class;
 
 /// The plan.
 #[derive(Default)]

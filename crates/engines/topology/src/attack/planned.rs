@@ -5,8 +5,8 @@ use ground_truth::FaultKind;
 use scenario::{Attack, Scenario, Windowed};
 use wire::id::ObjectId;
 
-use super::{needs, sensor};
-use crate::{process, scene};
+use super::needs;
+use crate::process;
 
 /// Everything planned of a scenario; the steps last, each once.
 pub(crate) fn plans(s: &Scenario, phase: u64) -> Vec<Plan> {
@@ -40,10 +40,10 @@ fn injected(attack: &dyn Attack, phase: u64) -> Option<Plan> {
 
 /// A perturbation has an aim, which its scene tells; any other fault is of a sensor alone.
 fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
-    let aim = s.scene.as_ref().and_then(|scene| scene.perturbation.as_ref()).map(|p| scene::class(p.aims_at));
-    match (kind(fault.kind), aim) {
+    let aim = s.scene.as_ref().and_then(|scene| scene.perturbation.as_ref()).map(|p| p.aims_at);
+    match (fault.kind, aim) {
         (FaultKind::Perturbation, Some(aim)) => Planned::Perturbation(aim),
-        (kind, _) => Planned::Fault(sensor(fault.sensor), kind),
+        (kind, _) => Planned::Fault(fault.sensor, kind),
     }
 }
 
@@ -54,26 +54,8 @@ fn disguises(s: &Scenario) -> impl Iterator<Item = Plan> {
     objects.flat_map(|(index, object)| {
         let id = ObjectId(index as u16);
         let paint = object.painted_as.filter(|paint| *paint != object.class);
-        let paint = paint.map(|class| Planned::Disguise(id, scene::class(class)));
-        let print = object.print.as_ref().map(|print| Planned::Print(id, scene::class(print.aims_at)));
+        let paint = paint.map(|class| Planned::Disguise(id, class));
+        let print = object.print.as_ref().map(|print| Planned::Print(id, print.aims_at));
         paint.into_iter().chain(print).map(Plan::from)
     })
-}
-
-fn kind(kind: scenario::FaultKind) -> FaultKind {
-    match kind {
-        scenario::FaultKind::Dropout => FaultKind::Dropout,
-        scenario::FaultKind::Freeze => FaultKind::Freeze,
-        scenario::FaultKind::Skew => FaultKind::Skew,
-        scenario::FaultKind::Chaff => FaultKind::Chaff,
-        scenario::FaultKind::Perturbation => FaultKind::Perturbation,
-        scenario::FaultKind::Noise => FaultKind::Noise,
-        scenario::FaultKind::Occlusion => FaultKind::Occlusion,
-        scenario::FaultKind::Drift => FaultKind::Drift,
-        scenario::FaultKind::Jump => FaultKind::Jump,
-        scenario::FaultKind::TimeStep => FaultKind::TimeStep,
-        scenario::FaultKind::TimeDrift => FaultKind::TimeDrift,
-        scenario::FaultKind::Scale => FaultKind::Scale,
-        scenario::FaultKind::Wander => FaultKind::Wander,
-    }
 }
