@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use super::measurements::MEASUREMENTS;
-use super::{CORES, root, sources};
+use super::{CORES, code, root, sources};
 
 /// Crates that a service may know: it is a core and a process around it, and the process is of `link`. Not `ground_truth`: no service
 /// has a name for an attack, a fault or the truth.
@@ -15,7 +15,7 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "ground_truth", "link"];
 
 /// Every crate with our crates that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 32] = [
+const MAY_KNOW: [(&str, &[&str]); 33] = [
     ("wire", &[]),
     // A process's own confinement.
     ("sandbox", &[]),
@@ -38,10 +38,12 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
     ("adversary", OBSERVED),
     ("console", SERVICE),
     ("export", &["wire", "ground_truth", "sim", "perception"]),
-    ("evidence", &["wire", "ground_truth", "link"]),
+    ("evidence", &["wire", "ground_truth"]),
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "ground_truth", "evidence"]),
     ("explain", &["wire", "ground_truth", "evidence"]),
+    // The folder of a recorded run: whoever made it, and whatever the run was of.
+    ("recording", &["wire", "ground_truth", "link", "evidence"]),
     (
         "scenario",
         &["wire", "guest", "ground_truth", "spacecraft", "sim", "perception", "adversary", "parallel", "evidence"],
@@ -81,6 +83,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "console",
             "evidence",
             "oracle",
+            "recording",
             "scenario",
             "topology",
         ],
@@ -104,6 +107,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "parallel",
             "evidence",
             "oracle",
+            "recording",
             "scenario",
             "topology",
             "twin",
@@ -143,6 +147,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "parallel",
             "evidence",
             "oracle",
+            "recording",
             "scenario",
             "topology",
             "twin",
@@ -171,6 +176,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "parallel",
             "stats",
             "evidence",
+            "recording",
             "explain",
             "scenario",
             "topology",
@@ -273,6 +279,17 @@ fn only_link_knows_the_transport_crates() {
             let knows = dependencies(folder).iter().any(|d| d == transport);
             assert!(!knows, "{folder} depends on {transport}: only link (and the broker) may");
         }
+    }
+}
+
+#[test]
+fn only_recording_reads_a_log_off_its_files() {
+    // The launcher reads what its own processes wrote, before there are trust anchors.
+    let may = ["crates/shared/link/src/", "crates/judge/recording/src/", "crates/engines/live/src/witness.rs"];
+    for (file, text) in ["crates", "measurements"].into_iter().flat_map(sources) {
+        let reads = ["mcap_frames", "witness::read_entries"].iter().any(|reader| code(&text).contains(reader));
+        let is_test = file.contains("/tests/");
+        assert!(!reads || is_test || may.iter().any(|may| file.starts_with(may)), "{file} reads a log past `Checked`");
     }
 }
 
