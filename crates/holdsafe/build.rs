@@ -10,7 +10,7 @@ use std::process::Command;
 use sha2::{Digest, Sha256};
 
 /// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
-const MADE_OF: [&str; 35] = [
+const MADE_OF: [&str; 36] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
@@ -35,6 +35,7 @@ const MADE_OF: [&str; 35] = [
     "crates/shared/parallel/src",
     "crates/shared/stats/src",
     "crates/judge/evidence/src",
+    "crates/judge/recording/src",
     "crates/engines/scenario/src",
     "crates/judge/oracle/src",
     "crates/judge/explain/src",

@@ -5,14 +5,14 @@ use std::os::unix::fs::PermissionsExt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use wire::mode::Mode;
 
+use evidence::anchors::{Life, TrustAnchors};
 use evidence::log::{Logged, by_recorder};
-use evidence::reading::heads;
 use evidence::trial::{Outcome, Trial};
-use evidence::verification::{Held, Life, LogVerifier, Verification};
 use evidence::{Plan, Planned, Witnessed};
 use ground_truth::{Any, Entry, Note};
 use holdsafe_tests::{root, shipped, variations};
 use oracle::judge;
+use recording::log::{LogVerifier, Verification, chain_heads};
 use scenario::{Ending, Process, Settings};
 use topology::is_attacked;
 use twin::sabotage::sabotage;
@@ -108,7 +108,7 @@ const ALL: [Tampering; 9] = [
 /// touch.
 fn recorded() -> (Run, Vec<RecordedEntry>) {
     let mut run = shipped("nominal").run(1);
-    run.held.heads.retain(|head| by_recorder(head.node));
+    run.anchors.heads.retain(|head| by_recorder(head.node));
     let records = kept_of(&run, by_recorder);
     (run, records)
 }
@@ -119,8 +119,8 @@ fn kept_of(run: &Run, is_author: impl Fn(NodeId) -> bool) -> Vec<RecordedEntry> 
     loggeds.map(|Logged { at, node, bytes }| RecordedEntry { at: *at, node: *node, bytes: bytes.clone() }).collect()
 }
 
-fn judged(records: &[RecordedEntry], held: &Held) -> Verification {
-    let mut log_verifier = LogVerifier::new(held);
+fn judged(records: &[RecordedEntry], anchors: &TrustAnchors) -> Verification {
+    let mut log_verifier = LogVerifier::new(anchors);
     for one in records {
         let _noted = log_verifier.take(one.at, one.node, &one.bytes);
     }
@@ -131,14 +131,14 @@ fn judged(records: &[RecordedEntry], held: &Held) -> Verification {
 #[test]
 fn every_tampering_is_found_everywhere() {
     let (run, records) = recorded();
-    assert_eq!(judged(&records, &run.held).flaws, [], "untouched");
+    assert_eq!(judged(&records, &run.anchors).flaws, [], "untouched");
     let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     for does in ALL {
         let mut places = BTreeSet::new();
         for seed in 0..40 {
             let mut hands = records.clone();
             let place = InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands);
-            let verification = judged(&hands, &run.held);
+            let verification = judged(&hands, &run.anchors);
             assert!(!verification.flaws.is_empty(), "{does:?} at {place:?} of {}", records.len());
             // Bytes that were changed are found where they are, or at the next entry of their chain.
             if matches!(does, Tampering::Edit) {
@@ -161,7 +161,7 @@ fn missing_signatures_or_heads_admit_forgeries() {
         hands
     };
     // A reader without a head knows nothing of any life; that is not what is asked here.
-    let headless = Held { heads: Vec::new(), ..run.held.clone() };
+    let headless = TrustAnchors { heads: Vec::new(), ..run.anchors.clone() };
     let tampered = |does| {
         let mut flaws = judged(&after(does), &headless).flaws;
         flaws.retain(|flaw| !flaw.what.starts_with("nobody knows of"));
@@ -179,13 +179,13 @@ fn missing_signatures_or_heads_admit_forgeries() {
 fn guard_and_launcher_logs_resist_tampering() {
     let run = shipped("process_ends").run(1);
     let whole = kept_of(&run, |_| true);
-    assert_eq!(judged(&whole, &run.held).flaws, [], "untouched");
+    assert_eq!(judged(&whole, &run.anchors).flaws, [], "untouched");
     let mut witnesses: Vec<NodeId> = whole.iter().map(|one| one.node).filter(|node| !by_recorder(*node)).collect();
     witnesses.sort();
     witnesses.dedup();
     assert!(witnesses.len() > 3 && witnesses.contains(&NodeId::CAMPAIGN), "{witnesses:?}");
     let found = |name: &str, records: &[RecordedEntry]| {
-        let flaws = judged(records, &run.held).flaws;
+        let flaws = judged(records, &run.anchors).flaws;
         assert!(!flaws.is_empty(), "{name}");
         flaws
     };
@@ -207,16 +207,16 @@ fn guard_and_launcher_logs_resist_tampering() {
             }
         }
         // With its chain written again by somebody who has not its key, and no head to hold it to.
-        let mut held = run.held.clone();
-        held.heads.retain(|head| head.node != witness);
-        held.killed.push(Life { node: witness, boot: Boot(1) });
+        let mut anchors = run.anchors.clone();
+        anchors.heads.retain(|head| head.node != witness);
+        anchors.killed.push(Life { node: witness, boot: Boot(1) });
         let mut records = whole.clone();
         let mut entry = Entry::decode(&records[own_indices[0]].bytes).expect("an entry");
         entry.at.0 += 1;
         records[own_indices[0]].bytes = wire::codec::encode(&entry);
         let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
         InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0).chain_anew(&mut records);
-        let flaws = judged(&records, &held).flaws;
+        let flaws = judged(&records, &anchors).flaws;
         let unsigned = format!("{witness}, boot 1 did not sign its chain here");
         assert!(flaws.iter().any(|f| f.what == unsigned), "{unsigned}: {flaws:?}");
     }
@@ -226,9 +226,9 @@ fn guard_and_launcher_logs_resist_tampering() {
 fn service_left_out_by_the_recorder_is_missed() {
     let (run, mut records) = recorded();
     records.retain(|one| one.node != NodeId::CONSOLE);
-    let flaws = judged(&records, &run.held).flaws;
+    let flaws = judged(&records, &run.anchors).flaws;
     assert!(flaws.iter().any(|f| f.what.contains("console, boot 1 wrote")), "{flaws:?}");
-    let full = heads(&run.log);
+    let full = chain_heads(&run.log);
     assert!(full.iter().any(|head| head.node == NodeId::CONSOLE));
 }
 
@@ -248,10 +248,10 @@ fn life_before_a_restart_rests_on_signatures() {
     assert_eq!(run.evidence.log_flaws, []);
     let [first, second] = [1, 2].map(|boot| Life { node: NodeId::UNIT_A, boot: Boot(boot) });
     // Live nobody holds the head of one that was killed.
-    let mut held = run.held.clone();
-    held.heads.retain(|head| head.life() != first && by_recorder(head.node));
+    let mut anchors = run.anchors.clone();
+    anchors.heads.retain(|head| head.life() != first && by_recorder(head.node));
     let records = kept_of(&run, by_recorder);
-    assert_eq!(judged(&records, &held).flaws, [], "that it was killed is on record");
+    assert_eq!(judged(&records, &anchors).flaws, [], "that it was killed is on record");
     let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     let lives = [first, second].map(|life| of_life(&records, life).len());
     assert!(lives.iter().all(|n| *n > 20), "{lives:?}");
@@ -272,11 +272,11 @@ fn life_before_a_restart_rests_on_signatures() {
             !unsigned || !matches!(entry.event, Any::Service(Event::Signed { .. }))
         });
         hands.chain_anew(&mut records);
-        let flaws = judged(&records, &held).flaws;
+        let flaws = judged(&records, &anchors).flaws;
         assert!(flaws.iter().any(|f| f.what.contains("unit-a, boot 1 did not sign")), "{what}: {flaws:?}");
     }
-    held.killed.clear();
-    let flaws = judged(&records, &held).flaws;
+    anchors.killed.clear();
+    let flaws = judged(&records, &anchors).flaws;
     assert!(flaws.iter().any(|f| f.what == "nobody knows of unit-a, boot 1"), "{flaws:?}");
 }
 
@@ -285,7 +285,7 @@ fn entry_kept_as_anothers_is_a_flaw() {
     let (run, mut records) = recorded();
     let i = records.iter().position(|one| one.node == NodeId::CONSOLE).expect("an entry of the console's");
     records[i].node = NodeId::GATEWAY;
-    let flaws = judged(&records, &run.held).flaws;
+    let flaws = judged(&records, &run.anchors).flaws;
     assert_eq!(flaws.iter().map(|f| f.at).collect::<Vec<_>>(), [i + 1], "{flaws:?}");
 }
 
@@ -298,7 +298,7 @@ fn no_entrys_time_can_be_moved() {
         let mut entry = Entry::decode(&hands[i].bytes).expect("an entry");
         entry.at.0 += 1;
         hands[i].bytes = wire::codec::encode(&entry);
-        let verification = judged(&hands, &run.held);
+        let verification = judged(&hands, &run.anchors);
         assert!(!verification.flaws.is_empty(), "entry {} of {}, {}", i + 1, records.len(), entry.node);
     }
 }
@@ -306,7 +306,7 @@ fn no_entrys_time_can_be_moved() {
 #[test]
 fn anchors_and_log_hold_no_secret() {
     let run = shipped("nominal").run(1);
-    let text = serde_json::to_vec(&run.held).expect("JSON");
+    let text = serde_json::to_vec(&run.anchors).expect("JSON");
     for member in &run.topology.members {
         let hex: String = member.setup.secret.0.iter().map(|b| format!("{b:02x}")).collect();
         let channels = member.setup.channels.iter().map(|c| c.key.0);

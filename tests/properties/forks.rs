@@ -2,8 +2,8 @@
 //! draws, in the values that the scenario lets vary and in no others.
 
 use evidence::log::{Logged, hashes};
-use evidence::reading::read;
 use holdsafe_tests::{Ready, shipped};
+use recording::log::read_log;
 use twin::Twin;
 use twin::trial::start;
 use wire::id::WorldId;
@@ -17,15 +17,15 @@ pub(super) fn finish(mut twin: Twin, end: u64) -> Vec<Logged> {
 
 fn forks_agree(ready: &Ready, seed: u64, ticks: impl Iterator<Item = u64>) {
     let (topology, twin) = start(&ready.scenario, &ready.setup, seed, false).expect("a shipped scenario starts");
-    let whole = hashes(&read(&finish(twin, topology.duration)).0);
+    let whole = hashes(&read_log(&finish(twin, topology.duration)).0);
     let (_, mut trunk) = start(&ready.scenario, &ready.setup, seed, false).expect("a shipped scenario starts");
     for (i, tick) in ticks.enumerate() {
         trunk.run_until(tick);
         let fork = trunk.fork(WorldId(1 + i as u64));
-        let forked = hashes(&read(&finish(fork, topology.duration)).0);
+        let forked = hashes(&read_log(&finish(fork, topology.duration)).0);
         assert_eq!(forked, whole, "fork at {tick} µs");
     }
-    let trunk = hashes(&read(&finish(trunk, topology.duration)).0);
+    let trunk = hashes(&read_log(&finish(trunk, topology.duration)).0);
     assert_eq!(trunk, whole, "the trunk after its forks");
 }
 
@@ -65,7 +65,7 @@ fn branch_draws_by_its_seed_without_recording() {
     assert_eq!(one, same, "the same seed");
     assert_ne!(one, fork, "chances of its own");
     assert_ne!(one, fork_and_branches(&ready, [8, 8]).1[0], "another seed");
-    let (_, problem) = read(&one);
+    let (_, problem) = read_log(&one);
     assert!(problem.is_some(), "a log without its beginning passes for a run's");
 }
 

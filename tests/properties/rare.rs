@@ -2,10 +2,10 @@
 //! comparison with an exactly known probability stands beside the splitting, with a process of a few lines
 //! (`search::rare`).
 
-use evidence::reading::read;
 use ground_truth::{Any, Note};
 use holdsafe_tests::shipped;
 use parallel::progress::{Progress, Stop, Talk};
+use recording::log::read_log;
 use search::rare::{Event, Plan, Question, Repetition};
 use stats::Share;
 use stats::mean::Mean;
@@ -60,7 +60,7 @@ fn lease_age_is_the_level_until_hold() {
 #[test]
 fn distance_to_the_fence_is_the_true_one() {
     let twin = flown("nominal", 3);
-    let margin = read(twin.log()).0.into_iter().rev().find_map(|witnessed| {
+    let margin = read_log(twin.log()).0.into_iter().rev().find_map(|witnessed| {
         if let Any::Instrument(Note::Truth { fence_mm, .. }) = witnessed.entry.event {
             Some(f64::from(fence_mm))
         } else {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use super::measurements::MEASUREMENTS;
-use super::{CORES, root, sources};
+use super::{CORES, code, root, sources};
 
 /// Crates that a service may know: it is a core and a process around it, and the process is of `link`. Not `ground_truth`: no service
 /// has a name for an attack, a fault or the truth.
@@ -15,7 +15,7 @@ const SERVICE: &[&str] = &["wire", "config", "link"];
 const OBSERVED: &[&str] = &["wire", "config", "ground_truth", "link"];
 
 /// Every crate with our crates that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 33] = [
+const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("wire", &[]),
     // What a core is made of: it crosses no link.
     ("config", &["wire"]),
@@ -40,10 +40,12 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
     ("adversary", OBSERVED),
     ("console", SERVICE),
     ("export", &["wire", "ground_truth", "sim", "perception"]),
-    ("evidence", &["wire", "config", "ground_truth", "link"]),
+    ("evidence", &["wire", "config", "ground_truth"]),
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "ground_truth", "evidence"]),
     ("explain", &["wire", "ground_truth", "evidence"]),
+    // The folder of a recorded run: whoever made it, and whatever the run was of.
+    ("recording", &["wire", "ground_truth", "link", "evidence"]),
     (
         "scenario",
         &[
@@ -96,6 +98,7 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
             "console",
             "evidence",
             "oracle",
+            "recording",
             "scenario",
             "topology",
         ],
@@ -119,6 +122,7 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
             "parallel",
             "evidence",
             "oracle",
+            "recording",
             "scenario",
             "topology",
             "twin",
@@ -159,6 +163,7 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
             "parallel",
             "evidence",
             "oracle",
+            "recording",
             "scenario",
             "topology",
             "twin",
@@ -188,6 +193,7 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
             "parallel",
             "stats",
             "evidence",
+            "recording",
             "explain",
             "scenario",
             "topology",
@@ -290,6 +296,17 @@ fn only_link_knows_the_transport_crates() {
             let knows = dependencies(folder).iter().any(|d| d == transport);
             assert!(!knows, "{folder} depends on {transport}: only link (and the broker) may");
         }
+    }
+}
+
+#[test]
+fn only_recording_reads_a_log_off_its_files() {
+    // The launcher reads what its own processes wrote, before there are trust anchors.
+    let may = ["crates/shared/link/src/", "crates/judge/recording/src/", "crates/engines/live/src/witness.rs"];
+    for (file, text) in ["crates", "measurements"].into_iter().flat_map(sources) {
+        let reads = ["mcap_frames", "witness::read_entries"].iter().any(|reader| code(&text).contains(reader));
+        let is_test = file.contains("/tests/");
+        assert!(!reads || is_test || may.iter().any(|may| file.starts_with(may)), "{file} reads a log past `Checked`");
     }
 }
 

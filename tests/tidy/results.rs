@@ -6,11 +6,11 @@ use std::fs;
 use super::{code, root, sources};
 
 /// Crates whose tests hold objects against golden files.
-const HELD_IN: [&str; 4] = ["crates/reports/results", "crates/engines/live", "crates/holdsafe", "measurements/lab"];
+const HELD_IN: [&str; 4] = ["crates/reports/results", "crates/judge/recording", "crates/holdsafe", "measurements/lab"];
 
 /// The kinds that the programs name where they print or write an object.
 fn kinds() -> BTreeSet<String> {
-    // A trial's end is written by `live`, its kind in the object.
+    // A trial's end is written by `recording`, its kind in the object.
     let mut kinds = BTreeSet::from(["verdict".to_owned()]);
     for (_, text) in ["crates/holdsafe", "measurements/lab"].iter().flat_map(|name| sources(&format!("{name}/src"))) {
         let code = code(&text);

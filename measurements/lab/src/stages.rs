@@ -15,7 +15,7 @@ use topology::Topology;
 use twin::{Twin, clock};
 use wire::core::{Input, Output, Topic};
 use wire::event::wire_hash;
-use wire::id::NodeId;
+use wire::id::{Boot, NodeId};
 
 /// Transport of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,7 +97,7 @@ impl Delays {
             let node = member.node();
             let draw = topology.clocks[member.host as usize];
             let clock = HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 };
-            let file = run_dir.join("mouth").join(format!("{node}.cbor"));
+            let file = link::files::input_journal(run_dir, node, Boot(1));
             let log = link::files::open(&file).map_err(|e| format!("{}: {e}", file.display()))?;
             let log =
                 input_journal::Reader::new(BufReader::new(log)).map_err(|e| format!("{}: {e}", file.display()))?;

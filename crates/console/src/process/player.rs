@@ -125,7 +125,7 @@ impl Player {
         let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(format!("{}: {error}", path.display()));
         let file = link::files::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
-        let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
+        let log = link::files::input_journal(run_dir, NodeId::CONSOLE, Boot(1));
         let log = input_journal::Reader::new(BufReader::new(link::files::open(&log).map_err(JournalError::from)?))?;
         let header = log.header();
         let mut player = Self::new(&config, header.boot, header.started, turns(log)?)?;

@@ -6,47 +6,27 @@ use std::io::BufReader;
 use std::path::Path;
 
 use link::input_journal::{self, Divergence, ReplayError};
-use serde::{Deserialize, Serialize};
+use recording::RunFolder;
+use recording::replays::CoreReplay;
 use topology::{Member, Topology};
 use twin::part::Part;
 use twin::part::make::part;
 use wire::core::{Core, Input, Output};
 use wire::event::wire_hash;
-use wire::id::NodeId;
+use wire::id::Boot;
 use wire::time::Instant;
-
-/// Result of one core's replay.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CoreReplay {
-    /// Which.
-    pub node: NodeId,
-    /// Inputs fed.
-    pub inputs: u64,
-    /// Outputs compared and found equal.
-    pub outputs: u64,
-    /// Reason for which the replay is not whole, where it is not.
-    pub difference: Option<String>,
-}
-
-impl CoreReplay {
-    /// The difference, with its core; `None` where the replay is exact.
-    pub fn told(&self) -> Option<String> {
-        let difference = self.difference.as_ref()?;
-        Some(format!("{}, replayed from its input journal: {difference}", self.node))
-    }
-}
 
 /// The longest account of one difference, characters.
 const MAX_TOLD: usize = 400;
 
-/// Replays every member of `topology` from the logs below `run_dir`.
-pub fn replay(topology: &Topology, run_dir: &Path) -> Vec<CoreReplay> {
-    topology.members.iter().map(|member| one(member, run_dir)).collect()
+/// Replays every member of `topology` from its input journal in the folder of the run.
+pub fn replay(topology: &Topology, run: &RunFolder) -> Vec<CoreReplay> {
+    topology.members.iter().map(|member| one(member, run)).collect()
 }
 
-fn one(member: &Member, run_dir: &Path) -> CoreReplay {
+fn one(member: &Member, run: &RunFolder) -> CoreReplay {
     let node = member.node();
-    match feed(member, &run_dir.join("mouth").join(format!("{node}.cbor"))) {
+    match feed(member, &run.input_journal(node, Boot(1))) {
         Ok(done) => CoreReplay { node, inputs: done.inputs, outputs: done.outputs, difference: None },
         Err(why) => CoreReplay { node, inputs: 0, outputs: 0, difference: Some(why) },
     }

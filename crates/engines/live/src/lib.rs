@@ -18,8 +18,8 @@ mod process;
 pub mod remains;
 pub mod service;
 mod spec;
-pub mod store;
 pub mod trial;
+pub mod viewer_files;
 mod witness;
 
 use std::collections::VecDeque;
@@ -30,15 +30,18 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use evidence::Micros;
+use evidence::anchors::{HeadAnchor, ProcessStop, TrustAnchors};
 use evidence::cue::Watch;
 use evidence::log::Logged;
-use evidence::verification::{Held, HeldHead, Stop, Verification};
 use ground_truth::{Any, Entry, Note, StepName, Suspension};
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
 use nix::sys::signal::Signal;
 use parallel::progress;
+use recording::RunFolder;
+use recording::log::{LogVerifier, Verification};
+use recording::write::write_enclaves;
 use scenario::Confinement;
 use serde_json::Value;
 use topology::{RunSecret, Topology};
@@ -59,7 +62,6 @@ use process::ProcessFaults;
 use remains::Remains;
 use spec::{Places, Specs, service};
 pub(crate) use spec::{console, site};
-pub use witness::own_logs;
 
 /// Runs of this process so far.
 static RUNS: AtomicU32 = AtomicU32::new(0);
@@ -129,7 +131,7 @@ pub struct Aftermath {
     /// Verification of the recording, as it was kept.
     pub verification: Verification,
     /// Trust anchors held outside the recorder.
-    pub held: Held,
+    pub anchors: TrustAnchors,
     /// The first process that ended by itself.
     pub lost: Option<Lost>,
     /// Duration of the run, microseconds.
@@ -196,7 +198,9 @@ pub fn run(
     leftovers::make_room();
     let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
-    store::site(&places.run_dir, topology).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
+    let run_folder = RunFolder::new(&places.run_dir);
+    viewer_files::write_site(&run_folder, topology)
+        .map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(topology).map_err(|e| e.to_string())?;
     let wanted = options.confinement;
     let apart = options.hosts == scenario::Hosts::Namespaces;
@@ -236,7 +240,7 @@ pub fn run(
         window,
     };
     let until_us = start_us + if window { WINDOW_US } else { topology.duration + SPARE_US };
-    specs.enclaves = Some(store::enclaves(&places.run_dir, &specs.enclaves(until_us), &secret.authority())?);
+    specs.enclaves = Some(write_enclaves(&run_folder, &specs.enclaves(until_us), &secret.authority())?);
     company.start_all(&options.services, topology, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
     let mut again = |node: NodeId, boot: Boot| {
@@ -250,57 +254,58 @@ pub fn run(
     let levels = specs.levels;
     company.finish();
     let broker = secret.signing_secret(NodeId::BROKER);
-    let held = topology.held(Some((&broker, OVERSLEPT_US)));
+    let anchors = topology.trust_anchors(Some((&broker, OVERSLEPT_US)));
     let (heads, stops) = (witness::heads(topology, &company.stats), stops(&stayed.events, start_us));
-    let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
-    let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
+    let anchors = TrustAnchors { heads, stops, start_us, cut_short: stayed.cut_short(), ..anchors };
+    let (log, verification, anchors) = gathered(topology, &run_folder, anchors, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
     let (lost, Stayed { lasted, overslept, waited, stopped, .. }) = (stayed.lost(), stayed);
-    Ok(Aftermath { log, verification, held, lost, lasted, stopped, overslept, waited, levels, logs })
+    Ok(Aftermath { log, verification, anchors, lost, lasted, stopped, overslept, waited, levels, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
 fn gathered(
     topology: &Topology,
-    run_dir: &Path,
-    mut held: Held,
+    run: &RunFolder,
+    mut anchors: TrustAnchors,
     stayed: &Stayed,
     stats: &[(NodeId, Value)],
-) -> Result<(Vec<Logged>, Verification, Held), LiveError> {
-    let start_us = held.start_us;
+) -> Result<(Vec<Logged>, Verification, TrustAnchors), LiveError> {
+    let start_us = anchors.start_us;
     // A dead recorder wrote nothing more, nor did one with a full disk; then the input journals of the others are the second place where entries are.
-    if !held.cut_short
+    if !anchors.cut_short
         && let Some(hands) = topology.hands()
     {
-        witness::lay_on(&hands, run_dir)?;
+        witness::lay_on(&hands, run)?;
     }
-    let mut kept = match witness::recording(run_dir) {
-        Err(_) if held.cut_short => Vec::new(),
+    let mut kept = match witness::recorded_entries(run) {
+        Err(_) if anchors.cut_short => Vec::new(),
         kept => kept?,
     };
-    let guards = witness::guards(topology, run_dir);
-    let mut log = match held.cut_short {
-        true => witness::journals(topology, run_dir, start_us),
+    let guards = witness::guards(topology, run);
+    let mut log = match anchors.cut_short {
+        true => witness::journals(topology, run, start_us),
         false => witness::on_the_runs_time(kept.clone(), start_us),
     };
     log.extend(witness::on_the_runs_time(guards.clone(), start_us));
     let mut told: Vec<(u64, Any)> = stayed.events.iter().map(|(at, note)| (*at, (*note).into())).collect();
     told.push((stayed.lasted, Note::Stalled { by: Span(stayed.overslept) }.into()));
     told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event.into())));
-    let seen = witness::deliveries(topology, run_dir, start_us, &log).into_iter();
-    told.extend(seen.chain(witness::running(topology, run_dir, start_us)).map(|(at, note)| (at, note.into())));
+    let seen = witness::deliveries(topology, run, start_us, &log).into_iter();
+    told.extend(seen.chain(witness::running(topology, run, start_us)).map(|(at, note)| (at, note.into())));
     // One chain, whose order has to be that of the times in it.
     told.sort_by_key(|(at, _)| *at);
     let end = told.last().map_or(stayed.lasted, |(at, _)| *at);
     let key = topology.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
     let notes = witness::notes(key, &told, end);
-    witness::keep_notes(run_dir, &notes)?;
-    held.heads.extend(notes.last().and_then(|last| Head::from_last::<Any>(&last.bytes)).map(HeldHead::from));
+    witness::keep_notes(run, &notes)?;
+    anchors.heads.extend(notes.last().and_then(|last| Head::from_last::<Any>(&last.bytes)).map(HeadAnchor::from));
     kept.extend(guards);
     kept.extend(notes.iter().cloned());
     log.extend(notes);
-    Ok((log, trial::verification(&kept, &held), held))
+    let verification = LogVerifier::new(&anchors).verify(&kept);
+    Ok((log, verification, anchors))
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
@@ -315,8 +320,8 @@ fn own_address(run: u32) -> LoopbackAddr {
 }
 
 /// Times at which the launcher stopped processes, by its own record, on the recording's clock.
-fn stops(events: &[(u64, Note)], start_us: u64) -> Vec<Stop> {
-    let mut stops: Vec<Stop> = Vec::new();
+fn stops(events: &[(u64, Note)], start_us: u64) -> Vec<ProcessStop> {
+    let mut stops: Vec<ProcessStop> = Vec::new();
     for (at, event) in events {
         let (Note::Suspended { node, how: Suspension::Hang, on: begins } | Note::Halted { node, on: begins }) = *event
         else {
@@ -324,7 +329,7 @@ fn stops(events: &[(u64, Note)], start_us: u64) -> Vec<Stop> {
         };
         let open = stops.iter_mut().rev().find(|stop| stop.node == node && stop.until_us == u64::MAX);
         match (open, begins) {
-            (None, true) => stops.push(Stop { node, from_us: start_us + at, until_us: u64::MAX }),
+            (None, true) => stops.push(ProcessStop { node, from_us: start_us + at, until_us: u64::MAX }),
             (Some(stop), false) => stop.until_us = start_us + at,
             (Some(_), true) | (None, false) => {}
         }

@@ -15,6 +15,7 @@ use link::spec::{
     BrokerListen, BusSpec, ChannelSpec, Confinement, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec,
     ServiceSpec, WitnessSpec,
 };
+use recording::RunFolder;
 use sandbox::Level;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -67,7 +68,7 @@ impl Places {
 
     /// Directory of the recorder.
     pub(super) fn recording(&self) -> PathBuf {
-        self.run_dir.join("recording")
+        RunFolder::new(&self.run_dir).recording()
     }
 
     fn domain(&self, host: Host) -> (String, PathBuf) {
@@ -434,9 +435,8 @@ pub(super) fn make_folders(places: &Places) -> std::io::Result<()> {
     use std::os::unix::fs::DirBuilderExt;
     let mut builder = std::fs::DirBuilder::new();
     builder.recursive(true).mode(0o700);
-    let below = |folder: &Path| ["recording", "mouth", "guard"].map(|name| folder.join(name));
     builder.create(&places.run_dir)?;
-    below(&places.run_dir).iter().try_for_each(|folder| builder.create(folder))?;
+    RunFolder::new(&places.run_dir).written_by_processes().iter().try_for_each(|folder| builder.create(folder))?;
     builder.create(&places.temporary)?;
     [Host::VehicleA, Host::Control, Host::VehicleC]
         .iter()

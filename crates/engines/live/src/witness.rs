@@ -3,17 +3,17 @@
 
 use std::collections::VecDeque;
 use std::io::BufReader;
-use std::path::Path;
 
 use adversary::insider::{InsiderRecorder, RecordedEntry};
+use evidence::anchors::HeadAnchor;
 use evidence::delivery::{Claims, Running};
 use evidence::log::Logged;
-use evidence::verification::HeldHead;
 use ground_truth::{Any, Entry, Note};
 use link::input_journal;
 use link::instrument::Frame;
-use link::recorded;
+use link::mcap_frames::{McapFramesError, frames_of_folder};
 use link::recorder::Recording;
+use recording::RunFolder;
 use serde_json::Value;
 use topology::{Member, Topology};
 use wire::audit::Journal;
@@ -26,8 +26,8 @@ use wire::time::Instant;
 use super::LiveError;
 
 /// The recording, in the order and under the times in which it was kept.
-pub(super) fn recording(run_dir: &Path) -> Result<Vec<Logged>, LiveError> {
-    let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
+pub(super) fn recorded_entries(run: &RunFolder) -> Result<Vec<Logged>, LiveError> {
+    let frames = frames_of_folder(&run.recording()).map_err(|e| LiveError::Environment(e.to_string()))?;
     let logged = |f: Frame| Logged { at: f.trace_us, node: f.node, bytes: f.bytes };
     Ok(frames.into_iter().map(logged).collect())
 }
@@ -38,10 +38,10 @@ pub(super) fn on_the_runs_time(kept: Vec<Logged>, start_us: u64) -> Vec<Logged> 
 }
 
 /// Lets the hands that the recorder is in at the files of its recording.
-pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), LiveError> {
-    let folder = run_dir.join("recording");
-    let unreadable = |e: recorded::RecordedError| LiveError::Environment(e.to_string());
-    let frames = recorded::frames(&folder).map_err(unreadable)?;
+pub(super) fn lay_on(hands: &InsiderRecorder, run: &RunFolder) -> Result<(), LiveError> {
+    let folder = run.recording();
+    let unreadable = |e: McapFramesError| LiveError::Environment(e.to_string());
+    let frames = frames_of_folder(&folder).map_err(unreadable)?;
     let kept = |Frame { trace_us: at, node, bytes }: Frame| RecordedEntry { at, node, bytes };
     let mut kept: Vec<RecordedEntry> = frames.into_iter().map(kept).collect();
     hands.lay_on(&mut kept);
@@ -57,10 +57,10 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
 
 /// Heads of each service's chain, and of its guard's, by its own closing statement; the recorder's is no evidence
 /// against it.
-pub(super) fn heads(topology: &Topology, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
+pub(super) fn heads(topology: &Topology, stats: &[(NodeId, Value)]) -> Vec<HeadAnchor> {
     let of = |node: NodeId, head: &Value| {
         let boot = Boot(u32::try_from(head["boot"].as_u64()?).ok()?);
-        Some(HeldHead { node, boot, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
+        Some(HeadAnchor { node, boot, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
     };
     let both = |(node, stats): &(NodeId, Value)| {
         let guard = topology.ingress_of(*node).and_then(|guard| of(guard, &stats["links"]["witness"]));
@@ -71,11 +71,11 @@ pub(super) fn heads(topology: &Topology, stats: &[(NodeId, Value)]) -> Vec<HeldH
 
 /// The same entries out of every participant's input journal, for a run with a dead recorder; each counts as written
 /// when its core was fed. The broker has no core and so no journal: its entries are missing.
-pub(super) fn journals(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<Logged> {
+pub(super) fn journals(topology: &Topology, run: &RunFolder, start_us: u64) -> Vec<Logged> {
     let mut log = Vec::new();
     for member in &topology.members {
         let node = member.node();
-        each_entry(topology, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run, start_us, |at, entry| {
             if let input_journal::Entry::Output(Output::Audit { bytes }) = entry {
                 log.push(Logged { at, node, bytes });
             }
@@ -86,12 +86,12 @@ pub(super) fn journals(topology: &Topology, run_dir: &Path, start_us: u64) -> Ve
 
 /// Inputs of the cores among the messages that insiders in `log` claim to have sent. These are the launcher's statements,
 /// read from each reader's own records.
-pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Note)> {
+pub(super) fn deliveries(topology: &Topology, run: &RunFolder, start_us: u64, log: &[Logged]) -> Vec<(u64, Note)> {
     let mut claims = Claims::default();
     log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
     let mut seen = Vec::new();
     for member in topology.members.iter().filter(|_| !claims.is_empty()) {
-        each_entry(topology, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run, start_us, |at, entry| {
             if let input_journal::Entry::Input { input, .. } = &entry {
                 seen.extend(claims.delivered(member.node(), input).map(|event| (at, event)));
             }
@@ -101,13 +101,13 @@ pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log
 }
 
 /// Input times of cores in processes that were to be stopped, by their journals.
-pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<(u64, Note)> {
+pub(super) fn running(topology: &Topology, run: &RunFolder, start_us: u64) -> Vec<(u64, Note)> {
     let watched = topology.watched();
     let mut running = Running::new(&watched);
     let mut seen = Vec::new();
     for member in topology.members.iter().filter(|m| watched.contains(&m.node())) {
         let node = member.node();
-        each_entry(topology, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run, start_us, |at, entry| {
             if matches!(entry, input_journal::Entry::Input { .. }) && running.told(node, at) {
                 seen.push((at, Note::Ran { node }));
             }
@@ -120,14 +120,14 @@ pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec
 fn each_entry(
     topology: &Topology,
     member: &Member,
-    run_dir: &Path,
+    run: &RunFolder,
     start_us: u64,
     mut each: impl FnMut(u64, input_journal::Entry),
 ) {
     let clock = super::spec::clock(topology, member.host);
     // One log for each start; the second is there when it was started again.
-    for boot in ["", "-2"] {
-        let file = link::files::open(&run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
+    for boot in [Boot(1), Boot(2)] {
+        let file = link::files::open(&run.input_journal(member.node(), boot));
         let Some(journal) = file.ok().and_then(|file| input_journal::Reader::new(BufReader::new(file)).ok()) else {
             continue;
         };
@@ -157,15 +157,17 @@ pub(super) fn relayed(stats: &[(NodeId, Value)]) -> Vec<Event> {
 }
 
 /// The guards' logs, each life in the order in which it was written, under the recording's own time.
-pub(super) fn guards(topology: &Topology, run_dir: &Path) -> Vec<Logged> {
+pub(super) fn guards(topology: &Topology, run: &RunFolder) -> Vec<Logged> {
     let mut log = Vec::new();
     let broker = Some(topology.broker()).filter(|broker| topology.members.iter().all(|m| m.node() != *broker));
     for node in topology.members.iter().map(Member::node).chain(broker) {
         let Some(guard) = topology.ingress_of(node) else { continue };
         // One log for each start; the second is there when it was started again.
-        for boot in ["", "-2"] {
-            let file = link::witness::path(run_dir, &format!("{node}{boot}.cbor"));
-            log.extend(recorded::witnessed(&file).unwrap_or_default().into_iter().map(|bytes| kept(guard, bytes)));
+        for boot in [Boot(1), Boot(2)] {
+            let file = run.guard_log(node, boot);
+            log.extend(
+                link::witness::read_entries(&file).unwrap_or_default().into_iter().map(|bytes| kept(guard, bytes)),
+            );
         }
     }
     log
@@ -176,36 +178,10 @@ fn kept(node: NodeId, bytes: Vec<u8>) -> Logged {
     Logged { at: Entry::decode(&bytes).map_or(0, |entry| entry.at.0), node, bytes }
 }
 
-/// Logs kept by their own writers in the run directory, file by file: the guards' and the launcher's.
-///
-/// # Errors
-///
-/// When a file cannot be read.
-pub fn own_logs(run_dir: &Path) -> std::io::Result<Vec<Logged>> {
-    let mut files: Vec<_> = match std::fs::read_dir(run_dir.join("guard")) {
-        Ok(files) => files.map(|file| file.map(|file| file.path())).collect::<Result<_, _>>()?,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-        Err(error) => return Err(error),
-    };
-    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
-    let (mut log, mut room) = (Vec::new(), recorded::MAX_FRAMES);
-    for file in files {
-        let unreadable =
-            |error: std::io::Error| std::io::Error::new(error.kind(), format!("{}: {error}", file.display()));
-        let entries = recorded::witnessed(&file).map_err(unreadable)?;
-        let taken: usize = entries.iter().map(|bytes| bytes.len() + size_of::<Logged>()).sum();
-        let left = room.checked_sub(taken);
-        room = left.ok_or_else(|| unreadable(std::io::Error::other("more entries than any run of ours writes")))?;
-        let node = |bytes: &[u8]| Entry::decode(bytes).map_or(NodeId::CAMPAIGN, |entry| entry.node);
-        log.extend(entries.into_iter().map(|bytes| kept(node(&bytes), bytes)));
-    }
-    Ok(log)
-}
-
 /// Keeps the launcher's notes beside the guards' logs.
-pub(super) fn keep_notes(run_dir: &Path, notes: &[Logged]) -> Result<(), LiveError> {
-    let file = link::witness::path(run_dir, &format!("{}.cbor", NodeId::CAMPAIGN));
-    let written = link::witness::write(&file, notes.iter().map(|note| note.bytes.as_slice()));
+pub(super) fn keep_notes(run: &RunFolder, notes: &[Logged]) -> Result<(), LiveError> {
+    let file = run.guard_log(NodeId::CAMPAIGN, Boot(1));
+    let written = link::witness::write_entries(&file, notes.iter().map(|note| note.bytes.as_slice()));
     written.map_err(|e| LiveError::Environment(format!("{}: {e}", file.display())))
 }
 

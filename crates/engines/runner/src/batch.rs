@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use evidence::FateName;
 use evidence::trial::{Outcome, Trial};
-use live::store;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 use parallel::progress::{Progress, Stop, Talk};
+use recording::RunFolder;
+use recording::anchors::read_anchors;
 use results::mode::Mode;
 use results::report::{AcceptedRate, RunObject, Summary};
 use scenario::{Scenario, Setup};
@@ -19,8 +20,8 @@ use super::failure::{Exit, Failure};
 use super::kept::Shelf;
 use super::out;
 use super::plan::{self, Planned};
-use super::recording::Unfinished;
 use super::retry::retried;
+use super::unfinished::Unfinished;
 use crate::error::EngineError;
 
 /// Live trials at a time, at most: each is about a dozen processes.
@@ -169,7 +170,7 @@ impl Batch<'_> {
     /// True if the recording of a trial lies in its folder, or none is to be kept.
     fn is_recorded(&self, place: &Place<'_>, trial: &Trial) -> bool {
         let Some(folder) = self.folder(&place.job) else { return true };
-        store::read_held(&folder).is_ok_and(|(_, digest)| trial.held.as_ref() == Some(&digest))
+        read_anchors(&RunFolder::new(folder)).is_ok_and(|(_, digest)| trial.held.as_ref() == Some(&digest))
     }
 
     /// Every trial, each with the shelf of its variation.

@@ -2,7 +2,7 @@
 //!
 //! `result.json` of `run` names both for each trial that was kept, and so do the finished trials (`kept`) of a command that resumes. A
 //! recording that lies in another's place, or a class that was changed, contradicts them. A recording without results around has
-//! no claim to fit. Whether the recording itself is whole is left to `verified`.
+//! no claim to fit. Whether the recording itself is whole is left to `recording::verify`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ struct Place {
 }
 
 /// The contradiction between the recording in `trial` and the results around it, if any.
-pub(crate) fn contradiction(trial: &Path, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
+pub fn contradiction(trial: &Path, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
     let whole = fs::canonicalize(trial).ok()?;
     LEVELS.into_iter().filter_map(|levels| Place::of(&whole, levels)).find_map(|place| place.against(held, outcome))
 }

@@ -1,18 +1,19 @@
 //! One trial in any mode, judged; each function is one call. The cost of a trial is measured in `lab`.
 
-use std::path::Path;
-
-use evidence::log::Logged;
+use evidence::Evidence;
+use evidence::anchors::TrustAnchors;
 use evidence::trial::Trial;
-use evidence::verification::Held;
-use evidence::{Evidence, Witnessed};
 use live::child::Services;
-use live::journals::CoreReplay;
-use live::store::verdict::Ended;
 use live::trial::STOPPED;
-use live::{LiveError, store};
+use live::{LiveError, viewer_files};
 use oracle::{Verdict, judged};
 use parallel::progress::Stop;
+use recording::anchors::write_anchors;
+use recording::events::write_events;
+use recording::replays::{self, CoreReplay};
+use recording::verdict::RecordedVerdict;
+use recording::write::write_log;
+use recording::{Checked, RecordingError, RunFolder};
 use results::mode::Mode;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
@@ -21,13 +22,8 @@ use twin::replay::{Journalled, ReplayedCore, Same};
 use twin::sabotage::sabotage;
 use wire::person::{Act, Role};
 
-use super::checked::Checked;
 use super::error::EngineError;
 use super::plan::Planned;
-use super::verified;
-
-/// The longest `replay.json` that is read.
-const MAX_REPLAY_BYTES: u64 = 1 << 20;
 
 /// Replay of one core's input journal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,6 +36,12 @@ pub struct ReplayRow {
     pub outputs: u64,
     /// The first output that differs, where one does.
     pub difference: Option<String>,
+}
+
+impl From<CoreReplay> for ReplayRow {
+    fn from(CoreReplay { node, inputs, outputs, difference }: CoreReplay) -> Self {
+        Self { core: node.to_string(), inputs, outputs, difference }
+    }
 }
 
 impl From<&ReplayedCore> for ReplayRow {
@@ -62,21 +64,21 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
             let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
             let run = twin::trial::conclude(topology, twin, setup);
             let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
-            let Some(directory) = &setup.run_dir else { return Ok(trial) };
-            store::recording(directory, &run.log).map_err(EngineError::failed)?;
-            store::events(directory, &run.evidence).map_err(EngineError::failed)?;
-            held(directory, &run.held, trial)
+            let Some(folder) = setup.run_dir.as_ref().map(RunFolder::new) else { return Ok(trial) };
+            write_log(&folder, &run.log).map_err(EngineError::failed)?;
+            write_events(&folder, &run.evidence).map_err(EngineError::failed)?;
+            close_folder(&folder, &run.anchors, trial)
         }
         Mode::Stack => stacks::trial(scenario, seed).map_err(EngineError::failed),
         Mode::Live => live_trial(scenario, setup, seed, stop, View::of(setup, &mut |_| {})),
     }
 }
 
-/// Writes how a trial ended, and last of all `held.json`, which covers every file in `directory`.
-fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineError> {
-    Ended::of(&trial).write(directory).map_err(EngineError::failed)?;
-    let held = store::held(directory, held).map_err(EngineError::failed)?;
-    Ok(Trial { held: Some(held), ..trial })
+/// Writes how a trial ended, and last of all the trust anchors, which cover every file in the folder.
+fn close_folder(folder: &RunFolder, anchors: &TrustAnchors, trial: Trial) -> Result<Trial, EngineError> {
+    RecordedVerdict::of(&trial).write(folder).map_err(EngineError::failed)?;
+    let anchors_sha256 = write_anchors(folder, anchors).map_err(EngineError::failed)?;
+    Ok(Trial { held: Some(anchors_sha256), ..trial })
 }
 
 /// Checks that a trial can begin: the services take their setups, and the adversary its plan.
@@ -142,14 +144,15 @@ fn live_trial(
     view: View<'_>,
 ) -> Result<Trial, EngineError> {
     let run = live_run(scenario, setup, seed, stop, view)?;
-    if let Some(directory) = &setup.run_dir {
-        store::events(directory, &run.evidence)
-            .and_then(|()| store::replays(directory, &run.replays))
-            .and_then(|()| store::console(directory, &run.topology, &run.evidence.entries))
+    let folder = setup.run_dir.as_ref().map(RunFolder::new);
+    if let Some(folder) = &folder {
+        write_events(folder, &run.evidence)
+            .and_then(|()| replays::write_replays(folder, &run.replays))
+            .and_then(|()| viewer_files::write_console(folder, &run.topology, &run.evidence.entries))
             .map_err(EngineError::failed)?;
         // A journal that cannot be thinned stays whole: that costs room only.
-        if let Err(why) = store::thinned(directory, &run.replays, setup.frames) {
-            link::note!("{}: input journals stay whole: {why}", directory.display());
+        if let Err(why) = replays::thin_journals(folder, &run.replays, setup.frames) {
+            link::note!("{}: input journals stay whole: {why}", folder.path().display());
         }
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
@@ -158,16 +161,16 @@ fn live_trial(
     trial.confinement = Some(run.levels.summary());
     // The user's wish explains more than what the host did.
     trial.findings.sort_by_key(|finding| !finding.contains(STOPPED));
-    let trial = match &setup.run_dir {
-        Some(directory) => held(directory, &run.held, trial)?,
+    let trial = match &folder {
+        Some(folder) => close_folder(folder, &run.anchors, trial)?,
         None => trial,
     };
     if !run.stopped {
         return Ok(trial);
     }
-    if let (Some(directory), Some(held)) = (&setup.run_dir, &trial.held) {
-        let (ms, at) = (run.evidence.duration / 1000, directory.display());
-        link::note!("stopped at {ms} ms; sealed as far as it came: {at}, whose held.json has SHA-256 {held}");
+    if let (Some(folder), Some(anchors_sha256)) = (&folder, &trial.held) {
+        let (ms, at) = (run.evidence.duration / 1000, folder.path().display());
+        link::note!("stopped at {ms} ms; sealed as far as it came: {at}, whose held.json has SHA-256 {anchors_sha256}");
     }
     Err(EngineError::Stopped)
 }
@@ -205,28 +208,8 @@ fn live_run(
 
 /// Results of replaying every input journal of `run` in its core. That was done right after the run: the keys that the
 /// cores sign with are gone since, so no later replay could give the same bytes.
-pub fn replay(run: &Checked) -> Result<Vec<ReplayRow>, EngineError> {
-    let file = run.path().join("replay.json");
-    let unreadable = |message: String| EngineError::Unreadable {
-        file: file.clone(),
-        message,
-        remedy: "name the directory of one live trial, as `run SCENARIO --live --out DIR` makes below DIR/live"
-            .to_owned(),
-    };
-    if !run.path().join("mouth").is_dir() {
-        let message = "a run in the twin, which leaves no input journals".to_owned();
-        let remedy = "its seed gives every byte again: `holdsafe inspect replay SCENARIO --seed N`".to_owned();
-        return Err(EngineError::Unreadable { file: run.path().to_owned(), message, remedy });
-    }
-    let text = link::files::read(&file, MAX_REPLAY_BYTES).map_err(|e| unreadable(e.to_string()))?;
-    let cores: Vec<CoreReplay> = serde_json::from_slice(&text).map_err(|e| unreadable(e.to_string()))?;
-    let told = |r: CoreReplay| ReplayRow {
-        core: r.node.to_string(),
-        inputs: r.inputs,
-        outputs: r.outputs,
-        difference: r.difference,
-    };
-    Ok(cores.into_iter().map(told).collect())
+pub fn replay(run: &Checked) -> Result<Vec<ReplayRow>, RecordingError> {
+    Ok(replays::read_replays(run)?.into_iter().map(ReplayRow::from).collect())
 }
 
 /// Replays its inputs in cores with another setup, and compares their decisions.
@@ -261,12 +244,4 @@ pub fn concluded(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::
 pub fn denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
     let done = sabotage(scenario, setup, seed).map_err(EngineError::failed)?;
     Ok((done.evidence, done.verdict))
-}
-
-/// The log of a recorded run, and the first thing that does not hold of its chains.
-pub fn recorded(run: &Checked) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
-    let frames = verified::frames(run.path())?;
-    let log: Vec<Logged> =
-        frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
-    Ok(evidence::reading::read(&log))
 }

@@ -1,6 +1,4 @@
-//! Reasons for which a trial could not be run, or a recorded one not read.
-
-use std::path::PathBuf;
+//! Reasons for which a trial could not be run. Those for which a recorded one cannot be read are left to `recording`.
 
 /// Reason for which an engine gave no result.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -11,16 +9,6 @@ pub enum EngineError {
     /// The host lacks something.
     #[error("{0}; `holdsafe doctor` checks what a run needs")]
     Environment(String),
-    /// A file of the run cannot be used.
-    #[error("{}: {message}; {remedy}", file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// The fault, with the line or offset.
-        message: String,
-        /// Remedy.
-        remedy: String,
-    },
     /// The user stopped it.
     #[error("stopped")]
     Stopped,

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::IsTerminal;
 
 use evidence::SCHEMA_VERSION;
+use recording::RecordingError;
 use scenario::{ProblemRow, Problems};
 use serde::Serialize;
 
@@ -139,12 +140,23 @@ impl From<std::io::Error> for Failure {
     }
 }
 
+impl From<RecordingError> for Failure {
+    fn from(error: RecordingError) -> Self {
+        match error {
+            RecordingError::Io(error) => error.into(),
+            RecordingError::NotOneRun { .. }
+            | RecordingError::TooManyFolders { .. }
+            | RecordingError::NoAnchors { .. }
+            | RecordingError::Unreadable { .. } => Self::new(Exit::Usage, error.to_string()),
+        }
+    }
+}
+
 impl From<EngineError> for Failure {
     fn from(error: EngineError) -> Self {
         let exit = match &error {
             EngineError::Failed(_) => Exit::Internal,
             EngineError::Environment(_) => Exit::Environment,
-            EngineError::Unreadable { .. } => Exit::Usage,
             EngineError::Stopped => Exit::Interrupted,
         };
         Self::new(exit, error.to_string())

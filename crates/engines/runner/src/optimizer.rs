@@ -15,11 +15,10 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use oracle::Approaches;
 use parallel::progress::Stop;
+use recording::checked::on_one_line;
 use scenario::{AttackSpace, Range};
 use search::{Action, AttackSequence, Lore, Proposer, RunConfig, SearchConfig, Unfit};
 use serde::{Deserialize, Serialize};
-
-use super::checked::tame;
 
 /// Longest line that is read, bytes.
 const MAX_LINE: u64 = 1 << 20;
@@ -232,7 +231,7 @@ impl<'a> Optimizer<'a> {
     }
 
     fn told(&self, why: &Fault) -> String {
-        format!("optimizer {}, answer {}: {}", self.name, self.rounds, tame(&why.to_string()))
+        format!("optimizer {}, answer {}: {}", self.name, self.rounds, on_one_line(&why.to_string()))
     }
 }
 

@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use recording::RunFolder;
+
 use super::failure::{Exit, Failure};
-use super::{out, runs};
+use super::out;
 
 /// Folders between a file of a recorded trial and that of the trial, and one more.
 const TRIAL_DEPTH: usize = 4;
@@ -24,14 +26,14 @@ pub fn report<'a>(option: &str, path: &Path, inputs: impl IntoIterator<Item = &'
     let places = places(path);
     let Some(whole) = places.first() else { return Ok(()) };
     let is_read = |input: &PathBuf| {
-        let within = runs::is_trial(input);
+        let within = RunFolder::new(input).is_run();
         places.iter().any(|place| place == input || within && place.starts_with(input))
     };
     if let Some(input) = inputs.into_iter().filter_map(|input| fs::canonicalize(input).ok()).find(is_read) {
         return refused(format!("{} is read for it", input.display()));
     }
     let mut around = whole.ancestors().skip(1).take(TRIAL_DEPTH);
-    if let Some(trial) = around.find(|dir| runs::is_trial(dir)) {
+    if let Some(trial) = around.find(|dir| RunFolder::new(*dir).is_run()) {
         return refused(format!("it lies in the recorded run {}, which no report changes", trial.display()));
     }
     if whole.is_dir() {

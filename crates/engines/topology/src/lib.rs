@@ -23,11 +23,11 @@ use adversary::plan::Tampering;
 use config::contact::Contacts;
 use config::platform::Body;
 use config::setup::Setup;
+use evidence::anchors::{ClockAnchor, Life, TrustAnchors};
 use evidence::cue::Cue;
 use evidence::log::hex;
 use evidence::mission::Script;
 use evidence::progress::Route;
-use evidence::verification::{Held, HeldClock, Life};
 use evidence::{Plan, Planned, Under};
 use guest::Guest;
 use scenario::Scenario;
@@ -158,7 +158,7 @@ impl Topology {
     /// last signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was
     /// written,
     /// microseconds. In the twin it may be later by as long as the process is to be stopped.
-    pub fn held(&self, live: Option<(&Secret, u64)>) -> Held {
+    pub fn trust_anchors(&self, live: Option<(&Secret, u64)>) -> TrustAnchors {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
         let broker = live.map(|(secret, _)| key(NodeId::BROKER, secret));
@@ -166,23 +166,23 @@ impl Topology {
         let killed = self.killed().into_iter();
         // A guard outlives its process in the twin; lives its process; live it is a part of it.
         let lives = killed.flat_map(|node| [Some(node), self.ingress_of(node).filter(|_| live.is_some())]).flatten();
-        Held {
+        TrustAnchors {
             keys: members.chain(broker).chain(witnesses).collect(),
             killed: lives.map(|node| Life { node, boot: Boot(1) }).collect(),
-            clocks: self.held_clocks(live.map(|(_, late_us)| late_us)),
-            ..Held::default()
+            clocks: self.clock_anchors(live.map(|(_, late_us)| late_us)),
+            ..TrustAnchors::default()
         }
     }
 
     /// Live, guards and launcher use the recording's own clock; in the twin a member's guard uses that of its host.
-    fn held_clocks(&self, live_late_us: Option<u64>) -> BTreeMap<NodeId, HeldClock> {
+    fn clock_anchors(&self, live_late_us: Option<u64>) -> BTreeMap<NodeId, ClockAnchor> {
         let of_host = |host: Host, late_us: u64| {
             let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
-            HeldClock { zero_us, drift_ppm, late_us }
+            ClockAnchor { zero_us, drift_ppm, late_us }
         };
         let late_us = |node: NodeId| live_late_us.unwrap_or_else(|| self.stopped(node));
-        let mut clocks: BTreeMap<NodeId, HeldClock> =
-            self.witnesses.keys().map(|node| (*node, HeldClock::default())).collect();
+        let mut clocks: BTreeMap<NodeId, ClockAnchor> =
+            self.witnesses.keys().map(|node| (*node, ClockAnchor::default())).collect();
         clocks.insert(NodeId::BROKER, of_host(Host::Control, late_us(NodeId::BROKER)));
         for member in &self.members {
             clocks.insert(member.node(), of_host(member.host, late_us(member.node())));

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 use evidence::Micros;
 use evidence::log::{decision, kind_of};
-use evidence::messages::{Message, kept};
 use ground_truth::{Any, Entry};
+use recording::messages::Message;
 use scenario::{Scenario, Setup};
 use topology::{Member, Topology};
 use wire::core::{Core, Output};
@@ -102,7 +102,7 @@ impl Journalled {
     pub fn messages(&self) -> Vec<Message> {
         let each = self.topology.members.iter().zip(&self.journals).flat_map(|(member, journal)| {
             let (node, clock) = (member.node(), HostClock::from(self.topology.clocks[member.host as usize]));
-            journal.iter().filter_map(move |entry| kept(node, clock.true_time(entry.now), &entry.input))
+            journal.iter().filter_map(move |entry| Message::from_input(node, clock.true_time(entry.now), &entry.input))
         });
         let mut messages: Vec<Message> = each.collect();
         messages.sort_by_key(|message| message.at);

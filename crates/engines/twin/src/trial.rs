@@ -11,11 +11,11 @@ use super::stopwatch::{Stopwatch, WorkStage};
 use super::verified::SignatureCounts;
 use crate::tamper::tamper;
 use evidence::Evidence;
+use evidence::anchors::TrustAnchors;
 use evidence::log::Logged;
-use evidence::reading::{heads, read_against};
-use evidence::verification::Held;
 use guest::Guest;
 use oracle::{Verdict, judge};
+use recording::log::{chain_heads, verify_log};
 use scenario::{Scenario, Setup};
 use topology::{RunSecret, Topology, lay_out};
 use wire::sign::SharedVerifier;
@@ -31,7 +31,7 @@ pub struct Run {
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
     /// Trust anchors of it outside the recorder.
-    pub held: Held,
+    pub anchors: TrustAnchors,
     /// Evidence for the oracle.
     pub evidence: Evidence,
     /// Verdict of the oracle.
@@ -85,21 +85,27 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(WorkStage::Judging);
     }
-    let held = Held { heads: heads(&log), cut_short, ..topology.held(None) };
+    let anchors = TrustAnchors { heads: chain_heads(&log), cut_short, ..topology.trust_anchors(None) };
     if let Some(hands) = topology.hands() {
         tamper(&hands, &mut log);
     }
-    let mut evidence = evidence(&topology, setup, &log, &held, verifier);
+    let mut evidence = evidence(&topology, setup, &log, &anchors, verifier);
     if cut_short {
         // As live: read from what the guards of the others saw, and no recording to hold against anything.
         evidence.log_flaws.clear();
     }
     let verdict = judge(&evidence);
-    Run { topology, log, held, evidence, verdict, signatures, stopwatch }
+    Run { topology, log, anchors, evidence, verdict, signatures, stopwatch }
 }
 
-fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
-    let (entries, broken_log, verification) = read_against(log, held, verifier);
+fn evidence(
+    topology: &Topology,
+    setup: &Setup,
+    log: &[Logged],
+    anchors: &TrustAnchors,
+    verifier: SharedVerifier,
+) -> Evidence {
+    let (entries, broken_log, verification) = verify_log(log, anchors, verifier);
     Evidence {
         under: topology.under,
         entries,

@@ -13,7 +13,7 @@ mod onlook;
 mod sensors;
 mod window;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
@@ -21,15 +21,16 @@ use console::site::Site;
 use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::input_journal::{Entry, JournalError};
-use live::store;
+use recording::find::find_one_run;
+use recording::{Checked, RunFolder, read_site};
 use runner::bring::Bring;
-use runner::checked::{Checked, Unverified};
+use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
-use runner::{Context, checked, out, runs};
+use runner::{Context, checked, out};
 use serde::Serialize;
 use serde_json::json;
 use wire::core::{Input, Output};
-use wire::id::NodeId;
+use wire::id::{Boot, NodeId};
 
 use follow::Follow;
 use onlook::{Ground, Page, Viewer};
@@ -80,7 +81,7 @@ enum Place {
 }
 
 impl Place {
-    fn open(context: &Context, args: &Args, run: &Path) -> Result<Self, Failure> {
+    fn open(context: &Context, args: &Args, run: &RunFolder) -> Result<Self, Failure> {
         let place = match (args.web, args.foxglove, args.packets) {
             (Some(port), ..) => Place::Page(Page::open(port, site(run))?),
             (None, Some(port), _) => Place::Viewer(Viewer::open(port)?),
@@ -151,15 +152,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// Shows the operator's view until the run ends, a person asks, or, of a run that is over, once.
 fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let run = runs::one(&args.run)?;
-    if !run.join("mouth").is_dir() {
+    let run = find_one_run(&args.run)?;
+    if !run.has_input_journals() {
         let line = format!(
             "{}: a run in the twin, which no console has shown; `holdsafe report` and `inspect explain` read it",
-            run.display()
+            run.path().display()
         );
         return Err(Failure::new(Exit::NoEvidence, line));
     }
-    let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
+    let path = run.input_journal(NodeId::CONSOLE, Boot(1));
     let unread = |error: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {error}", path.display()));
     let unopened = |error: JournalError| {
         let line = format!(
@@ -174,7 +175,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut now = trace_us();
     let mut news = News::read_log(&mut log).map_err(unread)?;
     if news.finished && args.web.or(args.foxglove).or(args.packets).is_some() {
-        let run = run.display();
+        let run = run.path().display();
         return Err(Failure::new(
             Exit::NoEvidence,
             format!("{run} is over: `holdsafe watch --window {run}` shows its recording"),
@@ -185,10 +186,10 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::NoEvidence, line));
     }
     // A run that goes on cannot be verified yet; one that is over is checked like any other recording.
-    let ended = news.finished || run.join(store::HELD).exists();
-    let checked = ended.then(|| checked::run(&run)).transpose()?;
+    let ended = news.finished || run.is_over();
+    let checked = ended.then(|| checked::open_run(run.clone())).transpose()?;
     let read: Vec<&Checked> = checked.iter().collect();
-    checked::say(context, &read);
+    checked::print_marks(context, &read);
     if context.json && ended {
         checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &read)?;
     }
@@ -227,9 +228,9 @@ struct Over {
 }
 
 /// The site that the run was planned on; an unreadable one leaves the drawing empty.
-fn site(run: &Path) -> Site {
-    store::read_site(run).unwrap_or_else(|error| {
-        link::note!("{}: the page shows no geofence and no route: {error}", run.display());
+fn site(run: &RunFolder) -> Site {
+    read_site(run).unwrap_or_else(|error| {
+        link::note!("{}: the page shows no geofence and no route: {error}", run.path().display());
         Site::default()
     })
 }

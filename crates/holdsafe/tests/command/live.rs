@@ -127,7 +127,7 @@ fn short_live_trial_is_nominal_and_replays() {
     let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
     assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");
     let mut lines = Vec::new();
-    live::store::lines(&mut lines, &evidence).unwrap();
+    recording::events::write_lines(&mut lines, &evidence).unwrap();
     let head: serde_json::Value = serde_json::from_slice(lines.split(|b| *b == b'\n').next().unwrap()).unwrap();
     assert_eq!(head["differences"][0].as_str(), Some(found.what.as_str()), "for the second judge");
 }

@@ -5,12 +5,13 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use evidence::anchors::{ClockAnchor, TrustAnchors};
 use evidence::log::by_recorder;
-use evidence::verification::{Held, HeldClock};
 use link::instrument::Frame;
-use link::recorded::frames;
+use link::mcap_frames::frames_of_folder;
 use link::recorder::Recording;
-use live::store;
+use recording::RunFolder;
+use recording::anchors::{read_anchors, write_anchors};
 use wire::id::NodeId;
 
 use super::evidence::recorded;
@@ -91,7 +92,7 @@ fn missing_and_foreign_files_are_found() {
 /// Writes the recording again with only the frames for which `keep` gives one.
 fn rewrite(run: &Path, keep: impl Fn(Frame) -> Option<Frame>) {
     let folder = run.join("recording");
-    let all = frames(&folder).unwrap();
+    let all = frames_of_folder(&folder).unwrap();
     fs::remove_dir_all(&folder).unwrap();
     let mut recording = Recording::new(folder);
     all.into_iter().filter_map(keep).for_each(|frame| recording.write(frame));
@@ -106,7 +107,10 @@ fn recording_without_its_guards_is_invalid() {
     for (what, scenario) in [("taken out", "loss"), ("zeroed", "delay")] {
         let run = recorded(dir.path(), scenario);
         let mut of_guards = 0;
-        frames(&run.join("recording")).unwrap().iter().for_each(|frame| of_guards += usize::from(guard(frame.node)));
+        frames_of_folder(&run.join("recording"))
+            .unwrap()
+            .iter()
+            .for_each(|frame| of_guards += usize::from(guard(frame.node)));
         assert!(of_guards > 100, "{of_guards}");
         rewrite(&run, |frame| match guard(frame.node) {
             true if what == "taken out" => None,
@@ -217,20 +221,20 @@ fn irregular_recording_is_refused_without_waiting() {
 }
 
 /// Lays a run of the twin out as a live one is: guards and launcher keep their own logs. Gives its trust anchors.
-fn as_live(run: &Path) -> Held {
-    let (mut held, _) = store::read_held(run).unwrap();
-    let all = frames(&run.join("recording")).unwrap();
+fn as_live(run: &Path) -> TrustAnchors {
+    let (mut anchors, _) = read_anchors(&RunFolder::new(run)).unwrap();
+    let all = frames_of_folder(&run.join("recording")).unwrap();
     let mut witnesses: Vec<NodeId> = all.iter().map(|frame| frame.node).filter(|node| !by_recorder(*node)).collect();
     witnesses.sort();
     witnesses.dedup();
     for node in witnesses {
         let node_entries = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
-        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), node_entries).unwrap();
-        held.clocks.insert(node, HeldClock::default());
+        link::witness::write_entries(&run.join(format!("guard/{node}.cbor")), node_entries).unwrap();
+        anchors.clocks.insert(node, ClockAnchor::default());
     }
     rewrite(run, |frame| by_recorder(frame.node).then_some(frame));
-    seal_anew(run, &held);
-    held
+    seal_anew(run, &anchors);
+    anchors
 }
 
 /// A recording without the result of its command, as it is handed on.
@@ -241,9 +245,9 @@ fn handed_on(dir: &Path, scenario: &str) -> PathBuf {
 }
 
 /// Makes the digests of a changed directory again, as an attacker can.
-fn seal_anew(run: &Path, held: &Held) {
+fn seal_anew(run: &Path, anchors: &TrustAnchors) {
     fs::remove_file(run.join("held.json")).unwrap();
-    store::held(run, held).unwrap();
+    write_anchors(&RunFolder::new(run), anchors).unwrap();
 }
 
 /// A guard's own log that ends behind its first entry, with the digests made again.
@@ -251,9 +255,9 @@ fn seal_anew(run: &Path, held: &Held) {
 fn truncated_guard_log_is_found_despite_new_digests() {
     let dir = tempfile::tempdir().unwrap();
     let run = handed_on(dir.path(), "process_ends");
-    let held = as_live(&run);
+    let anchors = as_live(&run);
     assert_eq!(verify(&run).status.code(), Some(0), "{}", output_text(&verify(&run)));
-    let (_, text) = store::read_held(&run).unwrap();
+    let (_, text) = read_anchors(&RunFolder::new(&run)).unwrap();
     let logs: Vec<PathBuf> = files(&run).into_iter().filter(|file| file.parent().unwrap().ends_with("guard")).collect();
     assert!(logs.len() > 3, "{logs:?}");
     for log in logs {
@@ -261,14 +265,14 @@ fn truncated_guard_log_is_found_despite_new_digests() {
         let first = 4 + u32::from_be_bytes(*whole.first_chunk().unwrap()) as usize;
         for cut in [0, first] {
             fs::write(&log, &whole[..cut]).unwrap();
-            seal_anew(&run, &held);
+            seal_anew(&run, &anchors);
             let output = verify(&run);
             assert_eq!(output.status.code(), Some(4), "{}: {}", log.display(), output_text(&output));
             assert!(output_text(&output).contains("by its own account"), "{}: {}", log.display(), output_text(&output));
         }
         fs::write(&log, whole).unwrap();
     }
-    seal_anew(&run, &held);
+    seal_anew(&run, &anchors);
     let to = |digest: &str| holdsafe(&["verify", run.to_str().unwrap(), "--held", digest]).status.code();
     assert_eq!((to(&text), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
 }
@@ -278,12 +282,12 @@ fn truncated_guard_log_is_found_despite_new_digests() {
 fn directory_of_an_earlier_program_lists_uncovered_parts() {
     let dir = tempfile::tempdir().unwrap();
     let run = handed_on(dir.path(), "loss");
-    let (mut held, _) = store::read_held(&run).unwrap();
-    held.files = None;
-    held.heads.retain(|head| by_recorder(head.node));
-    held.keys.retain(|node, _| by_recorder(*node));
-    held.clocks.retain(|node, _| by_recorder(*node));
-    fs::write(run.join("held.json"), serde_json::to_vec(&held).unwrap()).unwrap();
+    let (mut anchors, _) = read_anchors(&RunFolder::new(&run)).unwrap();
+    anchors.files = None;
+    anchors.heads.retain(|head| by_recorder(head.node));
+    anchors.keys.retain(|node, _| by_recorder(*node));
+    anchors.clocks.retain(|node, _| by_recorder(*node));
+    fs::write(run.join("held.json"), serde_json::to_vec(&anchors).unwrap()).unwrap();
     let output = verify(&run);
     assert_eq!(output.status.code(), Some(0), "{}", output_text(&output));
     assert_eq!(output_text(&output).matches("not covered: ").count(), 2, "{}", output_text(&output));

@@ -8,8 +8,22 @@ use crate::mission::Script;
 use crate::plan::Plan;
 use crate::progress::Route;
 use crate::under::Under;
-use crate::verification::Flaw;
 use crate::witnessed::{Micros, Witnessed};
+
+/// Something that does not hold of a recording, and where.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Flaw {
+    /// The event of the recording, counted from 1; behind the last one for a missing part.
+    pub at: usize,
+    /// Description.
+    pub what: String,
+}
+
+impl core::fmt::Display for Flaw {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "event {}: {}", self.at, self.what)
+    }
+}
 
 /// Everything the judge gets to see.
 #[derive(Clone, Debug)]
@@ -20,7 +34,7 @@ pub struct Evidence {
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.
     pub broken_log: Option<String>,
-    /// Flaws of the recording against its trust anchors outside the recorder (`crate::verification`). Such a log is no
+    /// Flaws of the recording against its trust anchors outside the recorder (`recording::log`). Such a log is no
     /// evidence of safety or of its lack.
     pub log_flaws: Vec<Flaw>,
     /// Differences of a live run's cores when their input journals were replayed, each with its core and input.

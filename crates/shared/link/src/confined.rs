@@ -9,7 +9,6 @@ use sandbox::{Level, Rights, table};
 
 use crate::files;
 use crate::spec::{Confinement, ServiceSpec, SpecError};
-use crate::witness;
 
 /// Makes the files that the service of `spec` will write, empty and readable by their owner only.
 ///
@@ -17,7 +16,7 @@ use crate::witness;
 /// When one is there already or cannot be made.
 pub fn prepare(spec: &ServiceSpec) -> io::Result<()> {
     let journal = (spec.journal_bytes > 0).then(|| spec.journal());
-    let witness = spec.witness.as_ref().map(|_| witness::path(&spec.run_dir, &spec.log_name()));
+    let witness = spec.witness.as_ref().map(|_| spec.guard_log());
     journal.into_iter().chain(witness).try_for_each(|path| files::create(&path).map(drop))
 }
 
@@ -66,7 +65,7 @@ fn rights(spec: &ServiceSpec, confinement: &Confinement) -> Rights {
         host: confinement.host,
         models: confinement.models.clone(),
         journal: (spec.journal_bytes > 0).then(|| spec.journal()),
-        witness: spec.witness.as_ref().map(|_| witness::path(&spec.run_dir, &spec.log_name())),
+        witness: spec.witness.as_ref().map(|_| spec.guard_log()),
         recording: spec.recorder.as_ref().map(|recorder| recorder.directory.clone()),
         bus: spec.bus.iter().map(|bus| bus.root.clone()).collect(),
         log: socket.and_then(|socket| folder(socket)),

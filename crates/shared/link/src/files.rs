@@ -1,14 +1,40 @@
-//! Opening and making the files of a run, in folders where another program may have put files.
+//! Opening and making the files of a run, in folders where another program may have put files; the places of the logs that
+//! a process writes itself.
 //!
 //! A path may lead to a pipe, on which a reader waits for ever, or to an endless device: only a regular file is opened, and
-//! no more of it is read than its reader states. The content is left to that reader.
+//! no more of it is read than its reader states. The content is left to that reader, and the other files of a run's folder
+//! to `recording::layout`.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nix::fcntl::OFlag;
+use wire::id::{Boot, NodeId};
+
+/// The folder of the input journals below that of a run.
+pub const INPUT_JOURNALS: &str = "mouth";
+/// The folder of the guards' logs, and of the launcher's notes, below that of a run.
+pub const GUARD_LOGS: &str = "guard";
+
+/// The input journal of `node`'s start `boot` below the folder of a run.
+pub fn input_journal(run_dir: &Path, node: NodeId, boot: Boot) -> PathBuf {
+    run_dir.join(INPUT_JOURNALS).join(log_name(node, boot))
+}
+
+/// The log of the guard in the process of `node`, of its start `boot`, below the folder of a run.
+pub fn guard_log(run_dir: &Path, node: NodeId, boot: Boot) -> PathBuf {
+    run_dir.join(GUARD_LOGS).join(log_name(node, boot))
+}
+
+/// The name of a log of one start: `<node>.cbor` for the first, `<node>-<boot>.cbor` for later ones.
+fn log_name(node: NodeId, boot: Boot) -> String {
+    match boot.0 {
+        0 | 1 => format!("{node}.cbor"),
+        boot => format!("{node}-{boot}.cbor"),
+    }
+}
 
 /// Opens a regular file, by way of links too, and never waits.
 ///

@@ -4,6 +4,9 @@
 //! inputs to a fresh core must give the same outputs, byte for byte ([`replay`]). The writer may have been killed at any
 //! byte; the reader reports a damage and its place, and allocates no more than [`MAX_ENTRY`]. A stored journal may lack most
 //! of the sensor frames ([`thin`]).
+//!
+//! The journal stands in `link` and not in `recording`, which owns the folder of a run: the processes of `link` write it while
+//! they run ([`crate::drive`]), and the console's player reads it, which knows no more than `wire` and `link`.
 
 use std::io::{self, Read, Write};
 

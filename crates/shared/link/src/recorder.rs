@@ -306,7 +306,7 @@ mod tests {
         let told: Vec<u8> = std::iter::from_fn(|| recording.written()).map(|bytes| bytes[0]).collect();
         assert_eq!(told, [1, 2, 3], "its own it is not told");
         assert_eq!(recording.finish(), RecordingStats { written: 4, lost: 0, files: 1 });
-        let kept = crate::recorded::frames(&folder).unwrap();
+        let kept = crate::mcap_frames::frames_of_folder(&folder).unwrap();
         assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 
@@ -332,7 +332,7 @@ mod tests {
             assert!(recording.flush());
         });
         assert_eq!(recording.finish(), RecordingStats { written: frames, lost: 0, files: 3 });
-        let kept = crate::recorded::frames(&folder).unwrap();
+        let kept = crate::mcap_frames::frames_of_folder(&folder).unwrap();
         assert!(kept.iter().map(|f| f.trace_us).eq(1..=frames));
     }
 
@@ -351,7 +351,7 @@ mod tests {
         }
         assert_eq!(recording.written(), None, "it was told of");
         assert_eq!(recording.finish(), RecordingStats { written: 2, lost: 0, files: 2 });
-        let kept = crate::recorded::frames(&folder).unwrap();
+        let kept = crate::mcap_frames::frames_of_folder(&folder).unwrap();
         assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2]);
     }
 }

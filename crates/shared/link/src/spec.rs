@@ -18,6 +18,7 @@ use wire::time::{Instant, Span};
 
 use crate::bus::enclave::SignedEnclaves;
 use crate::clock::HostClock;
+use crate::files;
 use crate::guard::GuardMode;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
@@ -382,15 +383,12 @@ impl ServiceSpec {
 
     /// The file of this start's inputs.
     pub(crate) fn journal(&self) -> PathBuf {
-        self.run_dir.join("mouth").join(self.log_name())
+        files::input_journal(&self.run_dir, self.node, self.boot)
     }
 
-    /// The name of this start's logs: `<node>.cbor` for the first, `<node>-<boot>.cbor` for later ones.
-    pub(crate) fn log_name(&self) -> String {
-        match self.boot.0 {
-            0 | 1 => format!("{}.cbor", self.node),
-            boot => format!("{}-{boot}.cbor", self.node),
-        }
+    /// The file of the log of this start's guard.
+    pub(crate) fn guard_log(&self) -> PathBuf {
+        files::guard_log(&self.run_dir, self.node, self.boot)
     }
 
     /// Writes the specification as [`ServiceSpec::read`] wants it.

@@ -2,12 +2,12 @@
 //!
 //! It is a hash chain of the guard's own, signed with the guard's own key as a service's is, in a file of its own, so that no
 //! recorder handles it. The process states its head in its closing account. The meaning of entries is left to the oracle, their
-//! verification to the log verifier.
+//! verification to `recording::log`.
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{BufWriter, Result, Write};
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, BufWriter, Read, Result, Write};
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ground_truth::{Note, Sight};
@@ -31,6 +31,10 @@ use crate::spec::ServiceSpec;
 const LOG_BYTES: u64 = 128 << 20;
 /// Largest size of an entry and the signature behind it, bytes.
 const MOST: u64 = 2 * (4 + MAX_ENTRY as u64);
+/// The longest log that is read, bytes: more than one takes.
+const MAX_READ: u64 = 160 << 20;
+/// The shortest entry, bytes: the hash of the one before it is in it.
+const MIN_ENTRY: usize = 32;
 
 /// One observation of a stream's witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +77,7 @@ impl WitnessLog {
     /// When its file is there already or cannot be made.
     pub fn create(spec: &ServiceSpec) -> Result<Option<Self>> {
         let Some(making) = &spec.witness else { return Ok(None) };
-        let file = files::begin(&path(&spec.run_dir, &spec.log_name()))?;
+        let file = files::begin(&spec.guard_log())?;
         let key = Key::from_bytes(&making.secret.0);
         let log = Log {
             journal: Journal::new(making.node, spec.boot, Some(key)),
@@ -173,16 +177,11 @@ impl Log {
     }
 }
 
-/// Path of the log of this name below a run's folder.
-pub fn path(run_dir: &Path, name: &str) -> PathBuf {
-    run_dir.join("guard").join(name)
-}
-
-/// Writes entries as such a log.
+/// Writes encoded entries as such a log.
 ///
 /// # Errors
 /// When there is a file at `path` already, or it cannot be written.
-pub fn write<'a>(path: &Path, entries: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
+pub fn write_entries<'a>(path: &Path, entries: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
     let mut out = BufWriter::new(files::create(path)?);
     entries.into_iter().try_for_each(|entry| piece(&mut out, entry))?;
     out.flush()
@@ -192,6 +191,29 @@ pub fn write<'a>(path: &Path, entries: impl IntoIterator<Item = &'a [u8]>) -> Re
 fn piece(out: &mut impl Write, bytes: &[u8]) -> Result<()> {
     out.write_all(&(bytes.len() as u32).to_be_bytes())?;
     out.write_all(bytes)
+}
+
+/// The encoded entries of such a log, up to the first that is cut, too long or none.
+///
+/// # Errors
+/// When the file cannot be opened.
+pub fn read_entries(path: &Path) -> Result<Vec<Vec<u8>>> {
+    Ok(entries_of(BufReader::new(files::open(path)?.take(MAX_READ))))
+}
+
+/// The encoded entries of such a log's bytes, each behind its length; decoding is left to the reader.
+pub fn entries_of(mut from: impl Read) -> Vec<Vec<u8>> {
+    let mut found = Vec::new();
+    let mut prefix = [0; 4];
+    while from.read_exact(&mut prefix).is_ok() {
+        let length = u32::from_be_bytes(prefix) as usize;
+        let mut entry = vec![0; length.min(MAX_ENTRY)];
+        if !(MIN_ENTRY..=MAX_ENTRY).contains(&length) || from.read_exact(&mut entry).is_err() {
+            break;
+        }
+        found.push(entry);
+    }
+    found
 }
 
 /// The link's counters, as accounts. Application data that the secure layer consumed without delivering counts as
@@ -219,7 +241,6 @@ fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account,
 mod tests {
     use super::*;
     use crate::clock::HostClock;
-    use crate::recorded;
     use crate::spec::WitnessSpec;
     use ground_truth::{Any, Entry};
     use wire::audit::Chains;
@@ -247,7 +268,7 @@ mod tests {
         (0..5).for_each(|n| log.sighted(&sight(1_000_000 * n)));
         let head = log.close(Some((SessionStats { delivered: 3, ..SessionStats::default() }, 2)));
         log.sighted(&sight(9_000_000));
-        let entries = recorded::witnessed(&path(folder.path(), "gateway-2.cbor")).unwrap();
+        let entries = read_entries(&folder.path().join("guard/gateway-2.cbor")).unwrap();
         let mut chains = Chains::default();
         let read: Vec<Entry> = entries.iter().map(|bytes| chains.follow(bytes).unwrap().0).collect();
         assert!(read.iter().all(|entry| (entry.node, entry.boot) == (NodeId::GATEWAY.guard().unwrap(), Boot(2))));

@@ -2,7 +2,7 @@
 //!
 //! The logs cover every variation of every scenario with a platform, each as it is, with its receipts denied,
 //! and with each check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run
-//! leaves (`live::store::lines`) and no output of the oracle. Properties for which it has no rule it lists, and those
+//! leaves (`recording::events::write_lines`) and no output of the oracle. Properties for which it has no rule it lists, and those
 //! are counted apart: to abstain is no agreement.
 
 use std::collections::BTreeMap;
@@ -14,9 +14,9 @@ use std::sync::{Mutex, PoisonError};
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use evidence::{Evidence, SCHEMA_VERSION};
-use live::store;
 use oracle::Verdict;
 use parallel::progress::Progress;
+use recording::events::write_lines;
 use runner::failure::{Exit, Failure};
 use runner::plan::Planned;
 use runner::{Context, engine, out, plan};
@@ -205,7 +205,7 @@ impl Judge {
 
     fn ask(&mut self, evidence: &Evidence) -> Result<Second, Failure> {
         let Some(to) = &mut self.to else { return Err(Failure::internal("the second judge is gone")) };
-        store::lines(to, evidence)?;
+        write_lines(to, evidence)?;
         to.write_all(b"{\"end\":true}\n")?;
         to.flush()?;
         let mut line = String::new();

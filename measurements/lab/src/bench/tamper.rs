@@ -9,14 +9,15 @@ use std::sync::Mutex;
 use adversary::insider::{InsiderRecorder, RecordedEntry};
 use adversary::plan::Tampering;
 use evidence::SCHEMA_VERSION;
+use evidence::anchors::TrustAnchors;
 use evidence::log::{Logged, by_recorder};
-use evidence::verification::sweep::{Came, Sweep, is_seal};
-use evidence::verification::{Held, LogVerifier};
 use link::instrument::Frame;
 use link::recorder::Recording;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use recording::log::sweep::{Came, Sweep, is_seal};
+use recording::log::LogVerifier;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, engine, out, plan};
@@ -144,12 +145,12 @@ struct Recorded {
     sealed: Vec<Sealed>,
     topology: Topology,
     log: Vec<Logged>,
-    held: Held,
+    anchors: TrustAnchors,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let of = recorded(context, args)?;
-    let sweep = Sweep::new(&of.file, &of.held, Verified::default().shared()).map_err(Failure::internal)?;
+    let sweep = Sweep::new(&of.file, &of.anchors, Verified::default().shared()).map_err(Failure::internal)?;
     let n = sweep.entries();
     let changes = changes(context, &sweep, &of, args.values)?;
     let mut rng = ChaCha8Rng::seed_from_u64(context.seed);
@@ -201,7 +202,7 @@ fn recorded(context: &Context, args: &Args) -> Result<Recorded, Failure> {
     let file = write(&folder, &log);
     let _ = fs::remove_dir_all(&folder);
     let (file, sealed) = file?;
-    Ok(Recorded { file, sealed, topology: run.topology, log, held: run.held })
+    Ok(Recorded { file, sealed, topology: run.topology, log, anchors: run.anchors })
 }
 
 fn write(folder: &Path, log: &[Logged]) -> Result<(Vec<u8>, Vec<Sealed>), Failure> {
@@ -254,7 +255,7 @@ fn changes(context: &Context, sweep: &Sweep<'_>, recorded: &Recorded, values: u8
 /// Number of bytes at which the recording of a nominal run was cut, and of those after which everything up to the last seal was read.
 pub(super) fn power_cuts(context: &Context) -> Result<(u64, u64), Failure> {
     let of = recorded(context, &Args { scenario: "nominal".to_owned(), values: 1 })?;
-    let sweep = Sweep::new(&of.file, &of.held, Verified::default().shared()).map_err(Failure::internal)?;
+    let sweep = Sweep::new(&of.file, &of.anchors, Verified::default().shared()).map_err(Failure::internal)?;
     let cuts = cuts(context, &sweep, &of)?;
     Ok((cuts.n, cuts.n - cuts.misses.len() as u64))
 }
@@ -293,7 +294,7 @@ fn rewrites(recorded: &Recorded, does: Tampering) -> Tally {
         if InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands).is_none() {
             continue;
         }
-        let mut log_verifier = LogVerifier::new(&recorded.held);
+        let mut log_verifier = LogVerifier::new(&recorded.anchors);
         for kept in &hands {
             // The verifier notes an entry that does not follow.
             let _ = log_verifier.take(kept.at, kept.node, &kept.bytes);

@@ -2,15 +2,18 @@
 
 use std::mem::size_of;
 
-use evidence::verification::{Held, HeldHead, LogVerifier, Verification};
+use evidence::anchors::{HeadAnchor, TrustAnchors};
+use evidence::log::Logged;
 use ground_truth::{Any, Entry};
 use link::input_journal::{self, JournalError};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;
-use link::recorded::{entries, frames_in};
+use link::mcap_frames::frames_of_bytes;
 use link::spec::{Control, MAX_SPEC, ServiceSpec, SpecError};
+use link::witness::entries_of;
 use live::child::Line;
-use live::store::held_in;
+use recording::anchors::parse_anchors;
+use recording::log::{LogVerifier, Verification};
 use wire::audit::Head;
 
 /// Memory for the frames of one recording here.
@@ -125,14 +128,14 @@ fn placed(error: &JournalError, length: usize) {
 
 /// A guard's log gives whole entries, which are the same once written.
 pub fn deliveries(bytes: &[u8]) -> bool {
-    let found = entries(bytes);
+    let found = entries_of(bytes);
     let mut written = Vec::new();
     for entry in &found {
         written.extend_from_slice(&(entry.len() as u32).to_be_bytes());
         written.extend(entry);
     }
     assert!(bytes.starts_with(&written), "other entries than came");
-    assert_eq!(entries(written.as_slice()), found);
+    assert_eq!(entries_of(written.as_slice()), found);
     found.iter().any(|entry| Entry::decode(entry).is_ok())
 }
 
@@ -140,16 +143,16 @@ pub fn deliveries(bytes: &[u8]) -> bool {
 /// without a flaw all anchored entries are there.
 pub fn recording(bytes: &[u8]) -> bool {
     let Some((length, rest)) = bytes.split_first_chunk() else { return false };
-    let (held, recording) = rest.split_at((u32::from_be_bytes(*length) as usize).min(rest.len()));
-    let held = held_in(held).unwrap_or_default();
-    let written = serde_json::to_vec(&held).expect("what is held can be written");
-    assert_eq!(held_in(written.as_slice()).expect("what was written is held"), held);
+    let (anchors, recording) = rest.split_at((u32::from_be_bytes(*length) as usize).min(rest.len()));
+    let anchors = parse_anchors(anchors).unwrap_or_default();
+    let written = serde_json::to_vec(&anchors).expect("what was parsed can be written");
+    assert_eq!(parse_anchors(written.as_slice()).expect("what was written can be parsed"), anchors);
     let mut room = ROOM;
-    match frames_in(recording, &mut room) {
+    match frames_of_bytes(recording, &mut room) {
         Ok(frames) => {
             let taken: usize = frames.iter().map(|frame| frame.bytes.len() + size_of::<Frame>()).sum();
             assert_eq!(taken + room, ROOM, "frames that were not counted");
-            flawless(&held, &frames)
+            flawless(&anchors, &frames)
         }
         Err(why) => {
             assert!(!why.is_empty());
@@ -158,19 +161,16 @@ pub fn recording(bytes: &[u8]) -> bool {
     }
 }
 
-fn flawless(held: &Held, frames: &[Frame]) -> bool {
-    let mut log_verifier = LogVerifier::new(held);
-    for frame in frames {
-        // What does not continue its chain is a flaw too.
-        let _noted = log_verifier.take(frame.trace_us, frame.node, &frame.bytes);
-    }
-    let Verification { events, flaws, .. } = log_verifier.close();
+fn flawless(anchors: &TrustAnchors, frames: &[Frame]) -> bool {
+    let logged = |frame: &Frame| Logged { at: frame.trace_us, node: frame.node, bytes: frame.bytes.clone() };
+    let log: Vec<Logged> = frames.iter().map(logged).collect();
+    let Verification { events, flaws, .. } = LogVerifier::new(anchors).verify(&log);
     assert_eq!(events, frames.len());
     if flaws.is_empty() {
-        let whole: Vec<HeldHead> =
-            frames.iter().filter_map(|frame| Head::from_last::<Any>(&frame.bytes)).map(HeldHead::from).collect();
+        let whole: Vec<HeadAnchor> =
+            frames.iter().filter_map(|frame| Head::from_last::<Any>(&frame.bytes)).map(HeadAnchor::from).collect();
         // A recording that was cut short lacks what came last, and reports it.
-        let missing = held.heads.iter().filter(|_| !held.cut_short).find(|head| !whole.contains(head));
+        let missing = anchors.heads.iter().filter(|_| !anchors.cut_short).find(|head| !whole.contains(head));
         assert_eq!(missing, None, "held, not there, and no flaw");
         let unread = frames.iter().filter(|frame| Entry::decode(&frame.bytes).is_err());
         assert_eq!(unread.count(), 0, "no entry, and no flaw");

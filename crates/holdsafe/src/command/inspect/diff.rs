@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use evidence::diff::{Decided, Difference, diff};
 use evidence::{SCHEMA_VERSION, Witnessed};
-use runner::checked::{Checked, Unverified};
+use recording::{Checked, RecordedLog};
+use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
-use runner::recorded::Recorded;
+use runner::recorded::note_assumptions;
 use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
 
@@ -51,7 +52,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let a = log(context, &args.a, args, None)?;
     let b = log(context, other, args, args.policy.as_deref())?;
     let read: Vec<&Checked> = a.checked.iter().chain(&b.checked).collect();
-    checked::say(context, &read);
+    checked::print_marks(context, &read);
     let (found, watermark) = (diff(&a.entries, &b.entries), b.watermark);
     if context.json {
         let (schema_version, a) = (SCHEMA_VERSION, args.a.as_str());
@@ -81,9 +82,9 @@ fn log(context: &Context, run: &str, args: &Args, policy: Option<&Path>) -> Resu
                 format!("{run} is recorded, and under its own policy; name a scenario"),
             ));
         }
-        let checked = checked::run(path)?;
-        let found = Recorded::read(&checked)?;
-        found.warn(run);
+        let checked = checked::open_one_run(path)?;
+        let found = RecordedLog::read(&checked)?;
+        note_assumptions(&found, run);
         return Ok(Side { entries: found.entries, watermark: None, checked: Some(checked) });
     }
     let wanted = Wanted { cell: args.cell.clone(), ..Wanted::default() };

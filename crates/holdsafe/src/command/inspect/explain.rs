@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use evidence::Micros;
 use explain::{Explanation, Log, explain, why_not};
+use recording::{Checked, RecordedLog};
 use results::report::{ExplainObject, diagram, explained, kept_out};
-use runner::checked::{Checked, Unverified};
+use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
-use runner::recorded::Recorded;
+use runner::recorded::{log_of_twin, note_assumptions};
 use runner::{Context, checked, engine, out, plan};
 use wire::mode::Mode;
 
@@ -54,11 +55,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let marks = read.iter().filter_map(|recording| recording.mark()).chain(of_twin);
         marks.for_each(|mark| out::say(format_args!("%% {mark}")));
     } else {
-        checked::say(context, &read);
-        of_twin.iter().for_each(|mark| checked::say_mark(context, mark));
+        checked::print_marks(context, &read);
+        of_twin.iter().for_each(|mark| checked::print_mark(context, mark));
     }
-    found.warn(&args.run);
-    let Recorded { entries, flaw, assumed, bounds } = found;
+    note_assumptions(&found, &args.run);
+    let RecordedLog { entries, flaw, assumed, bounds } = found;
     let log = Log::from_entries(&entries, bounds);
     let end = log.entries().last().map(|w| w.at);
     let Some(end) = end else {
@@ -95,11 +96,11 @@ fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
     }
 }
 
-fn find(context: &Context, args: &Args) -> Result<(Recorded, Option<Checked>), Failure> {
+fn find(context: &Context, args: &Args) -> Result<(RecordedLog, Option<Checked>), Failure> {
     let path = Path::new(&args.run);
     if path.is_dir() {
-        let checked = checked::run(path)?;
-        return Ok((Recorded::read(&checked)?, Some(checked)));
+        let checked = checked::open_one_run(path)?;
+        return Ok((RecordedLog::read(&checked)?, Some(checked)));
     }
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
@@ -109,7 +110,7 @@ fn find(context: &Context, args: &Args) -> Result<(Recorded, Option<Checked>), F
     }
     let one = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
     let (evidence, verdict) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    Ok((Recorded::of(evidence, &verdict), None))
+    Ok((log_of_twin(evidence, &verdict), None))
 }
 
 fn seconds(text: &str) -> Result<Micros, String> {

@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
-use runner::checked::{Checked, Unverified};
+use recording::Checked;
+use runner::checked::Unverified;
 use runner::engine::ReplayRow;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
@@ -82,8 +83,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                            name the scenario to ask it of a run in the twin";
             return Err(Failure::new(Exit::Usage, message));
         }
-        let checked = checked::run(path)?;
-        checked::say(context, &[&checked]);
+        let checked = checked::open_one_run(path)?;
+        checked::print_marks(context, &[&checked]);
         let own_exit = same(context, &args.run, engine::replay(&checked)?, &[&checked])?;
         return Ok(args.unverified.exit(&[&checked], own_exit));
     }

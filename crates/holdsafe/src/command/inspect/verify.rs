@@ -1,13 +1,14 @@
 //! `holdsafe inspect verify DIR`: the evidence of a run, verified, and its trial's own INVALID verdict, if any.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
-use live::store::HELD;
-use runner::error::EngineError;
+use recording::find::find_one_run;
+use recording::verdict::recorded_class;
+use recording::verify::{VerifiedRun, verify_run};
+use recording::{RecordingError, RunFolder};
 use runner::failure::{Exit, Failure};
-use runner::verified::Verified;
-use runner::{Context, checked, out, runs};
+use runner::{Context, claimed, out};
 use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
@@ -31,7 +32,7 @@ struct Told {
     #[serde(skip_serializing_if = "Option::is_none")]
     ended: Option<String>,
     #[serde(flatten)]
-    verified: Verified,
+    verified: VerifiedRun,
 }
 
 fn digest(text: &str) -> Result<String, String> {
@@ -40,26 +41,26 @@ fn digest(text: &str) -> Result<String, String> {
 }
 
 /// The failure of a run that cannot be verified: one without keys is no evidence.
-fn unverified(run: &Path, error: EngineError) -> Failure {
-    if let EngineError::Unreadable { file, message, .. } = &error
-        && file.ends_with(HELD)
-    {
-        let text = format!("INVALID: {}: {HELD}: {message}: without it nothing is verified", run.display());
+fn unverified(run: &RunFolder, error: RecordingError) -> Failure {
+    if let RecordingError::NoAnchors { message, .. } = &error {
+        let (run, file) = (run.path().display(), RunFolder::ANCHORS);
+        let text = format!("INVALID: {run}: {file}: {message}: without it nothing is verified");
         return Failure::new(Exit::NoEvidence, text);
     }
     error.into()
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let run = runs::one(&args.run)?;
-    let mut verified = runner::verified::verify(&run).map_err(|error| unverified(&run, error))?;
-    if let Some(text) = args.held.as_ref().filter(|text| **text != verified.held) {
-        verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {text}", verified.held));
+    let run = find_one_run(&args.run)?;
+    let mut verified = verify_run(&run).map_err(|error| unverified(&run, error))?;
+    if let Some(text) = args.held.as_ref().filter(|text| **text != verified.anchors_sha256) {
+        verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {text}", verified.anchors_sha256));
     }
-    let (outcome, ended) = checked::ended(&run);
-    let contradiction = ended.is_none().then(|| checked::contradiction(&run, &verified.held, outcome)).flatten();
+    let (outcome, ended) = recorded_class(&run);
+    let contradiction = || claimed::contradiction(run.path(), Some(&verified.anchors_sha256), outcome);
+    let contradiction = if ended.is_none() { contradiction() } else { None };
     verified.findings.extend(contradiction);
-    let holds = verified.sealed && verified.findings.is_empty();
+    let holds = verified.holds();
     let valid = holds && ended.is_none();
     if !context.json {
         if let Some(reason) = ended.as_ref().filter(|_| holds) {
@@ -72,8 +73,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
         let (events, head, heads) = (verified.events, &verified.head, verified.heads);
         out::say(format_args!("{events} events, head {head}, {heads} heads held outside the recorder, {closed}"));
-        let (files, held) = (verified.files, &verified.held);
-        out::say(format_args!("{files} files compared to the last byte, held.json has SHA-256 {held}"));
+        let (files, sha256) = (verified.files, &verified.anchors_sha256);
+        out::say(format_args!("{files} files compared to the last byte, held.json has SHA-256 {sha256}"));
         for open in &verified.uncovered {
             out::say(format_args!("not covered: {open}"));
         }

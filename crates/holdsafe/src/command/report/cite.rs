@@ -8,7 +8,8 @@ use evidence::SCHEMA_VERSION;
 use evidence::log::hex;
 use link::files;
 use perception::model::hex_digest;
-use runner::checked::{Checked, Unverified};
+use recording::Checked;
+use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
 use runner::{Context, checked, out};
 use serde::{Deserialize, Serialize};
@@ -75,9 +76,9 @@ pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Resu
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no result beside the manifest", directory.display())));
     }
     agree(&directory)?;
-    let recorded = checked::every(&directory)?;
+    let recorded = checked::open_runs(&directory)?;
     let recorded: Vec<&Checked> = recorded.iter().collect();
-    checked::say(context, &recorded);
+    checked::print_marks(context, &recorded);
     let cited = cited(read, mode(&directory), results, &hex_digest(&text), &recordings_sentence(&recorded));
     match context.json {
         true => checked::print_json("cite", &cited, &recorded)?,

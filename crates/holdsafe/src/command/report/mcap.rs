@@ -4,15 +4,15 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use evidence::messages::{Message, recorded};
-use evidence::{SCHEMA_VERSION, Witnessed, messages};
+use evidence::{SCHEMA_VERSION, Witnessed};
 use export::Viewer;
 use perception::stages::Stages;
+use recording::messages::{Message, RecordedMessages, read_messages};
+use recording::{Checked, RecordedLog};
 use runner::bring::Bring;
-use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
-use runner::recorded::Recorded;
+use runner::recorded::note_assumptions;
 use runner::{Context, checked, engine, out, plan, spares};
 use serde::Serialize;
 use sim::scene::Scene;
@@ -96,7 +96,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let (watermark, not_kept, checked) = (found.watermark.clone(), found.not_kept, found.checked.clone());
     let read: Vec<&Checked> = checked.iter().collect();
-    checked::say(context, &read);
+    checked::print_marks(context, &read);
     let (channels, unread) = write(context, &requested, found)?;
     let channels: Vec<Channel> = channels
         .into_iter()
@@ -129,10 +129,10 @@ fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {
             format!("{} is recorded, as it was run; name a scenario for another cell, policy or rendering", args.run);
         return Err(Failure::new(Exit::Usage, message));
     }
-    let checked = checked::run(Path::new(args.run))?;
-    let found = Recorded::read(&checked)?;
-    found.warn(args.run);
-    let messages::Recorded { messages, left_out } = recorded(checked.path(), &found.entries)
+    let checked = checked::open_one_run(Path::new(args.run))?;
+    let found = RecordedLog::read(&checked)?;
+    note_assumptions(&found, args.run);
+    let RecordedMessages { messages, left_out } = read_messages(&checked, &found.entries)
         .map_err(|error| Failure::new(Exit::Usage, format!("{}: input journals: {error}", args.run)))?;
     let (entries, checked) = (found.entries, Some(checked));
     Ok(Found { entries, messages, scene: None, watermark: None, not_kept: left_out, checked })

@@ -6,14 +6,14 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
-use live::store;
+use recording::find::find_runs;
+use recording::{Checked, RecordedLog, RunFolder};
 use report::reader::{FoundResult, MAX_FILE_BYTES, Manifest, Results};
 use report::{Dossier, Recording};
 use results::summary;
-use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
-use runner::recorded::Recorded;
-use runner::{Context, checked, out, plan, runs, spares};
+use runner::recorded::note_assumptions;
+use runner::{Context, checked, out, plan, spares};
 use serde::Serialize;
 
 use super::Args;
@@ -78,7 +78,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (mut dossier, checked) = gather(&args.given, &args.page)?;
     dossier.results.lie_in(folders(context));
     let read: Vec<&Checked> = checked.iter().collect();
-    checked::say(context, &read);
+    checked::print_marks(context, &read);
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
     let options = &args.page;
     let mut files = vec![("--out", out, report::page::page(&dossier).into_bytes())];
@@ -168,7 +168,7 @@ fn gather(paths: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
             }
             Given::Runs(runs) => (None, runs),
         };
-        let runs: Vec<Checked> = runs.iter().map(|run| checked::run(run)).collect::<Result<_, _>>()?;
+        let runs: Vec<Checked> = runs.into_iter().map(checked::open_run).collect::<Result<_, _>>()?;
         match vec {
             Some(kept) => tell_kept(&mut dossier, &kept, &runs)?,
             None => runs.iter().try_for_each(|of| tell_given(&mut dossier, of))?,
@@ -195,10 +195,10 @@ fn tell_given(dossier: &mut Dossier, run: &Checked) -> Result<(), Failure> {
 
 /// Tells the kept trials of a result, each a name and the digest of its `held.json`, in their order, whose recordings are among `runs`.
 fn tell_kept(dossier: &mut Dossier, stories: &[(String, String)], runs: &[Checked]) -> Result<(), Failure> {
-    let digest = |run: &Checked| store::read_held(run.path()).ok().map(|(_, digest)| digest);
-    let by_digest: BTreeMap<String, &Checked> = runs.iter().filter_map(|run| Some((digest(run)?, run))).collect();
+    let by_digest: BTreeMap<&str, &Checked> =
+        runs.iter().filter_map(|run| Some((run.anchors_sha256()?, run))).collect();
     let recorded: Vec<_> =
-        stories.iter().filter_map(|(name, held)| Some((name, held, *by_digest.get(held)?))).collect();
+        stories.iter().filter_map(|(name, held)| Some((name, held, *by_digest.get(held.as_str())?))).collect();
     let room = MAX_STORIES.saturating_sub(dossier.stories.len());
     if recorded.len() > room {
         link::note!("{} recordings of cells are not told over time; {MAX_STORIES} are at most", recorded.len() - room);
@@ -234,16 +234,16 @@ pub(super) fn agrees(file: &Path, results: &Results) -> Result<(), Failure> {
 /// Meaning of a path.
 enum Given {
     /// A result, and the runs that were recorded for it.
-    Result(PathBuf, Vec<PathBuf>),
+    Result(PathBuf, Vec<RunFolder>),
     /// Recorded runs, each to be described.
-    Runs(Vec<PathBuf>),
+    Runs(Vec<RunFolder>),
 }
 
 fn found(path: &Path) -> Result<Given, Failure> {
     if !path.is_dir() {
         return Ok(Given::Result(path.to_owned(), Vec::new()));
     }
-    let (inside, runs) = (RESULTS.iter().map(|name| path.join(name)).find(|file| file.is_file()), runs::below(path)?);
+    let (inside, runs) = (RESULTS.iter().map(|name| path.join(name)).find(|file| file.is_file()), find_runs(path)?);
     if let Some(file) = inside {
         return Ok(Given::Result(file, runs));
     }
@@ -256,9 +256,9 @@ fn found(path: &Path) -> Result<Given, Failure> {
 }
 
 fn summarise(name: &str, run: &Checked) -> Result<summary::RunSummary, Failure> {
-    let recorded = Recorded::read(run)?;
-    recorded.warn(&run.path().display().to_string());
-    Ok(summary::from_entries(name, &recorded.entries, &recorded.bounds, recorded.flaw))
+    let log = RecordedLog::read(run)?;
+    note_assumptions(&log, &run.path().display().to_string());
+    Ok(summary::from_entries(name, &log.entries, &log.bounds, log.flaw))
 }
 
 fn recording(checked: &Checked) -> Recording {

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use evidence::trial::Trial;
 use live::calm;
+use recording::RunFolder;
 use results::mode::Mode;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
@@ -49,7 +50,9 @@ pub(super) fn trial(context: &Context, planned: &Planned, dir: &Path) -> Result<
         batch::trial(Mode::Live, planned, &setup, context.seed, &context.stop)
     });
     // A run that could not begin leaves no recording that a report could read.
-    if !folder.join("recording").exists() && ended.as_ref().is_err_and(|failure| failure.exit() == Exit::Environment) {
+    if !RunFolder::new(&folder).recording().exists()
+        && ended.as_ref().is_err_and(|failure| failure.exit() == Exit::Environment)
+    {
         let _gone = fs::remove_dir_all(&folder);
     }
     ended

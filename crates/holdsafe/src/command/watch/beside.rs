@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use console::sidecar::{EvidenceSource, Sidecar, Sight};
 use evidence::Micros;
-use evidence::messages::{Message, recorded};
 use explain::explain;
 use link::input_journal::JournalError;
 use perception::stages::Stages;
+use recording::messages::{Message, read_messages};
+use recording::{Checked, RecordedLog};
 use results::report::explained_in_seconds;
-use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
-use runner::recorded::Recorded;
 use wire::core::Topic;
 use wire::id::NodeId;
 use wire::time::{Instant, Span};
@@ -41,13 +40,13 @@ impl Beheld {
         run: &Checked,
         stages: impl FnOnce() -> Result<Stages, Failure>,
     ) -> Result<Option<Self>, Failure> {
-        let Recorded { entries, bounds, .. } = Recorded::read(run)?;
+        let RecordedLog { entries, bounds, .. } = RecordedLog::read(run)?;
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
         let unread = |error: JournalError| {
             Failure::new(Exit::NoEvidence, format!("{}: input journals: {error}", run.path().display()))
         };
-        let mut frames = recorded(run.path(), &entries).map_err(unread)?.messages;
+        let mut frames = read_messages(run, &entries).map_err(unread)?.messages;
         frames.retain(|message| message.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
         let changes = explain(&entries, &bounds)

@@ -19,12 +19,14 @@ use link::drive::FLUSH_EVERY;
 use link::input_journal::{Entry, JournalError};
 use parallel::progress::Stop;
 use perception::stages::Stages;
+use recording::RunFolder;
+use recording::find::find_one_run;
+use runner::Context;
 use runner::failure::{Exit, Failure};
-use runner::{Context, runs};
 use wire::bus::body;
 use wire::codec::decode;
 use wire::core::{Input, Output, Topic};
-use wire::id::NodeId;
+use wire::id::{Boot, NodeId};
 use wire::sensor::Frames;
 use wire::time::{Instant, Span};
 
@@ -36,15 +38,15 @@ use super::frame::sights;
 const LOOKS_EVERY: Duration = Duration::from_millis(50);
 /// Number of frames among which there is one before which the writer did not stand still.
 const SETTLED: usize = 5;
-/// Perception's log, and that of a perception that was started again.
-const BOOTS: [&str; 2] = ["", "-2"];
+/// Starts of perception: the first, and that of a perception that was started again.
+const BOOTS: [Boot; 2] = [Boot(1), Boot(2)];
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let run = runs::one(&args.run)?;
+    let run = find_one_run(&args.run)?;
     let mut frames = Newest::open(&run)?;
     let first = frames.look(trace_us())?;
     if frames.finished {
-        let run = run.display();
+        let run = run.path().display();
         let remedy = format!("{run} is over: `holdsafe watch --window {run}` shows its recording");
         return Err(Failure::new(Exit::NoEvidence, remedy));
     }
@@ -155,7 +157,7 @@ struct Frame {
 
 /// The newest frame in the logs of a run's perception.
 struct Newest {
-    run: PathBuf,
+    run: RunFolder,
     boot: usize,
     log: Follow,
     /// A frame that came in and has had no outcome yet.
@@ -166,12 +168,12 @@ struct Newest {
 
 impl Newest {
     /// Opens the newest run's perception channel, of the process that was started last.
-    fn open(run: &Path) -> Result<Self, Failure> {
+    fn open(run: &RunFolder) -> Result<Self, Failure> {
         let started = |boot: &usize| path(run, BOOTS[*boot]).exists();
         let boot = (0..BOOTS.len()).rev().find(started).unwrap_or_default();
         let path = path(run, BOOTS[boot]);
         let log = Follow::open(&path).map_err(|error| unread(&path, &error))?;
-        Ok(Self { run: run.to_owned(), boot, log, waiting: None, lag: Lag::default(), finished: false })
+        Ok(Self { run: run.clone(), boot, log, waiting: None, lag: Lag::default(), finished: false })
     }
 
     /// The newest frame that perception used and that was not there at the last look; it is `stamp`, on this program's
@@ -199,7 +201,7 @@ impl Newest {
         });
         self.lag.looked = Some(stamp);
         if let Some(boot) = BOOTS.get(self.boot + 1)
-            && let Ok(next) = Follow::open(&path(&self.run, boot))
+            && let Ok(next) = Follow::open(&path(&self.run, *boot))
         {
             (self.log, self.boot, self.lag, self.waiting) = (next, self.boot + 1, Lag::default(), None);
         }
@@ -207,8 +209,8 @@ impl Newest {
     }
 }
 
-fn path(run: &Path, boot: &str) -> PathBuf {
-    run.join("mouth").join(format!("{}{boot}.cbor", NodeId::PERCEPTION))
+fn path(run: &RunFolder, boot: Boot) -> PathBuf {
+    run.input_journal(NodeId::PERCEPTION, boot)
 }
 
 fn unread(path: &Path, error: &JournalError) -> Failure {
@@ -243,7 +245,6 @@ mod tests {
     use std::io::Write;
 
     use link::input_journal::{Header, Writer};
-    use wire::id::Boot;
 
     use super::*;
 
@@ -277,7 +278,8 @@ mod tests {
     fn newest_used_frame_is_found_after_restarts() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("mouth")).unwrap();
-        let write = |boot: &str, frames: &[(u8, bool)], ends: bool| {
+        let run = RunFolder::new(folder.path());
+        let write = |boot: u32, frames: &[(u8, bool)], ends: bool| {
             let mut bytes = Vec::new();
             let header = Header { node: NodeId::PERCEPTION, boot: Boot(1), started: Instant(0) };
             let mut log = Writer::new(&mut bytes, header, 1 << 20).unwrap();
@@ -291,29 +293,29 @@ mod tests {
             if ends {
                 log.input(Instant(99), &Input::Finish).unwrap();
             }
-            std::fs::File::create(path(folder.path(), boot)).unwrap().write_all(&bytes).unwrap();
+            std::fs::File::create(path(&run, Boot(boot))).unwrap().write_all(&bytes).unwrap();
         };
-        write("", &[(1, true), (2, true), (3, false)], false);
-        let mut newest = Newest::open(folder.path()).unwrap();
+        write(1, &[(1, true), (2, true), (3, false)], false);
+        let mut newest = Newest::open(&run).unwrap();
         let mut look = || newest.look(7).unwrap().map(|frame| frame.bytes);
         assert_eq!((look(), look()), (Some(vec![2; 3]), None), "the third was refused");
-        write("-2", &[(7, true), (8, true), (9, false)], true);
+        write(2, &[(7, true), (8, true), (9, false)], true);
         assert_eq!((look(), look()), (None, Some(vec![8; 3])));
         assert!(newest.finished);
-        let of_a_whole = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
+        let of_a_whole = Newest::open(&run).unwrap().look(7).unwrap().unwrap();
         assert_eq!(of_a_whole.bytes, vec![8; 3]);
         // The second and the fourth are left out; the third was refused.
-        write("", &[(1, true), (2, true), (3, false), (4, true)], true);
-        std::fs::remove_file(path(folder.path(), "-2")).unwrap();
-        let whole = std::fs::read(path(folder.path(), "")).unwrap();
+        write(1, &[(1, true), (2, true), (3, false), (4, true)], true);
+        std::fs::remove_file(path(&run, Boot(2))).unwrap();
+        let whole = std::fs::read(path(&run, Boot(1))).unwrap();
         let mut thinned = Vec::new();
         link::input_journal::thin(link::input_journal::Reader::new(whole.as_slice()).unwrap(), &mut thinned, 2)
             .unwrap();
-        std::fs::write(path(folder.path(), ""), thinned).unwrap();
-        let kept = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
+        std::fs::write(path(&run, Boot(1)), thinned).unwrap();
+        let kept = Newest::open(&run).unwrap().look(7).unwrap().unwrap();
         assert_eq!(kept.bytes, vec![1; 3], "of the third perception said nothing");
-        write("-2", &[(7, true), (8, true), (9, false)], true);
-        let mut later = Newest::open(folder.path()).unwrap();
+        write(2, &[(7, true), (8, true), (9, false)], true);
+        let mut later = Newest::open(&run).unwrap();
         assert!(later.look(7).unwrap().is_some() && later.finished, "one look tells that it is over");
     }
 }

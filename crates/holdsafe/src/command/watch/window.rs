@@ -9,8 +9,8 @@ use super::Args;
 use super::beside::Beheld;
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let checked = checked::run(&args.run)?;
-    checked::say(context, &[&checked]);
+    let checked = checked::open_one_run(&args.run)?;
+    checked::print_marks(context, &[&checked]);
     let mut recorded =
         replay::open(checked.path()).map_err(|error| Failure::new(Exit::NoEvidence, error.to_string()))?;
     open::probe().map_err(|window| Failure::new(Exit::Environment, window.to_string()))?;

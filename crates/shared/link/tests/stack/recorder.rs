@@ -10,7 +10,7 @@ use link::bus::sweep::sweep;
 use link::clock::{HostClock, trace_us};
 use link::input_journal::{Entry, Reader};
 use link::instrument::{Frame, Instrument};
-use link::recorded;
+use link::mcap_frames;
 use link::spec::{BusSpec, ChannelSpec, Control, ORPHANED, RecorderSpec, ServiceSpec};
 use minicbor::Encode;
 use rustix::process::{Resource, Rlimit};
@@ -137,7 +137,7 @@ fn recorder_without_writes_recovers_without_loss() {
     let on_file = || -> usize {
         let until = trace_us() + 10_000_000;
         // On a full disk it makes files and takes them away again: one that was listed may be gone before it is read.
-        let mut tries = std::iter::repeat_with(|| recorded::frames(&directory.path().join("record")));
+        let mut tries = std::iter::repeat_with(|| mcap_frames::frames_of_folder(&directory.path().join("record")));
         let frames = tries.find(|read| read.is_ok() || trace_us() > until).expect("there is always another try");
         frames.expect("a file that is there").iter().filter(|frame| frame.node == NodeId::SIM).count()
     };
@@ -166,7 +166,7 @@ fn recorder_without_writes_recovers_without_loss() {
     let stats: serde_json::Value = serde_json::from_str(last.trim_start_matches("stats ")).unwrap();
     assert_eq!(stats["links"]["recording"]["lost"], 0);
     assert!(running.child.wait().unwrap().success());
-    let kept = recorded::frames(&directory.path().join("record")).unwrap();
+    let kept = mcap_frames::frames_of_folder(&directory.path().join("record")).unwrap();
     let mut chains = wire::audit::Chains::default();
     assert!(kept.iter().all(|frame| chains.follow::<Any>(&frame.bytes).is_ok()), "each once, in order");
     let last = kept.iter().rev().find_map(|frame| {

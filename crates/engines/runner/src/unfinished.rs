@@ -2,24 +2,18 @@
 //! under the trial's.
 //!
 //! Only a folder of that first name is ever removed, and only while it holds no complete recording. A complete recording is evidence:
-//! where another takes its place, it is moved aside, and a message names it. The content of a recording is `live::store`'s business.
+//! where another takes its place, it is moved aside, and a message names it. The content of a recording, and the
+//! endings of these folders, are left to `recording`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use live::store::HELD;
+use recording::RunFolder;
+use recording::layout::aside::{EARLIER, LEFTOVER, SPOILT, UNFINISHED};
 
 use super::failure::{Exit, Failure};
 use super::{out, retry};
 
-/// Ending of the folder of a recording that is being made.
-const UNFINISHED: &str = "unfinished";
-/// Ending of the folder of a recording that another one replaced, with a number behind it.
-const EARLIER: &str = "earlier";
-/// The same of a trial that the host spoilt.
-const SPOILT: &str = "spoilt";
-/// The same of an interrupted start, while it is removed.
-const LEFTOVER: &str = "leftover";
 /// Folders with one of these endings beside one trial, at most.
 const MOST_ASIDE: u32 = 1_000;
 
@@ -67,7 +61,7 @@ impl Unfinished {
 /// True if the folder has a complete recording: its own, or one of an attempt that the host spoilt.
 fn has_complete(folder: &Path) -> bool {
     let attempts = (1..=retry::MAX_RETRIES).map(|n| folder.join(format!("{}{n}", retry::SPOILT)));
-    std::iter::once(folder.to_owned()).chain(attempts).any(|attempt| attempt.join(HELD).exists())
+    std::iter::once(folder.to_owned()).chain(attempts).any(|attempt| RunFolder::new(attempt).is_over())
 }
 
 /// Moves a complete recording aside, and says so.
@@ -78,13 +72,6 @@ fn move_aside(folder: &Path, aside: &Path) -> Result<(), Failure> {
         aside.display()
     );
     Ok(fs::rename(folder, aside)?)
-}
-
-/// True for the folder of a recording that is not in its trial's place: a seed with one of the endings.
-pub(crate) fn is_aside(folder: &Path) -> bool {
-    let is_seed = folder.file_stem().is_some_and(|name| name.as_encoded_bytes().iter().all(u8::is_ascii_digit));
-    let ending = folder.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    is_seed && [UNFINISHED, EARLIER, SPOILT, LEFTOVER].iter().any(|aside| ending.starts_with(aside))
 }
 
 /// The first free folder beside `place` with this ending.
@@ -108,7 +95,7 @@ mod tests {
         let made = Unfinished::begin(place.to_owned()).unwrap();
         fs::write(made.folder().join("events.jsonl"), content).unwrap();
         if complete {
-            fs::write(made.folder().join(HELD), content).unwrap();
+            fs::write(RunFolder::new(made.folder()).anchors(), content).unwrap();
         }
         made
     }

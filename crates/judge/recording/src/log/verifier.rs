@@ -1,4 +1,4 @@
-//! Verification of a recording: that services, guards and launcher wrote it, under any keeper.
+//! Verification of a log: that services, guards and launcher wrote it, under any keeper.
 //!
 //! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each
 //! service's *signatures* over its chain, once a second and as its last entry, of which its public key has to verify
@@ -7,17 +7,17 @@
 //! a service or makes up an earlier life of one agrees with itself and not with these. And each host's *clock*: the
 //! time under which an entry is kept, which every latency is judged by, has to fit the time that is in it, but for the
 //! process's stops by the launcher itself. Of a life that was ended on purpose there is no head; it is covered as far
-//! as its signatures reach. Public keys, heads and clocks are [`Held`]; secrets are in no file.
+//! as its signatures reach. Public keys, heads and clocks are [`TrustAnchors`]; secrets are in no file.
 //!
 //! The notes of guards and the launcher do not go by way of the recorder and are under no seal of its; their chains, signatures
 //! and heads are judged like everybody's. Where among the entries of others a seal stands is not sealed, nor where a witness's
-//! entry does. Every byte of a run's files is covered elsewhere (`live::store::whole`).
-
-mod held;
-pub mod sweep;
+//! entry does. The bytes of a run's files are left to [`crate::anchors`].
 
 use std::collections::BTreeMap;
 
+use evidence::Flaw;
+use evidence::anchors::{HeadAnchor, Life, TrustAnchors};
+use evidence::log::{Logged, by_recorder, hex};
 use ground_truth::{Any, Entry};
 use sha2::{Digest, Sha256};
 use wire::audit::{ChainError, Chains, Head, SIGN_PERIOD};
@@ -26,29 +26,12 @@ use wire::id::NodeId;
 use wire::sign::{Keyring, Purpose, SharedVerifier, Signed};
 use wire::time::Instant;
 
-use crate::log::{by_recorder, hex};
-
-pub use held::{Fit, Held, HeldClock, HeldFile, HeldHead, Life, Stop};
+use super::clock::{ClockFit, clock_fit, lateness, milliseconds};
 
 /// Most flaws that are told of one recording; only the first matters.
 const MAX_FLAWS: usize = 16;
 
-/// Something that does not hold, and where.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Flaw {
-    /// The event of the recording, counted from 1; behind the last one for a missing part.
-    pub at: usize,
-    /// Description.
-    pub what: String,
-}
-
-impl core::fmt::Display for Flaw {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "event {}: {}", self.at, self.what)
-    }
-}
-
-/// Result of verifying a recording.
+/// Result of verifying a log.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Verification {
     /// Events in it.
@@ -103,9 +86,9 @@ impl Chain {
     }
 }
 
-/// Follows a recording, entry by entry, in the order in which it was kept.
+/// Follows a log, entry by entry, in the order in which it was kept.
 pub struct LogVerifier<'a> {
-    held: &'a Held,
+    anchors: &'a TrustAnchors,
     keys: Keyring,
     chains: Chains,
     events: usize,
@@ -120,9 +103,9 @@ pub struct LogVerifier<'a> {
 
 impl<'a> LogVerifier<'a> {
     /// A verifier without entries yet.
-    pub fn new(held: &'a Held) -> Self {
+    pub fn new(anchors: &'a TrustAnchors) -> Self {
         Self {
-            held,
+            anchors,
             keys: Keyring::default(),
             chains: Chains::default(),
             events: 0,
@@ -134,9 +117,9 @@ impl<'a> LogVerifier<'a> {
         }
     }
 
-    /// The same, without verifying signatures that are known to be good: in the twin, of the process's own cores.
+    /// The same verifier, without verifying signatures that are known to be good: in the twin, of the process's own cores.
     #[must_use]
-    pub fn asking(self, verifier: SharedVerifier) -> Self {
+    pub fn with_shared_verifier(self, verifier: SharedVerifier) -> Self {
         Self { keys: Keyring::asking(verifier), ..self }
     }
 
@@ -169,6 +152,16 @@ impl<'a> LogVerifier<'a> {
         Ok(entry)
     }
 
+    /// Takes every entry of `log`, in the order in which it was kept, and judges them. An empty log of a recorder that is not
+    /// known to be dead holds no closing seal.
+    pub fn verify(mut self, log: &[Logged]) -> Verification {
+        for Logged { at, node, bytes } in log {
+            // An entry that does not continue its chain is among the flaws.
+            let _noted = self.take(*at, *node, bytes);
+        }
+        self.close()
+    }
+
     /// Judges the entries taken.
     pub fn close(mut self) -> Verification {
         self.seals();
@@ -181,7 +174,7 @@ impl<'a> LogVerifier<'a> {
         let sealed = covered && recorder.is_some_and(|chain| chain.ends_signed);
         if !sealed
             && !self.may_lack_the_end(NodeId::RECORDER)
-            && !self.held.killed.iter().any(|l| l.node == NodeId::RECORDER)
+            && !self.anchors.killed.iter().any(|l| l.node == NodeId::RECORDER)
         {
             self.flaw(self.events + 1, "TRUNCATED: no closing seal over everything before");
         }
@@ -193,7 +186,7 @@ impl<'a> LogVerifier<'a> {
 
     /// True if the last entries of `node` may be missing from a recording that was cut short.
     fn may_lack_the_end(&self, node: NodeId) -> bool {
-        self.held.cut_short && by_recorder(node)
+        self.anchors.cut_short && by_recorder(node)
     }
 
     fn flaw(&mut self, at: usize, what: impl Into<String>) {
@@ -203,21 +196,21 @@ impl<'a> LogVerifier<'a> {
     /// Checks that the time in an entry fits the one under which it was handed over.
     fn times(&mut self, here: usize, at: u64, entry: &Entry) {
         let node = entry.node;
-        let Some(clock) = self.held.clocks.get(&node) else {
+        let Some(clock) = self.anchors.clocks.get(&node) else {
             return self.flaw(here, format!("no clock is held for {node}"));
         };
-        match clock.fit(entry, at, self.held.start_us, &self.held.stops) {
-            Fit::Fits => {}
-            Fit::Late { by, stopped, allowed } => {
+        match clock_fit(clock, entry, at, self.anchors.start_us, &self.anchors.stops) {
+            ClockFit::Fits => {}
+            ClockFit::Late { by, stopped, allowed } => {
                 self.late.push(by);
-                self.flaw(here, late(node, by, stopped, allowed));
+                self.flaw(here, lateness(node, by, stopped, allowed));
             }
-            Fit::Early(by) => self.flaw(
+            ClockFit::Early(by) => self.flaw(
                 here,
                 format!(
                     "{node} wrote this {} after the time under which it was handed over: no stall of the host explains \
                      that, one of the two times was changed",
-                    ms(by)
+                    milliseconds(by)
                 ),
             ),
         }
@@ -235,7 +228,7 @@ impl<'a> LogVerifier<'a> {
 
     fn signatures(&mut self) {
         let mut found = Vec::new();
-        for (node, key) in &self.held.keys {
+        for (node, key) in &self.anchors.keys {
             if !unhex(key).is_some_and(|key| self.keys.insert(*node, &key)) {
                 found.push(Flaw { at: 0, what: format!("the key held for {node} is none") });
             }
@@ -246,10 +239,10 @@ impl<'a> LogVerifier<'a> {
         let behind = self.events + 1;
         for (life, chain) in &self.lives {
             // Whose key nobody holds signs nothing; its head is all there is of it.
-            if !self.held.keys.contains_key(&life.node) {
+            if !self.anchors.keys.contains_key(&life.node) {
                 continue;
             }
-            let owes_none = self.held.killed.contains(life) || self.may_lack_the_end(life.node);
+            let owes_none = self.anchors.killed.contains(life) || self.may_lack_the_end(life.node);
             if !chain.ends_signed && !owes_none {
                 found.push(Flaw { at: behind, what: format!("the chain of {life} ends without its signature") });
             }
@@ -270,21 +263,22 @@ impl<'a> LogVerifier<'a> {
     fn heads(&mut self) {
         let behind = self.events + 1;
         let mut found = Vec::new();
-        for held in self.held.heads.iter().filter(|held| !self.may_lack_the_end(held.node)) {
-            let recorded = self.lives.get(&held.life()).and_then(|chain| chain.last).map(HeldHead::from);
-            if recorded.as_ref() != Some(held) {
+        for anchor in self.anchors.heads.iter().filter(|anchor| !self.may_lack_the_end(anchor.node)) {
+            let recorded = self.lives.get(&anchor.life()).and_then(|chain| chain.last).map(HeadAnchor::from);
+            if recorded.as_ref() != Some(anchor) {
                 let kept = recorded.map_or(0, |head| head.counter);
                 let what = format!(
                     "{} wrote {} entries by its own account, {kept} are kept or their head differs",
-                    held.life(),
-                    held.counter
+                    anchor.life(),
+                    anchor.counter
                 );
                 found.push(Flaw { at: behind, what });
             }
         }
         let mut recorders = 0;
         for life in self.lives.keys() {
-            let known = self.held.killed.contains(life) || self.held.heads.iter().any(|head| head.life() == *life);
+            let known =
+                self.anchors.killed.contains(life) || self.anchors.heads.iter().any(|head| head.life() == *life);
             recorders += usize::from(life.node == NodeId::RECORDER);
             if !known && (life.node != NodeId::RECORDER || recorders > 1) {
                 found.push(Flaw { at: behind, what: format!("nobody knows of {life}") });
@@ -292,27 +286,6 @@ impl<'a> LogVerifier<'a> {
         }
         self.flaws.extend(found);
     }
-}
-
-/// Description of an entry that was handed over late. From the recording alone a host that stalled, a process that was
-/// stopped and a time that was changed look the same.
-fn late(node: NodeId, by: u64, stopped: u64, allowed: u64) -> String {
-    let stopped = if stopped > 0 {
-        format!(" beside the {} for which the launcher stopped it", ms(stopped))
-    } else {
-        String::new()
-    };
-    format!(
-        "{node} handed this over {} after it wrote it{stopped}, at most {} are allowed: the host or somebody kept the \
-         process from running, or one of the two times was changed, which cannot be told apart here; end other work or \
-         use --jobs 1, and run it again",
-        ms(by),
-        ms(allowed)
-    )
-}
-
-fn ms(us: u64) -> String {
-    format!("{:.1} ms", us as f64 / 1000.0)
 }
 
 fn unhex(text: &str) -> Option<[u8; 32]> {

@@ -1,21 +1,30 @@
-//! From the log of a run to the events that the oracle sees, in order, with their flaws.
+//! The log of a run in memory: from encoded entries to events in order, and the verification of their writers.
+//!
+//! [`read_log`] decodes a log and follows its chains, [`verify_log`] sets it against trust anchors too, `verifier` follows it
+//! entry by entry, `clock` judges the times in it, [`sweep`] measures which manipulations are found. No function here opens a
+//! file: the folder of a run is left to [`crate::verify`].
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+mod clock;
+pub mod sweep;
+mod verifier;
+
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::Witnessed;
+use evidence::anchors::{HeadAnchor, Life, TrustAnchors};
+use evidence::log::Logged;
 use ground_truth::{Any, Entry};
 use wire::audit::{ChainError, Chains, Head};
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
 use wire::sign::SharedVerifier;
 
-use crate::log::Logged;
-use crate::verification::{Held, HeldHead, Life, LogVerifier, Verification};
-use crate::witnessed::Witnessed;
+pub use verifier::{LogVerifier, Verification};
 
 /// The head of each life's chain, from the log before it was in anybody's hands. The recorder's own is no witness against it.
-pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
+pub fn chain_heads(log: &[Logged]) -> Vec<HeadAnchor> {
     let (mut last, mut first_life) = (BTreeMap::<Life, &Logged>::new(), BTreeSet::new());
     // From the end: what comes before the last entry of a node's first life is of no use.
     for logged in log.iter().rev().filter(|l| l.node != NodeId::RECORDER) {
@@ -28,24 +37,23 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
             first_life.insert(logged.node);
         }
     }
-    last.into_values().filter_map(|l| Head::from_last::<Any>(&l.bytes)).map(HeldHead::from).collect()
+    last.into_values().filter_map(|l| Head::from_last::<Any>(&l.bytes)).map(HeadAnchor::from).collect()
 }
 
-/// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is
-/// that of its cores. Gives the entries in (time, node, counter) order, the first problem found, and the result for the
-/// recording.
-pub fn read_against(
+/// Decodes the log of a twin, follows its chains and sets it against its trust anchors; `verifier` is that of its cores.
+/// Gives the entries in (time, node, counter) order, the first problem found, and the verification.
+pub fn verify_log(
     log: &[Logged],
-    held: &Held,
+    anchors: &TrustAnchors,
     verifier: SharedVerifier,
 ) -> (Vec<Witnessed>, Option<String>, Verification) {
-    let mut log_verifier = LogVerifier::new(held).asking(verifier);
+    let mut log_verifier = LogVerifier::new(anchors).with_shared_verifier(verifier);
     let (entries, problem) = follow_all(log, |l| log_verifier.take(l.at, l.node, &l.bytes));
     (entries, problem, log_verifier.close())
 }
 
 /// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.
-pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
+pub fn read_log(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
     let mut chains = Chains::default();
     follow_all(log, |l| chains.follow(&l.bytes).map(|(entry, _)| entry))
 }
@@ -72,4 +80,14 @@ fn follow_all(
     });
     entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
     (entries, problem.or(broken))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn empty_recording_of_a_living_recorder_is_flawed() {
+        assert!(!LogVerifier::new(&TrustAnchors::default()).verify(&[]).flaws.is_empty());
+    }
 }

@@ -5,21 +5,23 @@
 //! those of the digest of the whole file alone: of those, changes that leave every entry as it was, changes that move the time under which one is
 //! kept by less than a host's clock allows for, and changes of an entry. Writing whole stories anew is `adversary::insider`'s business.
 
+use evidence::anchors::{Life, TrustAnchors};
+use evidence::log::{Logged, by_recorder};
 use ground_truth::{Any, Entry};
-use link::recorded::{MAX_FRAMES, frames_in};
+use link::mcap_frames::{MAX_MEMORY, frames_of_bytes};
 use sha2::{Digest, Sha256};
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::sign::SharedVerifier;
 
-use super::{Held, Life, LogVerifier, Verification};
-use crate::log::{Logged, by_recorder};
+use super::Verification;
+use super::verifier::LogVerifier;
 
 /// A whole recording, and its trust anchors.
 pub struct Sweep<'a> {
     file: &'a [u8],
     log: Vec<Logged>,
-    held: &'a Held,
+    anchors: &'a TrustAnchors,
     /// SHA-256 of the file.
     digest: [u8; 32],
     verifier: SharedVerifier,
@@ -49,9 +51,9 @@ impl<'a> Sweep<'a> {
     ///
     /// # Errors
     /// When it is not whole to begin with.
-    pub fn new(file: &'a [u8], held: &'a Held, verifier: SharedVerifier) -> Result<Self, String> {
+    pub fn new(file: &'a [u8], anchors: &'a TrustAnchors, verifier: SharedVerifier) -> Result<Self, String> {
         let digest = Sha256::digest(file).into();
-        let mut sweep = Sweep { file, log: Vec::new(), held, digest, verifier };
+        let mut sweep = Sweep { file, log: Vec::new(), anchors, digest, verifier };
         sweep.log = read(file)?;
         match sweep.judged(&sweep.log).flaws.first() {
             Some(flaw) => Err(format!("untouched it has a flaw: {flaw}")),
@@ -130,12 +132,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn judged(&self, log: &[Logged]) -> Verification {
-        let mut log_verifier = LogVerifier::new(self.held).asking(self.verifier.clone());
-        for logged in log {
-            // What does not follow is noted there.
-            let _ = log_verifier.take(logged.at, logged.node, &logged.bytes);
-        }
-        log_verifier.close()
+        LogVerifier::new(self.anchors).with_shared_verifier(self.verifier.clone()).verify(log)
     }
 
     /// By how much the only difference, a time, was moved.
@@ -164,7 +161,7 @@ pub fn is_seal(logged: &Logged) -> bool {
 }
 
 fn read(file: &[u8]) -> Result<Vec<Logged>, String> {
-    let mut room = MAX_FRAMES;
-    let frames = frames_in(file, &mut room)?;
+    let mut room = MAX_MEMORY;
+    let frames = frames_of_bytes(file, &mut room)?;
     Ok(frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect())
 }

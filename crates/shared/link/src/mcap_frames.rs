@@ -1,14 +1,13 @@
-//! Reading back a run's records: audit frames out of MCAP files, the entries of guards' own logs.
+//! Audit frames out of the MCAP files that [`crate::recorder`] wrote.
 //!
 //! The files may be cut or hostile: sizes are bounded before allocation, and a cut file gives the frames before the
-//! cut. Checking the frames' chains is `wire::audit`'s business.
+//! cut. The chains of the frames are left to `wire::audit`, the run that they belong to is left to the crate `recording`.
 
-use std::io::{BufReader, Read};
+use std::io::Read;
 use std::mem::size_of;
 use std::path::{Path, PathBuf};
 
 use mcap::sans_io::{LinearReaderOptions, MessageReadEvent, MessageReader};
-use wire::audit::MAX_ENTRY;
 use wire::id::NodeId;
 
 use crate::files;
@@ -19,15 +18,11 @@ const MAX_FILE: u64 = 1 << 30;
 /// The longest record of a file that is loaded, bytes: the library takes a file's word for a length, and memory for it.
 const MAX_RECORD: usize = 1 << 20;
 /// Memory for the frames of one recording, bytes: a tiny compressed file can hold any number.
-pub const MAX_FRAMES: usize = 1 << 30;
-/// The longest log of a guard that is read, bytes: more than one takes.
-const MAX_WITNESS: u64 = 160 << 20;
-/// The shortest entry, bytes: the hash of the one before it is in it.
-const MIN_ENTRY: usize = 32;
+pub const MAX_MEMORY: usize = 1 << 30;
 
-/// A recording cannot be read.
+/// The MCAP files of a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
-pub enum RecordedError {
+pub enum McapFramesError {
     /// The operating system said so.
     #[error("{}: {error}", file.display())]
     Io {
@@ -46,20 +41,23 @@ pub enum RecordedError {
     },
 }
 
-/// Every frame of the recording in `directory`, file by file.
+/// Every frame of the MCAP files in `directory`, file by file in the order of their numbers.
 ///
 /// # Errors
 /// When a file cannot be read at all. A file that is cut gives the frames before the cut.
-pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
-    frames_within(directory, |_| None)
+pub fn frames_of_folder(directory: &Path) -> Result<Vec<Frame>, McapFramesError> {
+    frames_within_lengths(directory, |_| None)
 }
 
-/// The same of as many bytes of each file as `length` gives for its name, if it gives any.
+/// The same frames, of as many bytes of each file as `length` gives for its name; of the whole file where it gives none.
 ///
 /// # Errors
-/// As [`frames`].
-pub fn frames_within(directory: &Path, length: impl Fn(&str) -> Option<u64>) -> Result<Vec<Frame>, RecordedError> {
-    let io = |error| RecordedError::Io { file: directory.to_owned(), error };
+/// As [`frames_of_folder`].
+pub fn frames_within_lengths(
+    directory: &Path,
+    length: impl Fn(&str) -> Option<u64>,
+) -> Result<Vec<Frame>, McapFramesError> {
+    let io = |error| McapFramesError::Io { file: directory.to_owned(), error };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(directory).map_err(io)? {
         let path = entry.map_err(io)?.path();
@@ -69,17 +67,17 @@ pub fn frames_within(directory: &Path, length: impl Fn(&str) -> Option<u64>) -> 
     }
     // By number: the tenth file comes behind the second.
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
-    let (mut frames, mut room) = (Vec::new(), MAX_FRAMES);
+    let (mut frames, mut room) = (Vec::new(), MAX_MEMORY);
     for file in files {
         let most = file.file_name().and_then(|name| length(name.to_str()?));
         let bytes = read_file(&file, most)?;
-        frames.extend(frames_in(&bytes, &mut room).map_err(|why| RecordedError::Damaged { file, why })?);
+        frames.extend(frames_of_bytes(&bytes, &mut room).map_err(|why| McapFramesError::Damaged { file, why })?);
     }
     Ok(frames)
 }
 
 /// The bytes of a file, up to its length.
-fn read_file(file: &Path, length: Option<u64>) -> Result<Vec<u8>, RecordedError> {
+fn read_file(file: &Path, length: Option<u64>) -> Result<Vec<u8>, McapFramesError> {
     let read = || match length.filter(|length| *length <= MAX_FILE) {
         None => files::read(file, MAX_FILE),
         Some(length) => {
@@ -87,7 +85,7 @@ fn read_file(file: &Path, length: Option<u64>) -> Result<Vec<u8>, RecordedError>
             files::open(file)?.take(length).read_to_end(&mut bytes).map(|_| bytes)
         }
     };
-    read().map_err(|error| RecordedError::Io { file: file.to_owned(), error })
+    read().map_err(|error| McapFramesError::Io { file: file.to_owned(), error })
 }
 
 /// The frames of one file, within `room` bytes of memory, from which their cost is taken off.
@@ -95,7 +93,7 @@ fn read_file(file: &Path, length: Option<u64>) -> Result<Vec<u8>, RecordedError>
 /// # Errors
 ///
 /// When they need more.
-pub fn frames_in(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
+pub fn frames_of_bytes(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
     let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
     let mut reader = MessageReader::new_with_options(options);
     let (mut frames, mut rest) = (Vec::new(), bytes);
@@ -118,27 +116,4 @@ pub fn frames_in(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
         frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.into_owned() });
     }
     Ok(frames)
-}
-
-/// The encoded entries of a guard's log, up to the first that is cut, too long or none.
-///
-/// # Errors
-/// When the file cannot be opened.
-pub fn witnessed(file: &Path) -> std::io::Result<Vec<Vec<u8>>> {
-    Ok(entries(BufReader::new(files::open(file)?.take(MAX_WITNESS))))
-}
-
-/// The entries of such a log, each behind its length; decoding is left to the reader.
-pub fn entries(mut from: impl Read) -> Vec<Vec<u8>> {
-    let mut found = Vec::new();
-    let mut prefix = [0; 4];
-    while from.read_exact(&mut prefix).is_ok() {
-        let length = u32::from_be_bytes(prefix) as usize;
-        let mut entry = vec![0; length.min(MAX_ENTRY)];
-        if !(MIN_ENTRY..=MAX_ENTRY).contains(&length) || from.read_exact(&mut entry).is_err() {
-            break;
-        }
-        found.push(entry);
-    }
-    found
 }

@@ -1,0 +1,28 @@
+//! Files of a live run's folder for those who look at it: the planned site, and the console's keys and true events.
+//!
+//! The console reads the latter two, and names them (`console::process::player`). The other files of the folder are left to
+//! `recording`.
+
+use console::moment::{Happened, MAX_MOMENTS};
+use console::process::player::{READING, TRUTH};
+use evidence::{Witnessed, truth};
+use recording::RunFolder;
+use topology::Topology;
+
+/// Writes the site as it was planned, before the run begins.
+pub(super) fn write_site(run: &RunFolder, topology: &Topology) -> std::io::Result<()> {
+    recording::write::write_site(run, &crate::site(topology))
+}
+
+/// Writes the file needed to replay the console's input journal: no secret but the key of its feed, which is void by then.
+/// Beside it the true events.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_console(run: &RunFolder, topology: &Topology, entries: &[Witnessed]) -> std::io::Result<()> {
+    let Some(console) = crate::console(topology) else { return Ok(()) };
+    std::fs::write(run.path().join(READING), serde_json::to_vec(&console.to_read())?)?;
+    let done = truth::of(entries).into_iter().take(MAX_MOMENTS);
+    let done: Vec<Happened> = done.map(|one| Happened { at_us: one.at_us, what: one.what }).collect();
+    std::fs::write(run.path().join(TRUTH), serde_json::to_vec(&done)?)
+}
