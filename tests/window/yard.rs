@@ -11,7 +11,7 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent};
 use wire::crop::Pictured;
 use wire::event::Inconsistency;
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, CommandId, Nonce, PeerId, Sequence, TrackId, UnitId};
+use wire::id::{Boot, CommandId, Nonce, PeerId, RecordId, Sequence, TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::motion::ReportedMotion;
@@ -19,7 +19,7 @@ use wire::person::Role;
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedAuthority, ReportedContact, ReportedTrack};
-use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::sensor::{Class, Modalities, Modality, Pose};
 use wire::settings::Settings;
 use wire::time::{Echo, PeerStamp, Span};
 
@@ -244,11 +244,6 @@ impl Actor {
         self.pose.x_mm += (f64::from(step) * libm::cos(yaw)) as i32;
         self.pose.y_mm += (f64::from(step) * libm::sin(yaw)) as i32;
         Report {
-            origin: self.unit.node(),
-            boot: Boot(1),
-            sequence: Sequence(self.sequence),
-            stamp: PeerStamp(stamp),
-            product: ProductMode::Live,
             mode: self.mode,
             cause: self.cause,
             failing: self.failing,
@@ -260,13 +255,15 @@ impl Actor {
             last_command: self.last,
             progress: 430,
             tracks: self.tracks.iter().copied().collect::<List<_, 8>>(),
-            watched: None,
-            sessions_lost: 0,
             measured: measured(self.failing),
             settings: self.settings,
             motion: self.motion,
             contact: self.contact,
             pictured: self.pictured.clone(),
+            ..Report::bare(
+                RecordId { node: self.unit.node(), boot: Boot(1), sequence: Sequence(self.sequence) },
+                PeerStamp(stamp),
+            )
         }
     }
 

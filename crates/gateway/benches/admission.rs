@@ -19,17 +19,15 @@ use link::loopback::LoopbackAddr;
 use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Role};
 use wire::bounds::Bounds;
-use wire::codec::{self, List};
+use wire::codec;
 use wire::core::Side;
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, Sequence, SessionId, UnitId};
 use wire::policy::{Check, Policy, Requirement};
 use wire::report::Report;
-use wire::sensor::{Pose, ProductMode};
+use wire::sensor::Pose;
 use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Keyring, Purpose};
-use wire::time::{Echo, Instant, PeerStamp, Span};
+use wire::time::{Echo, Instant, PeerStamp};
 
 const ROUNDS: usize = 9;
 const RECORDS: u64 = 5_000;
@@ -171,29 +169,9 @@ fn arrival_time(n: u64) -> Instant {
 fn record(key: &Key, n: u64) -> Vec<u8> {
     let stamp = PeerStamp(arrival_time(n).0 + OFFSET);
     let report = Report {
-        origin: NodeId::UNIT_A,
-        boot: Boot(1),
-        sequence: Sequence(n),
-        stamp,
-        product: ProductMode::Live,
-        mode: Mode::Ready,
-        cause: Cause::Operator,
-        failing: Guards::default(),
         pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
-        speed_mm_s: 0,
-        pose_age: Span::ZERO,
-        authority: None,
         command_nonce: Nonce(5),
-        last_command: None,
-        progress: 0,
-        tracks: List::default(),
-        watched: None,
-        sessions_lost: 0,
-        measured: Measured::default(),
-        settings: None,
-        motion: None,
-        contact: None,
-        pictured: None,
+        ..Report::bare(RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(n) }, stamp)
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&SessionMessage {

@@ -19,19 +19,17 @@ use gateway::{Gateway, GatewayConfig};
 use link::clock::thread_cpu_us;
 use wire::bounds::Bounds;
 use wire::bus::ChannelKey;
-use wire::codec::{self, List};
+use wire::codec;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Account, Interface};
-use wire::id::{Boot, NodeId, Nonce, Sequence, SessionId, UnitId, WorldId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, NodeId, Nonce, RecordId, Sequence, SessionId, UnitId, WorldId};
 use wire::policy::Policy;
 use wire::report::Report;
-use wire::sensor::{Pose, ProductMode};
+use wire::sensor::Pose;
 use wire::session::{MAX_SESSION_MESSAGE, MAX_TEAMMATES, SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::Secret;
 use wire::sign::{Key, Purpose};
-use wire::time::{Echo, Instant, PeerStamp, Span};
+use wire::time::{Echo, Instant, PeerStamp};
 
 const ROUNDS: usize = 9;
 /// Warm-up before the measurement, seconds: sessions and windows are then established.
@@ -284,28 +282,8 @@ fn setup(units: &[UnitId]) -> Setup {
 
 fn report(origin: NodeId, n: u64, stamp: PeerStamp) -> Report {
     Report {
-        origin,
-        boot: Boot(1),
-        sequence: Sequence(n),
-        stamp,
-        product: ProductMode::Live,
-        mode: Mode::Ready,
-        cause: Cause::Operator,
-        failing: Guards::default(),
         pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
-        speed_mm_s: 0,
-        pose_age: Span::ZERO,
-        authority: None,
         command_nonce: Nonce(5),
-        last_command: None,
-        progress: 0,
-        tracks: List::default(),
-        watched: None,
-        sessions_lost: 0,
-        measured: Measured::default(),
-        settings: None,
-        motion: None,
-        contact: None,
-        pictured: None,
+        ..Report::bare(RecordId { node: origin, boot: Boot(1), sequence: Sequence(n) }, stamp)
     }
 }

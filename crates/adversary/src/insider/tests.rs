@@ -4,13 +4,11 @@ use ground_truth::{Action, Any, Note};
 use wire::codec;
 use wire::core::{Input, Output};
 use wire::event::wire_hash;
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, Sequence, SessionId};
 use wire::policy::Policy;
 use wire::refusal::{Reason, Refusal};
 use wire::report::{MAX_REPORT, Report};
-use wire::sensor::{Pose, ProductMode};
+use wire::sensor::Pose;
 use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::sign::{Key, Keyring, Purpose, Signed};
 use wire::time::{AgeBound, PeerStamp, Span};
@@ -234,29 +232,12 @@ fn forwarded(form: Form) -> Vec<u8> {
 
 fn report_of_c() -> Vec<u8> {
     let report = Report {
-        origin: NodeId::UNIT_C,
-        boot: Boot(4),
-        sequence: Sequence(31),
-        stamp: PeerStamp(123_456),
-        product: ProductMode::Live,
-        mode: Mode::Ready,
-        cause: Cause::Operator,
-        failing: Guards::default(),
         pose: Pose { x_mm: 9000, y_mm: -4000, yaw_mrad: 100 },
         speed_mm_s: 700,
         pose_age: Span::ms(10),
-        authority: None,
         command_nonce: Nonce(1),
-        last_command: None,
         progress: 10,
-        tracks: codec::List::default(),
-        watched: None,
-        sessions_lost: 0,
-        measured: Measured::default(),
-        settings: None,
-        motion: None,
-        contact: None,
-        pictured: None,
+        ..Report::bare(RecordId { node: NodeId::UNIT_C, boot: Boot(4), sequence: Sequence(31) }, PeerStamp(123_456))
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

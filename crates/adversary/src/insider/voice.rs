@@ -4,10 +4,9 @@
 
 use wire::codec;
 use wire::id::{Boot, NodeId, Nonce, RecordId, Sequence};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::mode::Mode;
 use wire::report::{MAX_REPORT, Report};
-use wire::sensor::{Pose, ProductMode};
+use wire::sensor::Pose;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, Span};
 
@@ -75,29 +74,12 @@ impl Voice {
     pub(super) fn own_report(&mut self, now: Instant, nonce: Nonce, watched: Option<Echo>) -> Report {
         self.sequence = self.sequence.next();
         Report {
-            origin: NodeId::UNIT_B,
-            boot: self.boot,
-            sequence: self.sequence,
-            stamp: now.stamp(),
-            product: ProductMode::Live,
-            mode: Mode::Ready,
-            cause: Cause::Operator,
-            failing: Guards::default(),
             pose: pose(&self.place, now.since(self.origin)),
             speed_mm_s: speed(&self.place),
             pose_age: POSE_AGE,
-            authority: None,
             command_nonce: nonce,
-            last_command: None,
-            progress: 0,
-            tracks: codec::List::default(),
             watched,
-            sessions_lost: 0,
-            measured: Measured::default(),
-            motion: None,
-            contact: None,
-            pictured: None,
-            settings: None,
+            ..Report::bare(RecordId { node: NodeId::UNIT_B, boot: self.boot, sequence: self.sequence }, now.stamp())
         }
     }
 }

@@ -20,8 +20,9 @@ use wire::crop::{CAMERAS, Crop};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::Event;
 use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
-use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
-use wire::measured::Measured;
+use wire::id::{
+    Boot, CommandId, FrameId, NodeId, Nonce, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
+};
 use wire::mode::{Cause, Guard, Mode};
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
@@ -304,29 +305,12 @@ impl Bench {
 
     fn report_of(&self, unit: UnitId, sequence: u64, (x_mm, y_mm): (i32, i32)) -> Report {
         Report {
-            origin: unit.node(),
-            boot: Boot(1),
-            sequence: Sequence(sequence),
-            stamp: PeerStamp(1_000_000 + sequence * 100_000),
-            product: ProductMode::Live,
-            mode: Mode::Ready,
-            cause: Cause::Operator,
-            failing: Default::default(),
             pose: Pose { x_mm, y_mm, yaw_mrad: 0 },
-            speed_mm_s: 0,
-            pose_age: Span::ZERO,
-            authority: None,
             command_nonce: Nonce(1),
-            last_command: None,
-            progress: 0,
-            tracks: List::default(),
-            watched: None,
-            sessions_lost: 0,
-            measured: Measured::default(),
-            settings: None,
-            motion: None,
-            contact: None,
-            pictured: None,
+            ..Report::bare(
+                RecordId { node: unit.node(), boot: Boot(1), sequence: Sequence(sequence) },
+                PeerStamp(1_000_000 + sequence * 100_000),
+            )
         }
     }
 

@@ -14,14 +14,13 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::crop::{Crop, PIXELS, Pictured, Pixels, WIDTH};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
+use wire::mode::{Cause, Mode};
 use wire::person::{Act, Numbered, Order, Role, Unable};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedTrack};
-use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::sensor::{Class, Modalities, Modality, Pose};
 use wire::sign::Secret;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -338,29 +337,13 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         across_px: 24,
     };
     Report {
-        origin: NodeId::UNIT_A,
-        boot: Boot(1),
-        sequence: Sequence(sequence),
-        stamp: PeerStamp(stamp),
-        product: ProductMode::Live,
         mode,
         cause: Cause::Start,
-        failing: Guards::default(),
         pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
-        speed_mm_s: 0,
         pose_age: Span::ms(10),
-        authority: None,
         command_nonce: Nonce(sequence + 500),
-        last_command: None,
-        progress: 0,
         tracks: [track].into_iter().collect::<List<_, 8>>(),
-        watched: None,
-        sessions_lost: 0,
-        measured: Measured::default(),
-        settings: None,
-        motion: None,
-        contact: None,
-        pictured: None,
+        ..Report::bare(RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(sequence) }, PeerStamp(stamp))
     }
 }
 

@@ -8,11 +8,10 @@ use sha2::{Digest, Sha256};
 use wire::codec::{self, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
 use wire::core::Subject;
-use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, CommandId, NodeId, Nonce, RecordId, Sequence, TrackId, UnitId};
+use wire::mode::Mode;
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
-use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::sensor::{Class, Modalities, Modality, Pose};
 use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Purpose};
 use wire::time::{Echo, PeerStamp, Span};
@@ -156,29 +155,19 @@ impl Speakers {
             across_px: 24,
         };
         let report = Report {
-            origin: self.unit.node(),
-            boot: Boot(1),
-            sequence: Sequence(turn),
-            stamp: PeerStamp(1_000_000_000 + turn * 100_000),
-            product: ProductMode::Live,
             mode: Mode::PrepareToAct,
-            cause: Cause::Operator,
-            failing: Guards::default(),
             pose: Pose { x_mm: draw, y_mm: draw / 2, yaw_mrad: 700 },
             speed_mm_s: 1_500 + n,
             pose_age: Span::ms(20),
             authority: Some(ReportedAuthority { track: TrackId(1), left: Span::ms(1_900) }),
             command_nonce,
-            last_command: None,
             progress: 300,
             tracks: (1..=n % 8).map(track).collect(),
             watched: Some(Echo { nonce: self.nonce(), seen: PeerStamp(1_000_000_000) }),
-            sessions_lost: 0,
-            measured: Measured::default(),
-            settings: None,
-            motion: None,
-            contact: None,
-            pictured: None,
+            ..Report::bare(
+                RecordId { node: self.unit.node(), boot: Boot(1), sequence: Sequence(turn) },
+                PeerStamp(1_000_000_000 + turn * 100_000),
+            )
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

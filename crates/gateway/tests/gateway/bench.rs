@@ -8,14 +8,12 @@ use gateway::{Gateway, GatewayConfig};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
-use wire::codec::{self, List, Text};
+use wire::codec::{self, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::event::{Account, Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId, WorldId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, RecordId, Sequence, SessionId, UnitId, WorldId};
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::report::Report;
@@ -346,29 +344,13 @@ impl Unit {
     pub(crate) fn next_report(&mut self, now: Instant) -> Report {
         self.reports += 1;
         Report {
-            origin: self.node,
-            boot: self.boot,
-            sequence: Sequence(self.reports),
-            stamp: self.clock(now),
             product: self.product,
-            mode: Mode::Ready,
-            cause: Cause::Operator,
-            failing: Guards::default(),
             pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
-            speed_mm_s: 0,
-            pose_age: Span::ZERO,
-            authority: None,
             command_nonce: Nonce(5),
-            last_command: None,
-            progress: 0,
-            tracks: List::default(),
-            watched: None,
-            sessions_lost: 0,
-            measured: Measured::default(),
-            settings: None,
-            motion: None,
-            contact: None,
-            pictured: None,
+            ..Report::bare(
+                RecordId { node: self.node, boot: self.boot, sequence: Sequence(self.reports) },
+                self.clock(now),
+            )
         }
     }
 }

@@ -157,6 +157,36 @@ pub struct Report {
 }
 
 impl Report {
+    /// The report of a unit that stands in READY at the origin of its plane, with no track, order or measurement: a start for
+    /// reports that state more.
+    pub fn bare(id: RecordId, stamp: PeerStamp) -> Self {
+        Self {
+            origin: id.node,
+            boot: id.boot,
+            sequence: id.sequence,
+            stamp,
+            product: ProductMode::Live,
+            mode: Mode::Ready,
+            cause: Cause::Operator,
+            failing: Guards::default(),
+            pose: Pose::default(),
+            speed_mm_s: 0,
+            pose_age: Span::ZERO,
+            authority: None,
+            command_nonce: Nonce(0),
+            last_command: None,
+            progress: 0,
+            tracks: List::default(),
+            watched: None,
+            sessions_lost: 0,
+            measured: Measured::default(),
+            settings: None,
+            motion: None,
+            contact: None,
+            pictured: None,
+        }
+    }
+
     /// The report's identity.
     pub fn id(&self) -> RecordId {
         RecordId { node: self.origin, boot: self.boot, sequence: self.sequence }

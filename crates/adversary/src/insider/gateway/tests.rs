@@ -3,16 +3,15 @@
 use config::setup::Channel;
 use ground_truth::{Action, Any, Note};
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
-use wire::codec::{self, List, Text};
+use wire::codec::{self, Text};
 use wire::command::{CommandKind, Intent, Request};
 use wire::core::{Core, Input, Output, Topic};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, UnitId};
-use wire::measured::Measured;
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, RecordId, Sequence, UnitId};
+use wire::mode::Mode;
 use wire::policy::{Policy, Waived};
 use wire::report::{MAX_REPORT, Report};
-use wire::sensor::{Pose, ProductMode};
+use wire::sensor::Pose;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 use wire::time::{PeerStamp, Span};
 use wire::trust::BusGate;
@@ -145,29 +144,14 @@ fn key() -> Key {
 
 fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
     let report = Report {
-        origin: NodeId::UNIT_A,
-        boot: Boot(1),
-        sequence: Sequence(sequence),
-        stamp: PeerStamp(sequence * 100_000),
-        product: ProductMode::Live,
         mode,
-        cause: Cause::Operator,
-        failing: Guards::default(),
         pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
-        speed_mm_s: 0,
         pose_age: Span::ms(10),
-        authority: None,
         command_nonce: Nonce(1),
-        last_command: None,
-        progress: 0,
-        tracks: List::default(),
-        watched: None,
-        sessions_lost: 0,
-        measured: Measured::default(),
-        settings: None,
-        motion: None,
-        contact: None,
-        pictured: None,
+        ..Report::bare(
+            RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(sequence) },
+            PeerStamp(sequence * 100_000),
+        )
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }
