@@ -11,7 +11,7 @@ use super::{SLACK, Span};
 
 /// Time before the end of a contact in which supervision may be given for the time until the next one.
 const NEAR: Micros = 2_000_000;
-/// Time into the next contact by which it has to be given anew.
+/// Time into the next contact by which it has to be given again.
 const ACQUISITION: Micros = 2_000_000;
 
 /// The planned contacts, at times of the run.

@@ -43,7 +43,7 @@ pub(crate) const STANDING: i32 = 50;
 /// Least time between two samples that a speed is taken from: over less of it the millimetre to which a place is known counts.
 const APART: Micros = 80_000;
 
-/// Completes the samples: their speeds over ground, and whether one of a platform without a safe set of its own stands.
+/// Completes the samples: their speeds over ground, and whether one of a platform that states no safe set stands.
 pub(super) fn complete_samples(truth: &mut [Truth]) {
     raise_to_ground_speed(truth);
     for sample in truth.iter_mut().filter(|sample| sample.reserves.is_none()) {

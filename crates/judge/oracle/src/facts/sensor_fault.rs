@@ -63,7 +63,7 @@ pub(super) fn arrived(evidence: &Evidence) -> Vec<SensorFault> {
             }
             _ => None,
         });
-        if changed.any(|(at, hash)| core_took(evidence, consumer(evidence, sensor), hash, at)) {
+        if changed.any(|(taken_at, hash)| core_took(evidence, consumer(evidence, sensor), hash, taken_at)) {
             arrived.push(SensorFault { sensor, kind, start: w.at, end });
         }
     }

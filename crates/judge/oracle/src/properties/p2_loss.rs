@@ -1,4 +1,4 @@
-//! P2: after a sensor is lost for good, or shows only the past, no authority and no nominal mode beyond *Td*; and the speed of DEGRADED.
+//! P2: after a sensor is lost for longer than *Td*, or shows only the past, no authority and no nominal mode beyond *Td*; and the speed of DEGRADED.
 
 use super::limit::{Limit, LimitRow, longest};
 use super::{BareGuest, Finding, Property, finding, process_fault, speed};
