@@ -55,6 +55,7 @@ pub(super) fn compared(evidence: &Evidence, timeline: &Timeline, zero: Option<Mi
 
 /// Time at which the first action may happen that is no part of the mission; none without an attack.
 fn attack_begins(evidence: &Evidence) -> Option<Micros> {
+    // A step has no time in the plan: its actions have.
     let actions = evidence.planned.iter().filter(|plan| !matches!(plan.what, Planned::Step(_)));
     actions.map(|plan| plan.from).min()
 }
@@ -123,6 +124,7 @@ fn carried_steps(evidence: &Evidence, timeline: &Timeline) -> Vec<Carried> {
         let last = step.at_us.saturating_add(step.within_us).saturating_add(CLOCKS);
         let mut ids: Vec<(Micros, CommandId)> =
             timeline.intended.iter().filter(belongs).map(|(given_at, id, _)| (*given_at, *id)).collect();
+        // An order after the step's time was not given for this step: the step was not carried out in time.
         if ids.first().is_none_or(|(given_at, _)| *given_at > last) {
             ids.clear();
         }

@@ -56,12 +56,14 @@ fn class_of_trial(facts: &Facts, receipts: &Receipts, findings: &[Finding], trip
     if !evidence.log_flaws.is_empty() {
         return Outcome::Invalid;
     }
+    // A violated safety property counts without a receipt: the witness of the violation needs no cause.
     if broken(Breach::Unsafe) {
         return Outcome::Unsafe;
     }
     if let Some(failure) = guest::guest_failure(evidence) {
         return class_of_failed_guest(evidence, receipts, findings, &failure);
     }
+    // A missed bound proves nothing about an attack that may not have arrived, or on a host that stalled.
     if !receipts.complete || broken(Breach::NoEvidence) {
         return Outcome::Invalid;
     }
@@ -83,6 +85,7 @@ fn class_of_failed_guest(
 ) -> Outcome {
     let earlier = |f: &&Finding| f.at_us as f64 / 1000.0 <= failure.at_ms;
     let late = |f: &Finding| f.property.row().breach == Breach::Late;
+    // A bound that was missed before the failure is no consequence of it.
     if receipts.complete && findings.iter().filter(earlier).any(late) {
         Outcome::Late
     } else if may_be_the_hosts(failure) && stalled(evidence).is_some() {
@@ -135,11 +138,13 @@ fn refused_or_alarmed(evidence: &Evidence, timeline: &Timeline, zero: Micros) ->
         Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } | Event::LossesShown { .. }) => {
             w.at >= zero
         }
+        // After the end every sender is silent, and the display shows the unit as stale without an attack.
         Any::Service(Event::Displayed { unit, freshness: Freshness::Stale | Freshness::Lost, .. })
             if unit == evidence.under.unit =>
         {
             (zero..evidence.duration).contains(&w.at)
         }
+        // An account has no times: records that the secure layer discarded count for the whole run.
         Any::Service(Event::Count { account: Account::Discarded, n }) => n > 0,
         _ => false,
     });

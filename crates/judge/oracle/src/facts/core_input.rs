@@ -68,6 +68,7 @@ fn refused_unwritten(evidence: &Evidence, input: &CoreInput) -> bool {
         _ => None,
     });
     let counts: Vec<(Boot, u64)> = counts.collect();
+    // Each boot has its account and its bound of logged refusals, so that numbers of two boots do not compare.
     let Some(last_boot) = counts.iter().map(|(boot, _)| *boot).max() else { return false };
     let counted: u64 = counts.iter().filter(|(boot, _)| *boot == last_boot).map(|(_, n)| n).sum();
     let written = by_reader().filter(|w| w.entry.boot == last_boot).filter_map(|w| match w.entry.event {
@@ -78,5 +79,6 @@ fn refused_unwritten(evidence: &Evidence, input: &CoreInput) -> bool {
     });
     let (written, last) =
         written.fold((0, 0), |(n, last), (time, is_counted)| (n + u64::from(is_counted), Micros::max(last, time)));
+    // Up to its last logged refusal the reader logged every one, and this input would have an entry.
     counted > written && input.at >= last
 }

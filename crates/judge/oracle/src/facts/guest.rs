@@ -83,6 +83,7 @@ pub(crate) fn false_alarms(evidence: &Evidence, timeline: &Timeline, until: Micr
     let mut before = Declared::Nominal;
     let alarms = unit_events(evidence).filter(|(time, event)| {
         let Event::GuestStated { declared, .. } = event else { return false };
+        // Another statement of the same state is no further alarm.
         let alarms = *declared == Declared::Safe && before != Declared::Safe;
         before = *declared;
         let drives = matches!(timeline.mode_at(*time), Mode::Ready | Mode::PrepareToAct);
@@ -117,6 +118,7 @@ fn stop_lasts(evidence: &Evidence, timeline: &Timeline, from: Micros) -> bool {
 /// Time from which the plant stands until the end of the run by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
 /// and not at the end of the route by the truth or by the guest's own word.
 pub(crate) fn stands_from(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Option<Micros> {
+    // A plant that never drove shows no act of its guest.
     let before = timeline.truth.iter().rev().find(|t| t.at <= zero).is_some_and(is_driving);
     let after = timeline.truth.iter().any(|t| t.at >= zero && is_driving(t));
     let from = timeline.truth_for_good(zero, |t| !is_driving(t));
@@ -140,5 +142,6 @@ fn is_at_goal(evidence: &Evidence, time: Micros) -> bool {
         Any::Service(Event::GuestPlaced { x_mm, y_mm }) => Some((x_mm, y_mm)),
         _ => None,
     });
+    // A guest under a false place stops where it takes its goal to be: it has not noticed the attack.
     [truth, stated].into_iter().flatten().any(|(x, y)| near(x, y))
 }

@@ -36,6 +36,8 @@ fn record_arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
             Any::Instrument(Note::Associated { association, peer }) => {
                 peers.insert(association, peer);
             }
+            // Epoch 0 is the handshake, which carries no record. Without the owner of the association, records of a teammate
+            // would hide the silence of this unit.
             Any::Instrument(Note::GuardSaw { association, epoch: 1.., sequence, hash, verdict, .. })
                 if peers.get(&association) == Some(&other) =>
             {
@@ -68,6 +70,7 @@ pub(crate) fn timely_times(facts: &Facts, node: NodeId) -> Vec<Micros> {
     let timely = record_arrivals(evidence, node).into_iter().filter(|a| {
         let held = relayed.taken.get(&a.hash).map_or(0, |taken_at| a.at.saturating_sub(*taken_at));
         let passed = a.verdict == GuardVerdict::Passed;
+        // A repeated record is no sign of life, so that a replay cannot keep a silent link timely.
         passed && firsts.insert(a.hash) && held <= limit && !relayed.forged.contains_key(&a.hash)
     });
     timely.map(|a| a.at).filter(|time| *time < evidence.duration).collect()
@@ -80,6 +83,7 @@ pub(crate) fn silences(facts: &Facts, node: NodeId) -> Vec<Span> {
     let mut times = timely_times(facts, node);
     let dead: BTreeSet<Span> =
         [node, evidence.under.node()].into_iter().flat_map(|n| process::dead_spans(evidence, n)).collect();
+    // P3 holds again after a restart: only the time in which an end was dead is left out.
     for (from, to) in &dead {
         times.retain(|time| time < from || time > to);
         times.extend([*from, *to].into_iter().filter(|time| *time < evidence.duration));
@@ -98,6 +102,7 @@ pub(crate) fn record_missing(evidence: &Evidence, from: Side, time: Micros) -> b
     let followed = arrivals.iter().any(|a| a.at > time && a.at <= time + SILENCE);
     let mut highest: BTreeMap<u32, u64> = BTreeMap::new();
     let sign = arrivals.iter().find(|a| {
+        // Each association counts from its first record.
         let highest = highest.entry(a.association).or_insert(a.sequence);
         let jumped = a.sequence > *highest + 1;
         *highest = (*highest).max(a.sequence);

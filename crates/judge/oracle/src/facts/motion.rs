@@ -72,6 +72,7 @@ fn ground_speed(truth: &[Truth], k: usize) -> i32 {
 /// Speed of the straight way between two samples, mm/s.
 fn speed_between(a: &Truth, b: &Truth) -> i32 {
     let (dx, dy) = (f64::from(a.place.0) - f64::from(b.place.0), f64::from(a.place.1) - f64::from(b.place.1));
+    // The clock is that of the plant: a recorder may take up places 100 ms apart 90 ms apart, which would make 3 m/s too fast.
     let seconds = a.stamp.abs_diff(b.stamp) as f64 / 1e6;
     (dx.hypot(dy) / seconds) as i32
 }

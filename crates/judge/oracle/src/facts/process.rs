@@ -44,6 +44,7 @@ pub(crate) fn left_no_mark(evidence: &Evidence, node: NodeId, (from, to): Span) 
 /// True if an entry is a mark of that process.
 pub(crate) fn is_mark(w: &Witnessed, node: NodeId) -> bool {
     match w.entry.event {
+        // A process that writes little by itself would make any stop credible: the inputs of its core are marks, too.
         Any::Instrument(Note::Ran { node: ran }) => ran == node && w.entry.node == NodeId::CAMPAIGN,
         _ => w.entry.node == node,
     }
@@ -65,6 +66,7 @@ pub(crate) fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
             match how {
                 Suspension::Hang => end,
                 Suspension::Slow { quota, period } => {
+                    // A slow process runs in every period; a bound can only count one of its stops.
                     end.min(w.at + period.0 * u64::from(1000_u16.saturating_sub(quota)) / 1000)
                 }
             }

@@ -37,6 +37,7 @@ pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Pr
         let before = way.passed;
         let drive = way.advance_to(place_of(sample)) && is_driving(timeline.mode_at(sample.at), route.in_degraded);
         driving += spent;
+        // A vehicle that goes to and fro, or in circles, moves and gets nowhere: each leg has a limit.
         time_on_leg = if way.passed == before { time_on_leg + spent } else { 0 };
         drives.push(drive);
     }

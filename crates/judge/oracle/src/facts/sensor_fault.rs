@@ -41,6 +41,7 @@ pub(super) fn arrived(evidence: &Evidence) -> Vec<SensorFault> {
     let mut arrived = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
         let Any::Instrument(Note::Fault { sensor, kind, active: true, .. }) = w.entry.event else { continue };
+        // A fault of another unit's sensor is no injection into the unit under test.
         if w.entry.node != evidence.under.sim {
             continue;
         }

@@ -95,6 +95,7 @@ impl Timeline {
             Any::Service(Event::Transition { from, to, cause, .. }) if of_unit => {
                 self.changes.push(Change { at: time, from, to, cause })
             }
+            // A restarted unit knows of no mode before.
             Any::Instrument(Note::Restarted { node, .. }) if node == tested.node() => {
                 let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
                 self.changes.push(Change { at: time, from, to: Mode::Idle, cause: Cause::Start });
@@ -150,6 +151,7 @@ impl Timeline {
             Any::Service(Event::Accepted { record, .. }) if node == NodeId::GATEWAY => {
                 self.accepted.push((time, record))
             }
+            // A refusal on shared memory answers no attack by itself: `core_input` counts those of an insider's messages.
             Any::Service(Event::Refused { at: interface, .. })
                 if !matches!(interface, wire::event::Interface::Bus(_)) =>
             {
@@ -208,6 +210,7 @@ impl Timeline {
 
     /// True if unit A held authority over `track` at some instant of `[from, to]`.
     pub(crate) fn held_authority_over(&self, track: TrackId, from: Micros, to: Micros) -> bool {
+        // Authority over a track ends with the next that is minted, at the latest.
         let next = self.minted.iter().skip(1).map(|(minted_at, ..)| *minted_at).chain(std::iter::once(Micros::MAX));
         let mut spans = self.minted.iter().zip(next).filter(|((.., held_track), _)| *held_track == track);
         spans.any(|((minted_at, ..), until)| {

@@ -29,6 +29,7 @@ fn nominal_without_sensor(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let td = evidence.bounds.to_degraded_ms * 1000;
     let losses = facts.sensor_faults.iter().filter(|f| f.is_loss());
+    // A sensor that is back within *Td* requires no other mode.
     let due = losses.filter(|f| f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration);
     let late = due.filter(|f| is_nominal(timeline.mode_at(f.start + td)));
     late.map(|SensorFault { sensor, start, .. }| {

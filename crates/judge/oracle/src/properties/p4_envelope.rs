@@ -59,6 +59,7 @@ fn drive_into_object(timeline: &Timeline) -> Option<Finding> {
 /// Accepted settings under which a unit that loses its place at the margin may leave the fence.
 fn settings_that_leave_fence(facts: &Facts) -> Vec<Finding> {
     let bounds = &facts.evidence.bounds;
+    // The way within the guard's own reaction is in the distance that the guard keeps.
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).saturating_sub(reaction_ms(bounds));
     let set = facts.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Service(Event::Executed { kind: CommandKind::Configure(values), refused: None, .. }) => {

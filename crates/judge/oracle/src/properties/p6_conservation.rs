@@ -45,6 +45,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
         let delivered = n(to, Account::Received(interface));
         equal(&format!("{to} delivered and judged"), delivered, judged_records(&accounts, to, interface));
     }
+    // Each of these sends to the gateway: without the account of one the sum has no sense.
     if alive(&[NodeId::RELAY_TELEMETRY, NodeId::INSIDER_B, NodeId::UNIT_C]) {
         for (from, to, side, _) in ends.into_iter().filter(|(from, to, ..)| alive(&[*from, *to])) {
             let (left, arrived) = crossed_datagrams(&accounts, to, side.opposite());

@@ -45,6 +45,7 @@ fn changes_of_mode(facts: &Facts) -> Vec<Finding> {
     let mut found = Vec::new();
     for change in &timeline.changes {
         let earliest = change.at.saturating_sub(SLACK);
+        // A restarted unit is IDLE whatever it was before, and needs an order to leave IDLE.
         let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
         if left_hold && !(change.cause == Cause::Operator && consented(resume, earliest, change.at)) {
             found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));

@@ -59,6 +59,7 @@ fn speeds_above_limit(facts: &Facts, stay: &ModeStay) -> Vec<Finding> {
         let mut samples = timeline.truth.iter().filter(|t| t.at >= since && t.at < until);
         samples.find(|t| test(t))
     };
+    // Until its lease ends the plant follows a set-point of the mode before.
     let due = set_point_lapsed(evidence, from);
     let name = mode.name();
     let set_too_fast = first(due, &|t| limit.map_or(!t.asked_safe, |limit| t.set_speed.abs() > limit)).map(|t| {

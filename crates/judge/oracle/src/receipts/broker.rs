@@ -36,6 +36,7 @@ pub(crate) fn receipt(evidence: &Evidence, wanted: Action, window: Window) -> Op
             let seen: Vec<Micros> = delivered(evidence, *side, Some(*hash)).collect();
             match wanted {
                 Action::Drop => {
+                    // A stream on which nothing came out may be cut: that is no proof of one dropped publication.
                     let passed_others = delivered(evidence, *side, None).next().is_some();
                     passed_others && seen.is_empty() && publisher_sent(evidence, *side, *claimed_at)
                 }

@@ -45,6 +45,7 @@ pub(crate) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Op
             delay >= LEAST_DELAY && guard_saw(evidence, hash).any(|seen_at| seen_at >= claimed_at + delay)
         }
         Action::Duplicate | Action::Replay => {
+            // The original has the same bytes, so that one sight is no receipt of a copy.
             guard_saw(evidence, hash).any(|seen_at| seen_at >= claimed_at) && guard_saw(evidence, hash).count() > 1
         }
         Action::Corrupt => {

@@ -34,6 +34,7 @@ pub(crate) fn print_seen_at(evidence: &Evidence, object: ObjectId, aim: Class, w
         w.entry.node == evidence.under.sim && w.entry.event == Any::Instrument(Note::Printed { object })
     };
     let since = evidence.entries.iter().find(|w| names_print(w))?.at;
+    // The scene's own entry is the claim: without the image at perception the print has one witness.
     if !altered_image_given(evidence, since..Micros::MAX) {
         return None;
     }

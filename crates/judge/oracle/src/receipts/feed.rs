@@ -65,6 +65,7 @@ pub(crate) fn delayed_report_at(evidence: &Evidence, delay: Micros, window: Wind
             displayed_reports(evidence).any(|(displayed_at, shown)| shown == record && displayed_at < due);
         let came_when_due =
             taken_in.iter().any(|taken_at| *taken_at >= due && *taken_at <= withheld_at + delay + AT_ONCE);
+        // A delay that short leaves no time in which the display could be seen without the report.
         !shown_early && came_when_due && (delay <= AT_ONCE || display_lacked(evidence, record, (withheld_at, due)))
     };
     withheld_reports(evidence, window)

@@ -41,6 +41,7 @@ pub(crate) fn obstacle(facts: &Facts, plan: &Plan, window: Window) -> Option<Mas
     let evidence = facts.evidence;
     let span = window.span(evidence.duration);
     let no_message = || {
+        // An actor that claims a message contradicts its absence: nothing is proven then.
         let takes = plan.needs.takes.filter(|_| !actor_claims(evidence, plan.what, window))?;
         without_message(evidence, takes, span)
     };
@@ -72,6 +73,7 @@ fn stream_carried(evidence: &Evidence, span: Span) -> bool {
 
 /// True if a span has begun in time and lasts for the whole rest of the plan's.
 fn covers_plan((from, to): Span, plan: Span) -> bool {
+    // Half of a short plan at most: an obstacle that began as the plan ended did not mask it.
     from <= plan.0 + NO_EFFECT_WITHIN.min((plan.1 - plan.0) / 2) && to >= plan.1
 }
 
@@ -241,6 +243,7 @@ fn without_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<
         }
         last = last.max(times.into_iter().filter(|arrived_at| *arrived_at < span.0).max());
     }
+    // No record before the plan either: the ends had not yet begun a session.
     let Some(last) = last else { return Some(Mask::NoSession) };
     let began = (last, last + link::SILENCE);
     let ends = [NodeId::GATEWAY, evidence.under.node(), NodeId::RELAY_TELEMETRY];

@@ -70,6 +70,7 @@ pub(crate) fn suspended_at(evidence: &Evidence, wanted: NodeId, window: Window) 
         Suspension::Slow { .. } => stops_of_slow_process(evidence, wanted, (from, to)),
     };
     let broker = wanted == NodeId::BROKER;
+    // The broker writes few marks by itself: it has to hold up a publication that was given to it.
     let stopped = if broker { broker_held_up(evidence, &stops) } else { stood_still(evidence, wanted, &stops, died) };
     stopped.then_some(from)
 }
@@ -127,6 +128,7 @@ fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span], died: Micros
     let within_stop = |time: &Micros| stops.iter().any(|(from, to)| *time > from + UNDER_WAY && time < to);
     let stopped: Micros = stops.iter().map(|(from, to)| to.saturating_sub(from + UNDER_WAY)).sum();
     let ran = (observed.1 - observed.0).saturating_sub(stopped).max(1);
+    // A process that is silent anyway has no receipt: its rate outside of the stops says how many marks are missing.
     let missing = marks.len() as u64 * stopped / ran;
     let lived_after = || last.1 == died || marks.last().is_some_and(|time| *time >= last.1);
     let lived = marks.first().is_some_and(|time| *time <= first.0) && lived_after();

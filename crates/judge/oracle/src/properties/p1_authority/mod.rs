@@ -58,6 +58,7 @@ fn acts_without_authority(facts: &Facts) -> Vec<Finding> {
         let Any::Instrument(Note::PlantAct { authority, command, .. }) = w.entry.event else { continue };
         let minted = timeline.minted.iter().any(|(minted_at, serial, _)| *serial == authority && *minted_at <= w.at);
         let revoked = timeline.revoked.iter().any(|(revoked_at, serial)| *serial == authority && *revoked_at <= w.at);
+        // Authority is for one act: a second under the same is one without authority.
         if !minted || revoked || !used.insert(authority) {
             found.push(finding(
                 Property::P1,

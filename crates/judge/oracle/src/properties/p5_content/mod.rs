@@ -45,6 +45,7 @@ fn unaccepted_content(facts: &Facts) -> Vec<Finding> {
     let mut rogues: BTreeMap<CommandId, Vec<RogueCommand>> = BTreeMap::new();
     let mut accepted_by_unit: BTreeSet<RecordId> = BTreeSet::new();
     let mut found = Vec::new();
+    // Entries are in the order of time: a record or a rogue command counts from its entry on, never for earlier ones.
     for w in &evidence.entries {
         match w.entry.event {
             Any::Service(Event::Accepted { record, .. }) if w.entry.node == NodeId::GATEWAY => {
@@ -76,6 +77,7 @@ fn unaccepted_content(facts: &Facts) -> Vec<Finding> {
                 if !timeline.operator_gave(command, kind, w.at) =>
             {
                 let rogues = rogues.get(&command).map_or(&[][..], Vec::as_slice);
+                // An id alone could be that of another command: kind and key decide too.
                 let excused = rogues.iter().any(|rogue| stops_as_operator(evidence, command, kind, *rogue, w.at));
                 if !excused {
                     let message = format!("{} {command} was executed and no operator gave it", kind.name());

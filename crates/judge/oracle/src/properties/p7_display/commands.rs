@@ -27,6 +27,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
                 due.insert(command, w.at + answer_limit);
             }
             ShownAs::Sent => {}
+            // An order towards safe has one step: staged, it waits for no second act of the operator.
             ShownAs::Staged if one_step => {}
             // It waits for the operator, who is in no hurry; or it is answered, or shown as not answered.
             ShownAs::Staged
@@ -49,6 +50,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     }
     let end = evidence.duration;
     let alive = !evidence.killed.contains(&NodeId::CONSOLE);
+    // A dead console shows nothing, and a run that ends within the limit shows no overdue command.
     let left = due.into_iter().filter(|(_, until)| alive && *until < end);
     found.extend(left.map(|(command, until)| shown_under_way(command, until)));
     found

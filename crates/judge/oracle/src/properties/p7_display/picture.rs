@@ -27,6 +27,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let limit = (evidence.bounds.freshness_ms + evidence.bounds.telemetry_period_ms) * 1000 + SLACK;
     let mut accepted: BTreeMap<RecordId, Micros> = BTreeMap::new();
     for (accepted_at, record) in &timeline.accepted {
+        // A record counts from its first acceptance: to accept it again makes it no fresher.
         accepted.entry(*record).or_insert(*accepted_at);
     }
     let mut found = Vec::new();

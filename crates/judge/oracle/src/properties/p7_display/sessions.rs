@@ -20,6 +20,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let mut found = Vec::new();
     for w in &evidence.entries {
         let Any::Service(Event::SessionLost { peer }) = w.entry.event else { continue };
+        // The display shows the number of losses, so that one that was shown before hides no later one.
         let count = counts.entry(peer).or_default();
         *count += 1;
         let due = w.at + SHOWN_WITHIN;

@@ -68,6 +68,7 @@ fn hold_without_effect(
 
 fn disarm_without_effect(timeline: &Timeline, executed_at: Micros, id: CommandId) -> Option<Finding> {
     let due = executed_at + SLACK;
+    // A new order may have given authority again since.
     let minted_anew = timeline.minted.iter().any(|(minted_at, ..)| *minted_at > executed_at && *minted_at <= due);
     let message = || format!("{id}, a disarm, is executed and authority is still held");
     (timeline.held_authority_at(due) && !minted_anew).then(|| finding(Property::P8, due, message()))

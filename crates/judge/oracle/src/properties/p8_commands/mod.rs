@@ -79,6 +79,7 @@ fn orders_before_lost_session(evidence: &Evidence) -> Vec<Finding> {
             }
             Any::Service(Event::SessionLost { .. }) if w.entry.node == evidence.under.node() => last_loss = Some(w.at),
             Any::Service(Event::Executed { command, kind, refused: None }) if w.entry.node == evidence.under.node() => {
+                // A session may be lost to a thief, and its owner cannot tell that from a cut: every order under way is void.
                 let before =
                     intended_at.get(&command).zip(last_loss).is_some_and(|(intended_at, lost)| *intended_at < lost);
                 if before && !kind.towards_safe() {

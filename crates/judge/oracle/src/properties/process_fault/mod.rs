@@ -97,6 +97,7 @@ impl JudgedFault<'_> {
 
     fn lease_ended(&self) -> Option<Micros> {
         if self.runs_again < Micros::MAX {
+            // A unit that runs again gives its plant leases again: only the samples of its stop count.
             let mut stopped = self.timeline.truth.iter().filter(|t| t.at >= self.killed && t.at < self.runs_again);
             return stopped.find(|t| !t.leased).map(|t| t.at);
         }
@@ -153,6 +154,7 @@ impl JudgedFault<'_> {
             let message = format!("the unit was {} when {} was killed", before.name(), self.node);
             return vec![finding(Property::P10, self.killed, message)];
         }
+        // A kill after which its bound never began shows nothing; a stop without a HOLD requires nothing.
         let Some(zero) = self.zero else {
             if self.fate != ProcessFault::Kill {
                 return Vec::new();
@@ -221,6 +223,7 @@ impl JudgedFault<'_> {
     fn late_modes(&self, zero: Micros) -> Vec<Finding> {
         let due = |bound: Option<fn(&Bounds) -> u64>| self.due(zero, bound);
         let mut found = Vec::new();
+        // A run that ends before the bound shows neither that it was kept nor that it was missed.
         if let Some(end) =
             due(self.required.restricted).max(due(self.required.settled)).filter(|end| *end > self.evidence.duration)
         {
@@ -279,6 +282,7 @@ impl JudgedFault<'_> {
     /// had their time.
     fn plant_goes_on(&self, zero: Micros) -> Vec<Finding> {
         let due = zero + self.evidence.bounds.to_hold_safe_ms * 1000;
+        // While its world hung no plant braked and no lease ended in it: that time is in the bound.
         let due = due + self.world_stood_still(zero, due);
         let leased = self.leased_beyond(zero);
         let mut found = Vec::from_iter(leased.clone());
