@@ -304,5 +304,5 @@ fn unit_ignoring_its_hang_is_late() {
     let verdict = judge(&run.evidence);
     // The display heard of the hold, so it is at odds with the cut log as well (P7).
     assert!(matches!(verdict.outcome, Outcome::Late | Outcome::Unsafe), "{:?}", verdict.outcome);
-    assert!(verdict.findings.iter().any(|f| f.what.contains("in which it did not run")), "{:?}", verdict.findings);
+    assert!(verdict.findings.iter().any(|f| f.message.contains("in which it did not run")), "{:?}", verdict.findings);
 }

@@ -44,7 +44,7 @@ fn degraded_unit_at_full_speed_is_late() {
         assert_eq!(verdict.outcome, Outcome::Late, "seed {seed}: {:?}", verdict.findings);
         let by_the_plant = |name: &str| name.starts_with("DEGRADED, and the plant");
         assert!(
-            verdict.findings.iter().all(|f| f.property == Property::P2 && by_the_plant(&f.what)),
+            verdict.findings.iter().all(|f| f.property == Property::P2 && by_the_plant(&f.message)),
             "{:?}",
             verdict.findings
         );

@@ -83,7 +83,7 @@ fn freshness_waiver_accepts_stale_and_is_detected() {
     let mut ready = shipped("delay");
     ready.setup.policy.boundary.insert(Check::Freshness, Requirement::Waived);
     let run = ready.run(1);
-    let stale = |p: &[Finding]| p.iter().any(|f| f.property == Property::P7 && f.what.contains("accepted"));
+    let stale = |p: &[Finding]| p.iter().any(|f| f.property == Property::P7 && f.message.contains("accepted"));
     assert!(stale(&run.verdict.findings), "{:?}", run.verdict.findings);
     // And it rests on the relay's log: a relay that held nothing back leaves nothing to find.
     let mut evidence = run.evidence;

@@ -117,7 +117,7 @@ fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
     log.command(5000, 5, CommandKind::Enable).transition(5000, Mode::Idle, Mode::Ready, Cause::Operator);
     change(&mut log);
     let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;
-    findings.into_iter().map(|f| f.what).filter(|name| name.contains(word)).collect()
+    findings.into_iter().map(|f| f.message).filter(|name| name.contains(word)).collect()
 }
 
 #[test]

@@ -43,7 +43,7 @@ fn p2_missing_reports_without_a_writable_log() {
         let accepted = |event: &Any| matches!(event, Any::Service(Event::Accepted { at: Interface::Uplink, .. }));
         log.remove_between(5000, 5000 + silent_ms, |w| accepted(&w.entry.event));
         let findings = log.report(5000 + silent_ms).judge().findings;
-        findings.iter().any(|f| f.property == Property::P2 && f.what.starts_with("no report"))
+        findings.iter().any(|f| f.property == Property::P2 && f.message.starts_with("no report"))
     };
     assert_eq!([BOUNDS.freshness_ms, BOUNDS.freshness_ms + 1].map(full), [false, true]);
 }
@@ -178,7 +178,7 @@ fn p3_resumed_unit_after_its_lease() {
         }
         holds(&mut log, held_ms);
         let findings = log.judge().findings;
-        findings.iter().any(|f| f.property == Property::P3 && f.what.contains("did not run"))
+        findings.iter().any(|f| f.property == Property::P3 && f.message.contains("did not run"))
     };
     let lease = BOUNDS.lease_ms + BOUNDS.control_period_ms;
     assert_eq!([lease, lease + 1].map(|ms| hung(ms, 9000)), [false, true]);

@@ -79,7 +79,7 @@ fn p10_core_that_does_not_replay() {
     let verdict = judge(&evidence);
     assert_eq!(verdict.outcome, Outcome::Invalid);
     let [found] = verdict.findings.as_slice() else { panic!("{:?}", verdict.findings) };
-    assert_eq!((found.property, found.what.as_str()), (Property::P10, name));
+    assert_eq!((found.property, found.message.as_str()), (Property::P10, name));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn overslept_host_makes_a_run_inconclusive() {
     };
     assert_eq!((overslept(50).outcome, overslept(51).outcome), (Outcome::Nominal, Outcome::Invalid));
     let verdict = overslept(51);
-    let name = &verdict.findings.last().expect("a finding").what;
+    let name = &verdict.findings.last().expect("a finding").message;
     let parts =
         ["overslept by 51 ms", "at most 50 ms", "nothing is said about the platform", "--jobs 1", "--retries 2"];
     assert!(parts.iter().all(|part| name.contains(part)), "{name}");

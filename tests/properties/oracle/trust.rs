@@ -34,7 +34,7 @@ fn p3_unit_continues_beyond_localisation_loss() {
         log.add(4000, NodeId::SIM, fault(true)).add(until_ms, NodeId::SIM, fault(false));
         log.altered(4000, Sensor::Localisation, FaultKind::Dropout, NodeId::UNIT_A);
         let findings = log.judge().findings;
-        findings.iter().any(|f| f.property == Property::P3 && f.what.starts_with("localisation lost"))
+        findings.iter().any(|f| f.property == Property::P3 && f.message.starts_with("localisation lost"))
     };
     assert!(lost(6000));
     assert!(!lost(4900), "one that came back in time was not lost for good");
@@ -99,7 +99,7 @@ fn p3_restored_drop_counts_as_delay() {
         log.planned.push(Planned::Action(Action::Replay).into());
         log.judge().findings
     };
-    let silent = |ms: u64| dropped(ms).iter().any(|f| f.what.starts_with("nothing timely"));
+    let silent = |ms: u64| dropped(ms).iter().any(|f| f.message.starts_with("nothing timely"));
     assert!(!silent(301), "what two clocks may differ by is not late");
     assert!(silent(302), "it came too late to be a sign of the unit");
     let accepted = dropped(302).iter().any(|f| f.property == Property::P7);
@@ -186,7 +186,7 @@ fn p3_unit_obeys_a_hold_late() {
     let mut log = Log::whole();
     log.add(7000, NodeId::CONSOLE, event).transition(7900, Mode::Ready, Mode::HoldSafe, Cause::Operator);
     let findings = log.judge().findings;
-    assert!(!findings.iter().any(|f| f.what.contains("had not held")), "{findings:?}");
+    assert!(!findings.iter().any(|f| f.message.contains("had not held")), "{findings:?}");
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn recast(log: &Log) -> Evidence {
 /// Class and findings, with the unit's name left out.
 fn answer(verdict: &Verdict) -> (String, Vec<String>) {
     let plain = |found: &Finding| {
-        let name = found.what.replace("unit-9", "unit").replace("unit-a", "unit");
+        let name = found.message.replace("unit-9", "unit").replace("unit-a", "unit");
         format!("{:?} {} {name}", found.property, found.at_us)
     };
     (format!("{:?}", verdict.outcome), verdict.findings.iter().map(plain).collect())

@@ -17,7 +17,7 @@ use oracle::Approaches;
 use parallel::progress::Stop;
 use recording::checked::on_one_line;
 use scenario::{AttackSpace, Range};
-use search::{Action, AttackSequence, Lore, Proposer, RunConfig, SearchConfig, Unfit};
+use search::{Action, AttackSequence, Lore, Proposer, RunConfig, SearchConfig, SearchError, Unfit};
 use serde::{Deserialize, Serialize};
 
 /// Longest line that is read, bytes.
@@ -134,7 +134,7 @@ impl<'a> Optimizer<'a> {
     /// # Errors
     /// The reason why it does not start, in words.
     pub fn start(program: &Path, config: &'a SearchConfig, run: RunConfig, stop: &'a Stop) -> Result<Self, String> {
-        let nominal = config.try_sequence(&AttackSequence::default())?;
+        let nominal = config.try_sequence(&AttackSequence::default()).map_err(|error| error.to_string())?;
         let refused = |why: std::io::Error| {
             let help = "name a program that can be executed, such as a script that begins with `#!`";
             format!("optimizer {}: {why}; {help}", program.display())
@@ -269,9 +269,9 @@ fn end(child: &mut Child) -> Option<i32> {
 }
 
 impl Proposer for Optimizer<'_> {
-    fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, String> {
+    fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, SearchError> {
         self.rounds += 1;
-        self.round(most).map_err(|why| self.told(&why))
+        self.round(most).map_err(|why| SearchError::Proposer { reason: self.told(&why) })
     }
 
     fn take(&mut self, Lore { counted, new, .. }: Lore<'_>) {

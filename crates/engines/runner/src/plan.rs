@@ -6,7 +6,7 @@ use evidence::log::hex;
 use results::campaign::InputDigest;
 use results::mode::Mode;
 use scenario::world::{self, Body, Family, Kind};
-use scenario::{Hosts, Scenario, Setup, Variation, load_platform};
+use scenario::{Hosts, Scenario, SettingsError, Setup, Variation, load_platform};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
 
@@ -357,10 +357,10 @@ pub fn detector(planned: &[Planned]) -> Option<String> {
 }
 
 /// The error of `Variation::with_settings`, with the place and the remedy that a cell's error has in its file.
-pub fn unfit(variation: &Variation, why: String) -> Failure {
+pub fn unfit(variation: &Variation, error: &SettingsError) -> Failure {
     let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
     let name = variation.scenario.name.as_str();
     let remedy =
         "a path and its values are as in a cell's `set`; `holdsafe scenario schema` prints every key with its range";
-    Failure::new(Exit::Usage, format!("in {name}{cell}: {why}; {remedy}"))
+    Failure::new(Exit::Usage, format!("in {name}{cell}: {error}; {remedy}"))
 }

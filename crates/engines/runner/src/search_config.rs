@@ -1,5 +1,6 @@
 //! Configuration of a search, assembled from a command line or a list of weaknesses.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use super::Context;
@@ -98,11 +99,15 @@ pub fn shipped(context: &Context, folder: &str) -> Result<Vec<String>, Failure> 
 }
 
 /// Reason for the early end of a search: a request to stop, or a sequence that did not fit.
-pub fn stopped_or_unfit(context: &Context, why: String) -> Failure {
-    if context.stop.is_requested() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
+pub fn stopped_or_unfit(context: &Context, error: impl Display) -> Failure {
+    if context.stop.is_requested() {
+        Failure::new(Exit::Interrupted, "stopped; nothing was kept")
+    } else {
+        unfit(error)
+    }
 }
 
 /// Usage error of an attack space, which is the user's: its action types do not fit the scenario, or not each other.
-pub fn unfit(why: String) -> Failure {
-    Failure::new(Exit::Usage, why)
+pub fn unfit(error: impl Display) -> Failure {
+    Failure::new(Exit::Usage, error.to_string())
 }

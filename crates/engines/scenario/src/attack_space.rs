@@ -12,7 +12,7 @@ use toml::{Table, Value};
 
 use super::file::read_text;
 use super::value::{List, Located, Name, Text, Whole};
-use super::{Problem, Problems, Scenario, Settings};
+use super::{Problem, Problems, Scenario, Settings, SettingsError};
 
 /// Most numbers that one move varies.
 const MAX_NUMBERS: usize = 4;
@@ -237,16 +237,17 @@ impl Scenario {
         &self,
         settings: &Settings,
         entries: impl IntoIterator<Item = (String, Table)>,
-    ) -> Result<Scenario, String> {
-        let mut table = Table::try_from(settings.applied_to(self)?).map_err(|e| e.to_string())?;
+    ) -> Result<Scenario, SettingsError> {
+        let mut table = Table::try_from(settings.applied_to(self)?)?;
         for (name, entry) in entries {
             match table.get_mut(&name) {
                 Some(Value::Array(list)) => list.push(Value::Table(entry)),
-                Some(_) | None => return Err(format!("a scenario has no tables `{name}`")),
+                Some(_) | None => return Err(SettingsError::NoTable { name }),
             }
         }
-        let text = toml::to_string(&table).map_err(|e| e.to_string())?;
-        let scenario: Scenario = toml::from_str(&text).map_err(|e| e.message().trim().to_owned())?;
+        let text = toml::to_string(&table)?;
+        let entry = |error: toml::de::Error| SettingsError::Entry { message: error.message().trim().to_owned() };
+        let scenario: Scenario = toml::from_str(&text).map_err(entry)?;
         scenario.fitting()
     }
 
@@ -317,7 +318,7 @@ mod tests {
         assert_eq!((scenario.unit[0].name.as_str(), *last.verb), ("unit-b", Verb::Hold));
         let elsewhere =
             AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", &overrides.replace("unit.0", "unit.1"), 1));
-        let text = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err();
+        let text = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err().to_string();
         assert_eq!(text, "`unit.1` leads nowhere");
     }
 
@@ -325,10 +326,16 @@ mod tests {
     fn what_does_not_fit_the_scenario_is_told() {
         let space = AttackSpace::parse("a.toml", "a", TEXT).unwrap();
         let late = ("loss".to_owned(), space.moves[0].entry(9_500, &[0]));
-        assert!(nominal().with_entries(&Settings::default(), [late]).unwrap_err().starts_with("starts at 9.5 s"));
+        assert!(
+            nominal()
+                .with_entries(&Settings::default(), [late])
+                .unwrap_err()
+                .to_string()
+                .starts_with("starts at 9.5 s")
+        );
         let nowhere = ("los".to_owned(), space.moves[0].entry(1_000, &[0]));
         assert_eq!(
-            nominal().with_entries(&Settings::default(), [nowhere]).unwrap_err(),
+            nominal().with_entries(&Settings::default(), [nowhere]).unwrap_err().to_string(),
             "a scenario has no tables `los`"
         );
         let mut undeclared = nominal();

@@ -8,7 +8,7 @@ use wire::mode::Mode;
 
 use super::fault::{Ending, Fault, Kill, Process};
 use super::operator::Step;
-use super::set::Settings;
+use super::set::{Settings, SettingsError};
 use super::step::When;
 use super::under::Under;
 use super::value::{Label, List, Located, Name, Real, Whole};
@@ -280,7 +280,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The setting that does not fit, in words.
-    pub(super) fn with_cell(&self, cell: &Cell) -> Result<Scenario, String> {
+    pub(super) fn with_cell(&self, cell: &Cell) -> Result<Scenario, SettingsError> {
         let mut scenario = cell.set.applied_to(self)?;
         if let Some(policy) = &cell.policy {
             scenario.policy = Located::nowhere(policy.clone());
@@ -297,7 +297,7 @@ impl Variation {
     ///
     /// # Errors
     /// A path that leads nowhere, a value that does not fit there, or parts that no longer fit together, in words.
-    pub fn with_settings(&self, settings: &Settings) -> Result<Scenario, String> {
+    pub fn with_settings(&self, settings: &Settings) -> Result<Scenario, SettingsError> {
         settings.applied_to(&self.scenario)?.fitting()
     }
 }
@@ -307,14 +307,14 @@ impl Scenario {
     ///
     /// # Errors
     /// The first mistake, in words.
-    pub(super) fn fitting(self) -> Result<Scenario, String> {
+    pub(super) fn fitting(self) -> Result<Scenario, SettingsError> {
         let mut as_file = self.clone();
         if as_file.expected.is_empty() {
             // A file has to expect a class; a scenario expects none under a policy that declares none.
             as_file.expect([Outcome::Nominal]);
         }
         match check::varied(&as_file).into_iter().next() {
-            Some(finding) => Err(finding.message),
+            Some(finding) => Err(SettingsError::Unfit { message: finding.message }),
             None => Ok(self),
         }
     }

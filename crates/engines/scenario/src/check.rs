@@ -397,7 +397,10 @@ fn cells(s: &Scenario) -> Vec<Finding> {
             |message: String, remedy: &str| finding(&cell.name, format!("in cell {name}: {message}"), remedy);
         match s.with_cell(cell) {
             Ok(with) => found.extend(varied(&with).into_iter().map(|f| finding_at(f.message, &f.remedy))),
-            Err(why) => found.push(finding_at(why, "`set` takes paths of this file and values that could stand there")),
+            Err(error) => found.push(finding_at(
+                error.to_string(),
+                "`set` takes paths of this file and values that could stand there",
+            )),
         }
     }
     found
@@ -413,9 +416,10 @@ fn curve(s: &Scenario) -> Vec<Finding> {
     // The first point that does not fit represents all: they differ in one number.
     let wrong = s.points().into_iter().find_map(|point| match point {
         Ok(point) => varied(&point).into_iter().next().map(|f| (f.message, f.remedy)),
-        Err(why) => {
-            Some((why, "`set` takes the path of a number in this file, `values` what could stand there".into()))
-        }
+        Err(error) => Some((
+            error.to_string(),
+            "`set` takes the path of a number in this file, `values` what could stand there".into(),
+        )),
     });
     found.extend(wrong.map(|(message, remedy)| finding(&curve.set, format!("on the curve: {message}"), remedy)));
     found

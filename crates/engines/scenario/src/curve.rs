@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Scenario;
 use super::cell::{Cell, Variation};
-use super::set::Settings;
+use super::set::{Settings, SettingsError};
 use super::value::{List, Located, Real, Text};
 
 /// Most points on a line.
@@ -54,7 +54,7 @@ impl Curve {
     ///
     /// # Errors
     /// The value that does not fit, in words.
-    pub fn variation_at(&self, line: &Variation, value: f64) -> Result<Variation, String> {
+    pub fn variation_at(&self, line: &Variation, value: f64) -> Result<Variation, SettingsError> {
         let mut scenario = self.setting(value).applied_to(&line.scenario)?;
         if let Some(expected) = &self.expected {
             scenario.expected = expected.clone();
@@ -73,7 +73,7 @@ impl Curve {
 
 impl Scenario {
     /// Every point of the curve as a variation, for checking; none where the scenario has no curve.
-    pub(super) fn points(&self) -> Vec<Result<Scenario, String>> {
+    pub(super) fn points(&self) -> Vec<Result<Scenario, SettingsError>> {
         let Some(curve) = &self.curve else { return Vec::new() };
         let cell_name = |cell: Option<&Cell>| match cell {
             Some(cell) => self.with_cell(cell),

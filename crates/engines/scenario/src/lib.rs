@@ -78,7 +78,7 @@ pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{load, load_platform, load_with, parse, parse_platform, parse_scene};
 pub use scene::{Ground, Object, Point, Pose, Scene, Weather, Wind};
-pub use set::Settings;
+pub use set::{Settings, SettingsError};
 pub use setup::{Confinement, FRAMES, Hosts, Setup, load_policy, parse_policy, platforms};
 pub use shared::{Every, Holder, on_control};
 pub use shipped::{demo, find, find_root, honest, platform_files, rendered, shipped};

@@ -23,6 +23,66 @@ const KEPT: [&str; 9] =
 #[serde(transparent)]
 pub struct Settings(BTreeMap<String, serde_json::Value>);
 
+/// Values or entries do not fit a scenario.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SettingsError {
+    /// Too many values are set together.
+    #[error("{got} values are set, at most {MAX_SETTINGS} are taken")]
+    Many {
+        /// Their number.
+        got: usize,
+    },
+    /// A path that leads to no place of the scenario.
+    #[error("`{path}` leads nowhere")]
+    Nowhere {
+        /// The path.
+        path: String,
+    },
+    /// A key that is not to be set.
+    #[error("`{key}` is not for a path to set")]
+    Reserved {
+        /// The first key of a path.
+        key: &'static str,
+    },
+    /// A value that TOML cannot say.
+    #[error("`{path}`: {error}")]
+    Value {
+        /// Its path.
+        path: String,
+        /// TOML's error.
+        error: toml::ser::Error,
+    },
+    /// Values that are wrong at their places.
+    #[error("{paths}: {message}")]
+    Wrong {
+        /// Their paths.
+        paths: String,
+        /// TOML's message.
+        message: String,
+    },
+    /// Entries of a table that a scenario does not have.
+    #[error("a scenario has no tables `{name}`")]
+    NoTable {
+        /// Name.
+        name: String,
+    },
+    /// An entry that is wrong in its table.
+    #[error("{message}")]
+    Entry {
+        /// TOML's message.
+        message: String,
+    },
+    /// Parts of the scenario that do not fit together.
+    #[error("{message}")]
+    Unfit {
+        /// The first mistake.
+        message: String,
+    },
+    /// A scenario that TOML cannot say; a defect of ours.
+    #[error(transparent)]
+    Unwritable(#[from] toml::ser::Error),
+}
+
 impl Settings {
     /// One value.
     pub fn one(path: &str, value: serde_json::Value) -> Self {
@@ -38,22 +98,23 @@ impl Settings {
     ///
     /// # Errors
     /// A path that leads nowhere, a value that is wrong there, or too many values.
-    pub fn applied_to(&self, scenario: &Scenario) -> Result<Scenario, String> {
+    pub fn applied_to(&self, scenario: &Scenario) -> Result<Scenario, SettingsError> {
         let mut bare = scenario.clone();
         (bare.cell, bare.curve) = (super::List::default(), None);
         if self.0.is_empty() {
             return Ok(bare);
         }
         if self.0.len() > MAX_SETTINGS {
-            return Err(format!("{} values are set, at most {MAX_SETTINGS} are taken", self.0.len()));
+            return Err(SettingsError::Many { got: self.0.len() });
         }
-        let mut table = Table::try_from(&bare).map_err(|e| e.to_string())?;
+        let mut table = Table::try_from(&bare)?;
         for (path, value) in &self.0 {
             put(&mut table, path, value)?;
         }
-        let text = toml::to_string(&table).map_err(|e| e.to_string())?;
+        let text = toml::to_string(&table)?;
         let paths = || self.0.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-        toml::from_str(&text).map_err(|e| format!("{}: {}", paths(), e.message().trim()))
+        toml::from_str(&text)
+            .map_err(|e| SettingsError::Wrong { paths: paths(), message: e.message().trim().to_owned() })
     }
 }
 
@@ -64,14 +125,14 @@ impl FromIterator<(String, serde_json::Value)> for Settings {
 }
 
 /// Puts a value at its path.
-fn put(table: &mut Table, path: &str, value: &serde_json::Value) -> Result<(), String> {
-    let nowhere = || format!("`{path}` leads nowhere");
-    let value = Value::try_from(value).map_err(|e| format!("`{path}`: {e}"))?;
+fn put(table: &mut Table, path: &str, value: &serde_json::Value) -> Result<(), SettingsError> {
+    let nowhere = || SettingsError::Nowhere { path: path.to_owned() };
+    let value = Value::try_from(value).map_err(|error| SettingsError::Value { path: path.to_owned(), error })?;
     let (way, last) = path.rsplit_once('.').unwrap_or(("", path));
     let mut steps = way.split('.').filter(|_| !way.is_empty());
     let first = steps.next().unwrap_or(last);
-    if KEPT.contains(&first) {
-        return Err(format!("`{first}` is not for a path to set"));
+    if let Some(key) = KEPT.into_iter().find(|key| *key == first) {
+        return Err(SettingsError::Reserved { key });
     }
     if way.is_empty() {
         table.insert(last.to_owned(), value);

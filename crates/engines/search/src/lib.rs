@@ -12,6 +12,7 @@
 mod climb;
 mod coverage;
 mod draw;
+mod error;
 mod exhaust;
 mod learned;
 mod moments;
@@ -27,6 +28,7 @@ mod vary;
 
 pub use coverage::Coverage;
 pub use draw::Strategy;
+pub use error::SearchError;
 pub use moments::Moments;
 pub use propose::{Lore, Proposer, Source};
 pub use run::{FoundSequence, NearestRow, ROUND, RunConfig, RunResult, SearchRow};

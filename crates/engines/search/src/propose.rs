@@ -10,6 +10,7 @@ use clap::builder::PossibleValue;
 use serde::{Deserialize, Serialize};
 
 use super::draw::{Drawer, Strategy};
+use super::error::SearchError;
 use super::learned::{Known, Lesson};
 use super::moments::Moments;
 use super::sequence::AttackSequence;
@@ -81,14 +82,14 @@ pub trait Proposer {
     ///
     /// # Errors
     /// The reason why it cannot go on, in words.
-    fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, String>;
+    fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, SearchError>;
 
     /// Takes the result of the first sequence that was proposed and has none yet.
     fn take(&mut self, result: Lore<'_>);
 }
 
 impl Proposer for Drawer<'_> {
-    fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, String> {
+    fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, SearchError> {
         Ok((0..most).map(|_| self.sequence()).collect())
     }
 

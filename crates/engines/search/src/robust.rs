@@ -3,6 +3,7 @@
 //!
 //! The edge itself is the twin's. Live runs of robust cases are left to the caller.
 
+use super::error::SearchError;
 use super::sequence::{Action, AttackSequence, move_of};
 use super::tried::{Cause, SearchConfig, Test};
 
@@ -26,7 +27,7 @@ impl SearchConfig {
         sequence: &AttackSequence,
         test: Test<'_>,
         cause: &Cause,
-    ) -> Result<Option<AttackSequence>, String> {
+    ) -> Result<Option<AttackSequence>, SearchError> {
         let Some(stronger) = self.stronger(sequence) else { return Ok(None) };
         let distance = self.ticks();
         for shift in [0, distance, 2 * distance, -distance] {
@@ -41,7 +42,7 @@ impl SearchConfig {
         Ok(None)
     }
 
-    fn all_hold(&self, sequences: &[&AttackSequence], test: Test<'_>, cause: &Cause) -> Result<bool, String> {
+    fn all_hold(&self, sequences: &[&AttackSequence], test: Test<'_>, cause: &Cause) -> Result<bool, SearchError> {
         for sequence in sequences {
             if test(&self.try_sequence(sequence)?).as_ref() != Some(cause) {
                 return Ok(false);

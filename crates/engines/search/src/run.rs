@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
+use super::error::SearchError;
 use super::moments::Moments;
 use super::propose::{Lore, Proposer, Source};
 use super::sequence::AttackSequence;
@@ -104,7 +105,7 @@ impl SearchConfig {
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<RunResult, String> {
+    ) -> Result<RunResult, SearchError> {
         let (mut drawer, mut result) = self.begin(run)?;
         let proposer: &mut dyn Proposer = match own_proposer {
             Some(own) => own,
@@ -135,7 +136,7 @@ impl SearchConfig {
     ///
     /// # Errors
     /// A scenario that cannot be run.
-    pub fn listed(&self, run: RunConfig) -> Result<Option<(Vec<AttackSequence>, RunResult)>, String> {
+    pub fn listed(&self, run: RunConfig) -> Result<Option<(Vec<AttackSequence>, RunResult)>, SearchError> {
         if run.strategy.learns() {
             return Ok(None);
         }
@@ -143,7 +144,7 @@ impl SearchConfig {
         Ok(Some(((0..run.budget).map(|_| drawer.sequence()).collect(), result)))
     }
 
-    fn begin(&self, run: RunConfig) -> Result<(Drawer<'_>, RunResult), String> {
+    fn begin(&self, run: RunConfig) -> Result<(Drawer<'_>, RunResult), SearchError> {
         let nominal = self.try_sequence(&AttackSequence::default())?;
         let moments = Moments::from_run(&nominal, &self.space, &self.setup.bounds);
         let approaches = &nominal.approaches;
@@ -163,7 +164,7 @@ impl SearchConfig {
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<Vec<Counted>, String> {
+    ) -> Result<Vec<Counted>, SearchError> {
         let tried = self.round(sequences, threads, progress, stop)?;
         Ok(tried.iter().map(|one| Counted::new(one, test)).collect())
     }
@@ -174,10 +175,10 @@ impl SearchConfig {
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<Vec<Tried>, String> {
+    ) -> Result<Vec<Tried>, SearchError> {
         parallel::map(threads, sequences, |sequence| {
             if stop.is_requested() {
-                return Err("stopped".to_owned());
+                return Err(SearchError::Stopped);
             }
             let tried = self.try_sequence(sequence);
             progress.step();

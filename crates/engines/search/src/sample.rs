@@ -12,6 +12,7 @@ use scenario::{Scenario, Setup};
 use serde::{Deserialize, Serialize};
 
 use super::draw::Strategy;
+use super::error::SearchError;
 use super::moments::Moments;
 use super::run::RunConfig;
 use super::sequence::{Action, AttackSequence, move_of};
@@ -66,7 +67,13 @@ impl SearchConfig {
     /// # Errors
     ///
     /// Reason for which a sequence cannot be run, or the user's request to stop.
-    pub fn sample(&self, stratum: Stratum, found: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<Drawn>, String> {
+    pub fn sample(
+        &self,
+        stratum: Stratum,
+        found: Test<'_>,
+        seed: u64,
+        stop: &Stop,
+    ) -> Result<Option<Drawn>, SearchError> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let safe = |tried: &Tried| safe(tried, found);
         for _ in 0..RUNS {
@@ -91,13 +98,13 @@ impl SearchConfig {
     }
 
     /// The first of the sequences drawn with this seed that `test` finds.
-    fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, AttackSequence)>, String> {
+    fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, AttackSequence)>, SearchError> {
         let run = RunConfig { strategy: Strategy::Uniform, seed, budget: SEQUENCES, first: true };
         let result = self.search(run, None, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
         Ok(result.found.into_iter().next().map(|(cause, found)| (cause, found.sequence)))
     }
 
-    fn drawn(&self, sequence: &AttackSequence) -> Result<Drawn, String> {
+    fn drawn(&self, sequence: &AttackSequence) -> Result<Drawn, SearchError> {
         let outcome = self.try_sequence(sequence)?.trial.outcome;
         let mut scenario = sequence.in_scenario(&self.space, &self.scenario)?;
         let sequence = sequence.describe(&self.space);
@@ -117,7 +124,7 @@ impl SearchConfig {
         found: Test<'_>,
         rng: &mut ChaCha8Rng,
         stop: &Stop,
-    ) -> Result<Option<(SearchConfig, AttackSequence)>, String> {
+    ) -> Result<Option<(SearchConfig, AttackSequence)>, SearchError> {
         let plain = Setup { rendered: false, ..self.setup.clone() };
         let plain = SearchConfig::new(self.scenario.clone(), plain, self.seed, self.space.in_milliseconds())?;
         let Some((cause, sequence)) = plain.first(found, rng.next_u64(), stop)? else { return Ok(None) };
@@ -173,7 +180,7 @@ impl Length {
     }
 
     /// The least place at which it holds, below one next to where it stands. None where it holds at 0, or not at that one.
-    fn edge(&self, holds: impl Fn(u32) -> Result<bool, String>) -> Result<Option<u32>, String> {
+    fn edge(&self, holds: impl Fn(u32) -> Result<bool, SearchError>) -> Result<Option<u32>, SearchError> {
         let (mut low, mut high) = (0, (self.place() + NEXT_MS.unsigned_abs() as u32).min(self.last));
         if holds(low)? || !holds(high)? {
             return Ok(None);

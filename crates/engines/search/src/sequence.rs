@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use scenario::{AttackSpace, Move, Scenario};
+use scenario::{AttackSpace, Move, Scenario, SettingsError};
 use serde::Serialize;
 
 /// One move at one moment.
@@ -136,7 +136,7 @@ impl AttackSequence {
     /// # Errors
     ///
     /// The action that does not fit `base`, in words.
-    pub fn in_scenario(&self, space: &AttackSpace, base: &Scenario) -> Result<Scenario, String> {
+    pub fn in_scenario(&self, space: &AttackSpace, base: &Scenario) -> Result<Scenario, SettingsError> {
         let tick = space.tick_ms.unsigned();
         let entry = |action: &Action| {
             let action_type = move_of(space, action);

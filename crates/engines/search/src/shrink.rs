@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::SearchError;
 use super::moments::Moments;
 use super::sequence::{Action, AttackSequence, move_of};
 use super::tried::{Cause, SearchConfig, Test};
@@ -59,7 +60,7 @@ impl SearchConfig {
         test: Test<'_>,
         cause: &Cause,
         moments: &Moments,
-    ) -> Result<Shrunk, String> {
+    ) -> Result<Shrunk, SearchError> {
         let mut shrinker = Shrinker { config: self, test, cause, tried: BTreeMap::from([(sequence.clone(), true)]) };
         let mut actions = match shrinker.single_move(moments)? {
             Some(actions) => actions,
@@ -88,7 +89,7 @@ fn kinds(actions: &[Action]) -> Vec<usize> {
 }
 
 impl Shrinker<'_> {
-    fn holds(&mut self, sequence: &AttackSequence) -> Result<bool, String> {
+    fn holds(&mut self, sequence: &AttackSequence) -> Result<bool, SearchError> {
         if let Some(known) = self.tried.get(sequence) {
             return Ok(*known);
         }
@@ -98,7 +99,7 @@ impl Shrinker<'_> {
     }
 
     /// The first of the sequences that holds.
-    fn first(&mut self, sequences: impl IntoIterator<Item = Vec<Action>>) -> Result<Option<Vec<Action>>, String> {
+    fn first(&mut self, sequences: impl IntoIterator<Item = Vec<Action>>) -> Result<Option<Vec<Action>>, SearchError> {
         for actions in sequences {
             if self.holds(&AttackSequence::new(actions.clone()))? {
                 return Ok(Some(actions));
@@ -109,7 +110,7 @@ impl Shrinker<'_> {
 
     /// The earliest move of the attack space that does it by itself, at its strongest, at the first moment of the attack space or at a
     /// change of mode.
-    fn single_move(&mut self, moments: &Moments) -> Result<Option<Vec<Action>>, String> {
+    fn single_move(&mut self, moments: &Moments) -> Result<Option<Vec<Action>>, SearchError> {
         let (first, _) = self.config.space.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
         let mut actions: Vec<Action> = begins.into_iter().flat_map(|moment| self.strongest(moment)).collect();
@@ -118,7 +119,7 @@ impl Shrinker<'_> {
     }
 
     /// The fewest actions of a sequence, each the simplest that does it, at its canonical moment.
-    fn canonical(&mut self, sequence: &AttackSequence, moments: &Moments) -> Result<Vec<Action>, String> {
+    fn canonical(&mut self, sequence: &AttackSequence, moments: &Moments) -> Result<Vec<Action>, SearchError> {
         let mut actions = self.fewest(sequence)?;
         // Action types only become fewer, or earlier ones of the attack space, from round to round.
         loop {
@@ -143,7 +144,7 @@ impl Shrinker<'_> {
 
     /// An equal set of action types, all at their strongest, at the first canonical moments that suffice. The requirement on
     /// one of several depends on the others: taken together, only their types are left of the way they were found.
-    fn together(&mut self, actions: &[Action], moments: &Moments) -> Result<Option<Vec<Action>>, String> {
+    fn together(&mut self, actions: &[Action], moments: &Moments) -> Result<Option<Vec<Action>>, SearchError> {
         let (first, _) = self.config.space.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
         let mut sequences = vec![Vec::new()];
@@ -159,7 +160,7 @@ impl Shrinker<'_> {
     }
 
     /// The fewest of its actions that suffice, in the order of the attack space: their order in time as found has no effect.
-    fn fewest(&mut self, sequence: &AttackSequence) -> Result<Vec<Action>, String> {
+    fn fewest(&mut self, sequence: &AttackSequence) -> Result<Vec<Action>, SearchError> {
         let fewer = (1..sequence.actions().len()).flat_map(|n| sequence.subsequences(n));
         let fewer = self.first(fewer.map(|fewer| fewer.actions().to_vec()))?;
         let mut actions = fewer.unwrap_or_else(|| sequence.actions().to_vec());
@@ -168,7 +169,7 @@ impl Shrinker<'_> {
     }
 
     /// The earliest move of the attack space that does it in place of action `i`, at its strongest; else the action itself.
-    fn simplest(&mut self, actions: Vec<Action>, i: usize) -> Result<Vec<Action>, String> {
+    fn simplest(&mut self, actions: Vec<Action>, i: usize) -> Result<Vec<Action>, SearchError> {
         let other_actions = self.strongest(actions[i].begins).into_iter().take(actions[i].kind + 1);
         let rest: Vec<_> = other_actions.map(|other| replace_action(&actions, i, other)).collect();
         Ok(self.first(rest)?.unwrap_or(actions))
@@ -176,7 +177,12 @@ impl Shrinker<'_> {
 
     /// Action `i` at the first moment that does it: the first of the attack space, then each change of mode in order; else the
     /// earliest, by halving.
-    fn canonical_moment(&mut self, actions: Vec<Action>, i: usize, moments: &Moments) -> Result<Vec<Action>, String> {
+    fn canonical_moment(
+        &mut self,
+        actions: Vec<Action>,
+        i: usize,
+        moments: &Moments,
+    ) -> Result<Vec<Action>, SearchError> {
         let found = actions[i].begins;
         let (first, _) = self.config.space.begins();
         let moved = |begins: u32| replace_action(&actions, i, Action { begins, ..actions[i].clone() });
@@ -189,7 +195,11 @@ impl Shrinker<'_> {
     }
 
     /// Each number of action `i`, in turn, as small as it can be.
-    fn smallest_numbers(&mut self, mut actions: Vec<Action>, i: usize) -> Result<(Vec<Action>, Vec<Margin>), String> {
+    fn smallest_numbers(
+        &mut self,
+        mut actions: Vec<Action>,
+        i: usize,
+    ) -> Result<(Vec<Action>, Vec<Margin>), SearchError> {
         let mut margins = Vec::new();
         for n in 0..actions[i].places.len() {
             let action = actions[i].clone();
@@ -220,7 +230,7 @@ impl Shrinker<'_> {
     }
 
     /// The least of `(low, high]` that holds, where `low` does not and `high` does.
-    fn edge(&mut self, mut low: u32, mut high: u32, sequence: impl Fn(u32) -> Vec<Action>) -> Result<u32, String> {
+    fn edge(&mut self, mut low: u32, mut high: u32, sequence: impl Fn(u32) -> Vec<Action>) -> Result<u32, SearchError> {
         while high > low + 1 {
             let middle = low + (high - low) / 2;
             if self.holds(&AttackSequence::new(sequence(middle)))? {

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
+use super::error::SearchError;
 use super::sequence::{Action, AttackSequence};
 use evidence::trial::{Outcome, Trial};
 use oracle::{Approaches, Breach, Property, Verdict, judged};
-use scenario::{AttackSpace, Scenario, Setup};
+use scenario::{AttackSpace, Scenario, SettingsError, Setup};
 use serde::{Deserialize, Serialize};
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, conclude, start, start_following};
@@ -110,12 +111,10 @@ impl SearchConfig {
     ///
     /// # Errors
     /// Why it cannot be run.
-    pub fn new(scenario: Scenario, setup: Setup, seed: u64, space: AttackSpace) -> Result<Self, String> {
+    pub fn new(scenario: Scenario, setup: Setup, seed: u64, space: AttackSpace) -> Result<Self, SearchError> {
         let empty_scenario = AttackSequence::default().in_scenario(&space, &scenario)?;
         let is_short = empty_scenario.duration_s.get() <= LONGEST_BASELINE_S;
-        let baseline = is_short
-            .then(|| baseline(&empty_scenario, &setup, seed).map(Arc::new).map_err(|e| e.to_string()))
-            .transpose()?;
+        let baseline = is_short.then(|| baseline(&empty_scenario, &setup, seed).map(Arc::new)).transpose()?;
         Ok(Self { scenario, setup, seed, space, baseline })
     }
 
@@ -123,17 +122,16 @@ impl SearchConfig {
     ///
     /// # Errors
     /// Which does not, and why.
-    pub fn fits(&self) -> Result<(), String> {
+    pub fn fits(&self) -> Result<(), SearchError> {
         let (begins, _) = self.space.begins();
-        for (kind, of) in self.space.moves.iter().enumerate() {
-            for places in [vec![0; of.ranges().count()], of.strongest()] {
+        for (kind, action_type) in self.space.moves.iter().enumerate() {
+            for places in [vec![0; action_type.ranges().count()], action_type.strongest()] {
                 let sequence = AttackSequence::new(vec![Action { begins, kind, places }]);
-                sequence.in_scenario(&self.space, &self.scenario).map_err(|reason| {
-                    let (space, scenario) = (self.space.name.as_str(), self.scenario.name.as_str());
-                    format!(
-                        "action type {} of attack space {space} does not fit `{scenario}`: {reason}",
-                        of.name.as_str()
-                    )
+                sequence.in_scenario(&self.space, &self.scenario).map_err(|error| SearchError::ActionType {
+                    kind: action_type.name.as_str().to_owned(),
+                    space: self.space.name.as_str().to_owned(),
+                    scenario: self.scenario.name.as_str().to_owned(),
+                    error: Box::new(error),
                 })?;
             }
         }
@@ -151,7 +149,7 @@ impl SearchConfig {
         sequence: &AttackSequence,
         found: &[Outcome],
         reason: &str,
-    ) -> Result<Scenario, String> {
+    ) -> Result<Scenario, SettingsError> {
         let mut scenario = sequence.in_scenario(&self.space, &self.scenario)?;
         let is_never =
             |outcome: &Outcome| found.contains(outcome) || matches!(outcome, Outcome::Invalid | Outcome::Unsafe);
@@ -168,14 +166,14 @@ impl SearchConfig {
     ///
     /// # Errors
     /// Which action does not fit the scenario, or why it cannot be run.
-    pub fn try_sequence(&self, sequence: &AttackSequence) -> Result<Tried, String> {
+    pub fn try_sequence(&self, sequence: &AttackSequence) -> Result<Tried, SearchError> {
         let scenario = sequence.in_scenario(&self.space, &self.scenario)?;
         let before = link::clock::thread_cpu_us();
         let started = match &self.baseline {
             Some(baseline) => start_following(&scenario, &self.setup, self.seed, baseline),
             None => start(&scenario, &self.setup, self.seed, false),
         };
-        let (topology, twin) = started.map_err(|e| e.to_string())?;
+        let (topology, twin) = started?;
         let run = conclude(topology, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
         let approaches = oracle::approaches(&run.evidence);

@@ -105,7 +105,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 fn plan(context: &Context, args: &Args) -> Result<Plan, Failure> {
     let usage = |reason: String| Failure::new(Exit::Usage, reason);
-    let levels = args.event.ladder(&args.levels).map_err(usage)?;
+    let levels = args.event.ladder(&args.levels).map_err(|error| usage(error.to_string()))?;
     if levels.len() > MAX_LEVELS {
         return Err(usage(format!("{} stages, at most {MAX_LEVELS} are taken; leave levels out", levels.len())));
     }
@@ -171,7 +171,7 @@ fn all(
             (true, Some(_)) => {
                 Failure::new(Exit::Interrupted, "stopped; the same command runs the repetitions that are left")
             }
-            (false, _) => Failure::new(Exit::Internal, reason),
+            (false, _) => Failure::new(Exit::Internal, reason.to_string()),
         })?;
         numbered.as_mut().map(|numbered| numbered.put(number, one.clone())).transpose()?;
         all.push(one);
@@ -195,7 +195,7 @@ fn question(context: &Context, args: &Args) -> Result<(Question, Planned), Failu
     })?;
     let variation = planned.variation;
     let set: Settings = args.set.iter().cloned().collect();
-    let scenario = variation.with_settings(&set).map_err(|reason| plan::unfit(&variation, reason))?;
+    let scenario = variation.with_settings(&set).map_err(|error| plan::unfit(&variation, &error))?;
     let planned = plan::prepare(context, Variation { scenario, ..variation }, &wanted)?;
     let (scenario, setup) = (planned.variation.scenario.clone(), planned.setup.clone());
     Ok((Question { scenario, setup, event: args.event }, planned))

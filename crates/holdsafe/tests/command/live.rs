@@ -123,11 +123,11 @@ fn short_live_trial_is_nominal_and_replays() {
     let Judged { evidence, verdict, .. } = conclude(&topology, &setup, &after);
     assert_eq!(verdict.outcome, Outcome::Invalid, "{:?}", verdict.findings);
     let named = format!("gateway, replayed from its input journal: differs after input {input}, ");
-    let found = verdict.findings.iter().find(|f| f.property.row().name == "P10" && f.what.starts_with(&named));
+    let found = verdict.findings.iter().find(|f| f.property.row().name == "P10" && f.message.starts_with(&named));
     let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
-    assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");
+    assert!(found.message.contains("expected entry ") && found.message.contains("got entry "), "{found:?}");
     let mut lines = Vec::new();
     recording::events::write_lines(&mut lines, &evidence).unwrap();
     let head: serde_json::Value = serde_json::from_slice(lines.split(|b| *b == b'\n').next().unwrap()).unwrap();
-    assert_eq!(head["differences"][0].as_str(), Some(found.what.as_str()), "for the second judge");
+    assert_eq!(head["differences"][0].as_str(), Some(found.message.as_str()), "for the second judge");
 }

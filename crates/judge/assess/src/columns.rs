@@ -1,6 +1,6 @@
 //! One topic's numbers by the entries of a map, converted to metres, radians, seconds and microseconds.
 
-use crate::log::{Log, LogError, MessageRow, Path, Rows};
+use crate::log::{Log, LogError, MessageRow, Path, PathError, Rows};
 use crate::map::{Field, Stamp, StampUnit};
 
 /// A question to one topic; its columns are added one by one.
@@ -39,7 +39,8 @@ impl<'a> Columns<'a> {
     }
 
     fn parsed(&self, text: &str) -> Result<Path, LogError> {
-        text.parse().map_err(|why| LogError::NoField { topic: self.topic.to_owned(), why })
+        text.parse()
+            .map_err(|error: PathError| LogError::NoField { topic: self.topic.to_owned(), why: error.to_string() })
     }
 
     /// A number without a unit.

@@ -5,11 +5,36 @@ use crate::log::{Format, Log, Topic};
 use crate::map::Map;
 use crate::read::Read;
 
+/// No map can be guessed from a recording.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}no topic is known as {missing}; the recording has{}", self.cause(), self.content())]
+pub struct GuessError {
+    /// Place up to which the recording was read, with the reason, if not to its end.
+    pub unread: Option<String>,
+    /// The input that no topic gives, with the names that are known.
+    pub missing: &'static str,
+    /// The recording's topics, a line each.
+    pub topics: String,
+}
+
+impl GuessError {
+    fn cause(&self) -> String {
+        self.unread.as_ref().map_or_else(String::new, |unread| format!("{unread}; so "))
+    }
+
+    fn content(&self) -> String {
+        match self.topics.is_empty() {
+            true => " no topic that could be read".to_owned(),
+            false => format!("\n{}", self.topics),
+        }
+    }
+}
+
 /// A map as text, to be checked by a person; the recording's topics are in front as comments.
 ///
 /// # Errors
 /// When no topic is known as a fix, or none as odometry; the message lists the topics.
-pub fn guess(log: &Log<'_>) -> Result<String, String> {
+pub fn guess(log: &Log<'_>) -> Result<String, GuessError> {
     // Names are the recording's: in a comment and in a message they stay on their line.
     let line = |topic: &Topic| {
         format!("#   {} ({}), {} messages\n", topic.name.escape_debug(), topic.kind.escape_debug(), topic.records)
@@ -19,17 +44,13 @@ pub fn guess(log: &Log<'_>) -> Result<String, String> {
         Format::Ulog => px4(log),
         Format::Mcap => ros(log),
     };
-    let cause = log.end.why.as_ref().map(|reason| {
+    let unread = log.end.why.as_ref().map(|reason| {
         let reason = reason.replace(char::is_control, " ");
         format!("read to byte {} of {}: {reason}", log.end.at, log.end.of)
     });
-    let parts = parts.map_err(|missing| {
-        let cause = cause.as_ref().map_or_else(String::new, |cause| format!("{cause}; so "));
-        let content = if topics.is_empty() { " no topic that could be read".to_owned() } else { format!("\n{topics}") };
-        format!("{cause}no topic is known as {missing}; the recording has{content}")
-    })?;
+    let parts = parts.map_err(|missing| GuessError { unread: unread.clone(), missing, topics: topics.clone() })?;
     let vehicle = if log.format == Format::Ulog { vehicle(log) } else { "other" };
-    let cause = cause.map_or_else(String::new, |cause| format!("# Not all could be read: {cause}\n"));
+    let cause = unread.map_or_else(String::new, |unread| format!("# Not all could be read: {unread}\n"));
     let text = format!(
         "# A guess from the names of topics: check every line.\n{cause}# Topics:\n{topics}\ntitle = \"guessed\"\n\
          vehicle = \"{vehicle}\" # wheeled, multirotor, fixed-wing or other\n{parts}"

@@ -27,7 +27,7 @@ mod track;
 pub use error::TrackError;
 pub use facts::Facts;
 pub use falsify::Injection;
-pub use guess::guess;
+pub use guess::{GuessError, guess};
 pub use inject::Injected;
 pub use replay::Check;
 

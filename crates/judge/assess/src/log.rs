@@ -16,7 +16,7 @@ mod ulog;
 use std::borrow::Cow;
 
 pub use found::Gap;
-pub use path::Path;
+pub use path::{Path, PathError};
 pub use rows::{MessageRow, Rows};
 
 use found::Found;

@@ -149,7 +149,7 @@ fn cause_of_a_missing_input_stands_first() {
     let mut bytes = json(&circle(1, [0.0, 0.0], no_fault), None);
     let all = chunks(&bytes);
     all.iter().for_each(|(_, to)| bytes[to - 9] ^= 1);
-    let (line, requested) = (refused(&bytes, CIRCLE_MAP), guess(&Log::open(&bytes).unwrap()).unwrap_err());
+    let (line, requested) = (refused(&bytes, CIRCLE_MAP), guess(&Log::open(&bytes).unwrap()).unwrap_err().to_string());
     for text in [line, requested] {
         assert!(text.starts_with("read to byte ") && text.contains("a chunk's CRC is "), "{text}");
     }

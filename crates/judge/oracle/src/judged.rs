@@ -68,13 +68,13 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
 
 /// All findings, in words: broken properties first, then the missing parts of the mission, and where it did not get on.
 pub fn findings(verdict: &Verdict) -> Vec<String> {
-    let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
+    let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.message));
     let failure = verdict.guest.as_ref().and_then(|guest| guest.failure.as_ref());
     let failed = failed_guest(failure);
     let arrived = (verdict.outcome == Outcome::Invalid).then(|| undelivered(verdict)).into_iter().flatten();
-    let missing = verdict.mission.missing.iter().map(|what| format!("mission: {what}"));
-    let stands = matches!(verdict.outcome, Outcome::Stuck | Outcome::Undetected);
-    let stuck = verdict.mission.progress.as_ref().filter(|_| stands).and_then(Progress::describe);
+    let missing = verdict.mission.missing.iter().map(|part| format!("mission: {part}"));
+    let asks_progress = matches!(verdict.outcome, Outcome::Stuck | Outcome::Undetected);
+    let stuck = verdict.mission.progress.as_ref().filter(|_| asks_progress).and_then(Progress::describe);
     broken.chain(failed).chain(arrived).chain(missing).chain(stuck).collect()
 }
 
@@ -126,8 +126,8 @@ fn add_account(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Ac
         | Account::Unguarded => {}
         // The relay's are the launcher's word.
         Account::Outsiders if n > 0 => {
-            let at = if node == NodeId::CAMPAIGN { NodeId::RELAY_TELEMETRY } else { node };
-            *trial.outsiders.entry(at.to_string()).or_default() += n;
+            let receiver = if node == NodeId::CAMPAIGN { NodeId::RELAY_TELEMETRY } else { node };
+            *trial.outsiders.entry(receiver.to_string()).or_default() += n;
         }
         Account::Outsiders => {}
     }

@@ -27,21 +27,22 @@ const CLOCKS: Micros = 500_000;
 pub(super) fn compared(evidence: &Evidence, timeline: &Timeline, zero: Option<Micros>) -> Mission {
     let steps = carried_steps(evidence, timeline);
     let until = zero.unwrap_or(evidence.duration);
-    let owed = presumed_stage(evidence);
+    let presumed = presumed_stage(evidence);
     let acted =
         evidence.entries.iter().find(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))).map(|w| w.at);
-    let reached = |at: Option<Micros>| at.is_some_and(|at| at <= until);
-    let armed = timeline.minted.first().map(|(at, ..)| *at);
+    let reached = |time: Option<Micros>| time.is_some_and(|time| time <= until);
+    let armed = timeline.minted.first().map(|(minted_at, ..)| *minted_at);
     let stages = [
         (Stage::Enabled, reached(timeline.first_change(0, |c| is_nominal(c.to)).map(|c| c.at))),
         (Stage::Armed, reached(armed)),
         (Stage::Acted, reached(acted)),
     ];
-    let short = stages.into_iter().find(|(stage, came)| *stage <= owed && !came).map(|(stage, _)| stage);
-    let mut missing: Vec<String> = short.map(|stage| missing_stage(stage, until, &steps)).into_iter().collect();
+    let first_missing =
+        stages.into_iter().find(|(stage, was_reached)| *stage <= presumed && !was_reached).map(|(stage, _)| stage);
+    let mut missing: Vec<String> = first_missing.map(|stage| missing_stage(stage, until, &steps)).into_iter().collect();
     missing.extend(undone_steps(evidence, until, &steps));
     Mission {
-        owed,
+        owed: presumed,
         missing,
         armed_ms: armed.map(ms),
         acted_ms: acted.map(ms),
@@ -54,14 +55,14 @@ pub(super) fn compared(evidence: &Evidence, timeline: &Timeline, zero: Option<Mi
 
 /// Time at which the first action may happen that is no part of the mission; none without an attack.
 fn attack_begins(evidence: &Evidence) -> Option<Micros> {
-    // A step has no time of its own: its actions do.
+    // A step has no time in the plan: its actions have.
     let actions = evidence.planned.iter().filter(|plan| !matches!(plan.what, Planned::Step(_)));
     actions.map(|plan| plan.from).min()
 }
 
 /// True if a step was to be done before the attack.
-fn is_due_before_attack(evidence: &Evidence, at: Micros) -> bool {
-    at.saturating_add(ORDER_WAY) <= attack_begins(evidence).unwrap_or(evidence.duration)
+fn is_due_before_attack(evidence: &Evidence, due: Micros) -> bool {
+    due.saturating_add(ORDER_WAY) <= attack_begins(evidence).unwrap_or(evidence.duration)
 }
 
 /// Stage that the scenario states, or that the steps before the attack lead to.
@@ -79,13 +80,13 @@ fn presumed_stage(evidence: &Evidence) -> Stage {
 fn missing_stage(stage: Stage, until: Micros, steps: &[Carried]) -> String {
     let step = steps.iter().find(|step| Stage::of(step.verb) == stage);
     let step_remark = step.map(|step| match (step.done_ms, &step.why) {
-        (Some(at), _) => format!("; {} at {at:.0} ms", step.verb.name()),
-        (None, why) => {
+        (Some(done_ms), _) => format!("; {} at {done_ms:.0} ms", step.verb.name()),
+        (None, reason) => {
             format!(
                 "; {}, due at {:.0} ms: never, {}",
                 step.verb.name(),
                 step.due_ms,
-                why.as_deref().unwrap_or("unknown")
+                reason.as_deref().unwrap_or("unknown")
             )
         }
     });
@@ -101,8 +102,8 @@ fn undone_steps<'a>(evidence: &Evidence, until: Micros, steps: &'a [Carried]) ->
         .iter()
         .map(|step| attacked && is_due_before_attack(evidence, step.at_us.saturating_add(step.after_us)))
         .collect();
-    let others = steps.iter().zip(before).filter(|(step, before)| *before && Stage::of(step.verb) == Stage::None);
-    others.filter(move |(step, _)| step.done_ms.is_none_or(|at| at > ms(until))).map(|(step, _)| {
+    let other_steps = steps.iter().zip(before).filter(|(step, before)| *before && Stage::of(step.verb) == Stage::None);
+    other_steps.filter(move |(step, _)| step.done_ms.is_none_or(|done_ms| done_ms > ms(until))).map(|(step, _)| {
         let reason = step.why.as_deref().unwrap_or("too late");
         format!("{}, due at {:.0} ms before the attack: never, {reason}", step.verb.name(), step.due_ms)
     })
@@ -110,35 +111,40 @@ fn undone_steps<'a>(evidence: &Evidence, until: Micros, steps: &'a [Carried]) ->
 
 /// Steps of the script, each with its execution or the reason that there was none.
 fn carried_steps(evidence: &Evidence, timeline: &Timeline) -> Vec<Carried> {
-    let mut taken: Vec<CommandId> = Vec::new();
+    let mut matched: Vec<CommandId> = Vec::new();
     let steps = &evidence.script.steps;
     let each = steps.iter().enumerate().map(|(n, step)| {
         // A repeated order belongs to this step until the next step of its kind is due.
         let next = steps[n + 1..].iter().find(|other| other.verb == step.verb);
         let until = next.map_or(Micros::MAX, |next| next.at_us.saturating_sub(CLOCKS));
         let from = step.at_us.saturating_sub(CLOCKS);
-        let belongs = |(at, id, kind): &&(Micros, CommandId, CommandKind)| {
-            matches_verb(step.verb, *kind) && (from..until).contains(at) && !taken.contains(id)
+        let belongs = |(given_at, id, kind): &&(Micros, CommandId, CommandKind)| {
+            matches_verb(step.verb, *kind) && (from..until).contains(given_at) && !matched.contains(id)
         };
         let last = step.at_us.saturating_add(step.within_us).saturating_add(CLOCKS);
         let mut ids: Vec<(Micros, CommandId)> =
-            timeline.intended.iter().filter(belongs).map(|(at, id, _)| (*at, *id)).collect();
-        if ids.first().is_none_or(|(at, _)| *at > last) {
+            timeline.intended.iter().filter(belongs).map(|(given_at, id, _)| (*given_at, *id)).collect();
+        // An order after the step's time was not given for this step: the step was not carried out in time.
+        if ids.first().is_none_or(|(given_at, _)| *given_at > last) {
             ids.clear();
         }
-        taken.extend(ids.iter().map(|(_, id)| *id));
-        let done = timeline.executed.iter().find(|(_, id, _)| ids.iter().any(|(_, own)| own == id)).map(|(at, ..)| *at);
-        let why = done.is_none().then(|| match ids.first() {
-            Some((at, _)) => not_executed(evidence, *at, &ids),
+        matched.extend(ids.iter().map(|(_, id)| *id));
+        let done = timeline
+            .executed
+            .iter()
+            .find(|(_, id, _)| ids.iter().any(|(_, own_id)| own_id == id))
+            .map(|(executed_at, ..)| *executed_at);
+        let reason = done.is_none().then(|| match ids.first() {
+            Some((given_at, _)) => not_executed(evidence, *given_at, &ids),
             None => not_given(evidence, step, last),
         });
-        Carried { verb: step.verb, due_ms: ms(step.at_us), done_ms: done.map(ms), why }
+        Carried { verb: step.verb, due_ms: ms(step.at_us), done_ms: done.map(ms), why: reason }
     });
     each.collect()
 }
 
 /// Reason that an order that was given was not executed.
-fn not_executed(evidence: &Evidence, given: Micros, ids: &[(Micros, CommandId)]) -> String {
+fn not_executed(evidence: &Evidence, given_at: Micros, ids: &[(Micros, CommandId)]) -> String {
     let refused = evidence.entries.iter().find_map(|w| match w.entry.event {
         Any::Service(Event::Executed { command, refused: Some(reason), .. })
             if ids.iter().any(|(_, id)| *id == command) =>
@@ -148,8 +154,8 @@ fn not_executed(evidence: &Evidence, given: Micros, ids: &[(Micros, CommandId)])
         _ => None,
     });
     match refused {
-        Some(reason) => format!("given at {} ms, refused by the unit: {}", given / 1000, reason.name()),
-        None => format!("given at {} ms, not executed", given / 1000),
+        Some(reason) => format!("given at {} ms, refused by the unit: {}", given_at / 1000, reason.name()),
+        None => format!("given at {} ms, not executed", given_at / 1000),
     }
 }
 
@@ -165,13 +171,13 @@ fn not_given(evidence: &Evidence, step: &Due, until: Micros) -> String {
     });
     let shown: Vec<(Micros, Mode, bool)> = shown.collect();
     // The last display before it was due stands then, too.
-    let first = shown.partition_point(|(at, ..)| *at <= step.at_us).saturating_sub(1);
-    let meanwhile = &shown[first..];
-    let in_mode = |wanted: Mode| meanwhile.iter().any(|(_, mode, _)| *mode == wanted);
+    let first = shown.partition_point(|(shown_at, ..)| *shown_at <= step.at_us).saturating_sub(1);
+    let shown_while_due = &shown[first..];
+    let in_mode = |wanted: Mode| shown_while_due.iter().any(|(_, mode, _)| *mode == wanted);
     match (step.mode.filter(|wanted| !in_mode(*wanted)), step.track) {
-        _ if meanwhile.is_empty() => "the unit not shown as fresh".to_owned(),
+        _ if shown_while_due.is_empty() => "the unit not shown as fresh".to_owned(),
         (Some(mode), _) => format!("{} not shown", mode.name()),
-        (None, _) if step.verb == Verb::Confirm && !meanwhile.iter().any(|(.., held)| *held) => {
+        (None, _) if step.verb == Verb::Confirm && !shown_while_due.iter().any(|(.., held)| *held) => {
             "no authority shown".to_owned()
         }
         (None, Some(class)) => format!("no {} shown", class.name()),
@@ -201,10 +207,10 @@ fn driven_m(evidence: &Evidence) -> f64 {
         _ => None,
     });
     let places: Vec<(f64, f64)> = places.collect();
-    let apart = |a: (f64, f64), b: (f64, f64)| ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2)).sqrt();
-    places.windows(2).map(|pair| apart(pair[0], pair[1])).sum::<f64>() / 1000.0
+    let distance = |a: (f64, f64), b: (f64, f64)| ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2)).sqrt();
+    places.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>() / 1000.0
 }
 
-fn ms(at: Micros) -> f64 {
-    at as f64 / 1000.0
+fn ms(time: Micros) -> f64 {
+    time as f64 / 1000.0
 }

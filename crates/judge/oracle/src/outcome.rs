@@ -25,7 +25,7 @@ pub(super) fn verdict(facts: &Facts, receipts: &Receipts, mut findings: Vec<Find
     let zero = receipts.zero;
     let trips = false_trips(evidence, timeline, zero);
     let mission = mission::compared(evidence, timeline, zero);
-    let outcome = match class(facts, receipts, &findings, trips) {
+    let outcome = match class_of_trial(facts, receipts, &findings, trips) {
         // A break stands without a mission, and a trip is the reason why there was none; the other classes show nothing.
         found @ (Outcome::Unsafe | Outcome::GuestFailed | Outcome::Late | Outcome::FalseTrip) => found,
         _ if !mission.missing.is_empty() => Outcome::Invalid,
@@ -49,19 +49,21 @@ pub(super) fn verdict(facts: &Facts, receipts: &Receipts, mut findings: Vec<Find
     }
 }
 
-fn class(facts: &Facts, receipts: &Receipts, findings: &[Finding], trips: u32) -> Outcome {
+fn class_of_trial(facts: &Facts, receipts: &Receipts, findings: &[Finding], trips: u32) -> Outcome {
     let evidence = facts.evidence;
     let broken = |breach: Breach| findings.iter().any(|f| f.property.row().breach == breach);
     // The findings of a tampered log are still listed; they are no evidence.
     if !evidence.log_flaws.is_empty() {
         return Outcome::Invalid;
     }
+    // A violated safety property counts without a receipt: the witness of the violation needs no cause.
     if broken(Breach::Unsafe) {
         return Outcome::Unsafe;
     }
-    if let Some(failure) = guest::failure(evidence) {
+    if let Some(failure) = guest::guest_failure(evidence) {
         return class_of_failed_guest(evidence, receipts, findings, &failure);
     }
+    // A missed bound proves nothing about an attack that may not have arrived, or on a host that stalled.
     if !receipts.complete || broken(Breach::NoEvidence) {
         return Outcome::Invalid;
     }
@@ -71,7 +73,7 @@ fn class(facts: &Facts, receipts: &Receipts, findings: &[Finding], trips: u32) -
     if trips > 0 {
         return Outcome::FalseTrip;
     }
-    receipts.zero.map_or(Outcome::Nominal, |zero| answer(evidence, &facts.timeline, zero))
+    receipts.zero.map_or(Outcome::Nominal, |zero| answer_of_platform(evidence, &facts.timeline, zero))
 }
 
 /// A failed guest is the result, unless it was late before, or the host may be to blame.
@@ -83,6 +85,7 @@ fn class_of_failed_guest(
 ) -> Outcome {
     let earlier = |f: &&Finding| f.at_us as f64 / 1000.0 <= failure.at_ms;
     let late = |f: &Finding| f.property.row().breach == Breach::Late;
+    // A bound that was missed before the failure is no consequence of it.
     if receipts.complete && findings.iter().filter(earlier).any(late) {
         Outcome::Late
     } else if may_be_the_hosts(failure) && stalled(evidence).is_some() {
@@ -93,7 +96,7 @@ fn class_of_failed_guest(
 }
 
 /// Answer of the platform from `zero` on: the mode in which it ended, or a refusal or an alarm.
-fn answer(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Outcome {
+fn answer_of_platform(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Outcome {
     if guest::is_bare(evidence) {
         let unmoved =
             || if refused_or_alarmed(evidence, timeline, zero) { Outcome::Rejected } else { Outcome::Undetected };
@@ -114,9 +117,10 @@ fn answer(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Outcome {
 
 /// Fate of each planned injection.
 fn injections(facts: &Facts, receipts: &Receipts) -> Vec<Injection> {
-    let noticed = |at: Micros| answer(facts.evidence, &facts.timeline, at) != Outcome::Undetected;
+    let noticed =
+        |arrived_at: Micros| answer_of_platform(facts.evidence, &facts.timeline, arrived_at) != Outcome::Undetected;
     let fate = |arrival: Arrival| match arrival {
-        Some(Ok(at)) => Fate::Delivered { at, noticed: noticed(at) },
+        Some(Ok(arrived_at)) => Fate::Delivered { at: arrived_at, noticed: noticed(arrived_at) },
         Some(Err(mask)) => Fate::Masked(mask),
         None => Fate::NotProven,
     };
@@ -124,26 +128,30 @@ fn injections(facts: &Facts, receipts: &Receipts) -> Vec<Injection> {
 }
 
 /// True if there was a refusal of a boundary after the injection: by a service by name, by the guard, or by the secure layer;
-/// perception saw through a disguise; or the display told the operator that something is amiss.
+/// perception saw through a disguise; or the display showed the operator an alarm.
 fn refused_or_alarmed(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> bool {
     use wire::event::{Account, Event, Freshness, ShownAs};
-    let by_service = timeline.refused.iter().any(|(at, _)| *at >= zero);
-    let below = evidence.entries.iter().any(|w| match w.entry.event {
+    let by_service = timeline.refused.iter().any(|(refused_at, _)| *refused_at >= zero);
+    let in_entries = evidence.entries.iter().any(|w| match w.entry.event {
         Any::Instrument(Note::GuardSaw { verdict, .. }) => w.at >= zero && verdict != GuardVerdict::Passed,
         Any::Instrument(Note::StreamSaw { sight: Sight::Refused, .. }) => w.at >= zero,
         Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } | Event::LossesShown { .. }) => {
             w.at >= zero
         }
-        // After the end everything falls silent, and the display says so.
+        // After the end every sender is silent, and the display shows the unit as stale without an attack.
         Any::Service(Event::Displayed { unit, freshness: Freshness::Stale | Freshness::Lost, .. })
             if unit == evidence.under.unit =>
         {
             (zero..evidence.duration).contains(&w.at)
         }
+        // An account has no times: records that the secure layer discarded count for the whole run.
         Any::Service(Event::Count { account: Account::Discarded, n }) => n > 0,
         _ => false,
     });
-    by_service || below || core_input::insider_refused_on_bus(evidence, zero) || disguise::seen_through(evidence, zero)
+    by_service
+        || in_entries
+        || core_input::insider_refused_on_bus(evidence, zero)
+        || disguise::seen_through(evidence, zero)
 }
 
 /// Losses of authority or restrictions before anything was injected, other than by the operator; and a bare guest's own word that it is safe.
@@ -163,17 +171,17 @@ fn false_trips(evidence: &Evidence, timeline: &Timeline, zero: Option<Micros>) -
 }
 
 fn latency(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Latency {
-    let after = |at: Micros| (at - zero) as f64 / 1000.0;
+    let delay_ms = |time: Micros| (time - zero) as f64 / 1000.0;
     if guest::is_bare(evidence) {
-        let stood = guest::stands_from(evidence, timeline, zero).map(after);
+        let stood = guest::stands_from(evidence, timeline, zero).map(delay_ms);
         return Latency { to_degraded: None, to_hold_safe: stood, to_authority_revoked: None };
     }
-    let to = |test: &dyn Fn(&Change) -> bool| timeline.first_change(zero, test).map(|c| after(c.at));
+    let delay_to = |test: &dyn Fn(&Change) -> bool| timeline.first_change(zero, test).map(|c| delay_ms(c.at));
     let by_loss = |cause: Cause| matches!(cause, Cause::Lost(_) | Cause::Unrecovered(_));
-    let revoked = || to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct && by_loss(c.cause));
+    let revoked = || delay_to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct && by_loss(c.cause));
     Latency {
-        to_degraded: to(&|c| matches!(c.to, Mode::Degraded | Mode::HoldSafe) && c.cause != Cause::Operator),
-        to_hold_safe: to(&|c| c.to == Mode::HoldSafe && c.cause != Cause::Operator),
+        to_degraded: delay_to(&|c| matches!(c.to, Mode::Degraded | Mode::HoldSafe) && c.cause != Cause::Operator),
+        to_hold_safe: delay_to(&|c| c.to == Mode::HoldSafe && c.cause != Cause::Operator),
         to_authority_revoked: timeline.held_authority_at(zero).then(revoked).flatten(),
     }
 }
@@ -209,7 +217,7 @@ fn may_be_the_hosts(failure: &GuestFailure) -> bool {
 
 /// Row of the guest in a trial, with the properties that are not judged of it.
 fn guest_row(evidence: &Evidence) -> Option<GuestRow> {
-    let EngagedGuest { name, bare, .. } = guest::engaged(evidence)?;
+    let EngagedGuest { name, bare, .. } = guest::engaged_guest(evidence)?;
     let (steps, limited) = guest::closing_account(evidence).unwrap_or_default();
     let without_place = !guest::states_place(evidence);
     let not_judged = properties::not_judged_of_bare_guest()
@@ -217,5 +225,5 @@ fn guest_row(evidence: &Evidence) -> Option<GuestRow> {
         .filter(|_| bare)
         .map(|(part, reason)| format!("{part}: {reason}"))
         .collect();
-    Some(GuestRow { name, bare, steps, limited, failure: guest::failure(evidence), not_judged })
+    Some(GuestRow { name, bare, steps, limited, failure: guest::guest_failure(evidence), not_judged })
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space, set_no_new_privs};
 
+use crate::error::StepError;
 use crate::level::Level;
 use crate::ruleset::{Access, Place, Ports};
 use crate::table::{Log, Network, Read, ServiceRights, Write};
@@ -69,6 +70,7 @@ pub enum Error {
 /// A place is missing or a layer was refused; the process has then given up some rights and is to end.
 pub fn enter(row: &ServiceRights, rights: &Rights) -> Result<Level, Error> {
     let layer = |reason: String| Error::Layer(reason);
+    let step = |error: StepError| Error::Layer(error.to_string());
     let threads = fs::read_dir("/proc/self/task").map_or(1, Iterator::count);
     if threads != 1 {
         return Err(Error::Threads(threads));
@@ -80,7 +82,7 @@ pub fn enter(row: &ServiceRights, rights: &Rights) -> Result<Level, Error> {
     let places = places(row, rights);
     match (rights.host, rights.window) {
         (Some(_), false) => {
-            view::replace(&places).map_err(layer)?;
+            view::replace(&places).map_err(step)?;
             level.namespaces = true;
         }
         (Some(_), true) => level.why.push("the window needs the machine's files".into()),
@@ -94,7 +96,7 @@ pub fn enter(row: &ServiceRights, rights: &Rights) -> Result<Level, Error> {
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| layer(error.to_string()))?;
     set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|error| layer(error.to_string()))?;
     set_no_new_privs(true).map_err(|error| layer(error.to_string()))?;
-    limits::set(row, rights.window).map_err(layer)?;
+    limits::set(row, rights.window).map_err(step)?;
     level.limits = true;
     if rights.window {
         calls::apply_fatal().map_err(|error| layer(error.to_string()))?;

@@ -15,6 +15,7 @@ use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_paren
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 use serde::{Deserialize, Serialize};
 
+use crate::error::StepError;
 use crate::namespaces;
 use crate::wire::{self, Station};
 
@@ -51,12 +52,11 @@ pub struct HostSpec {
 pub fn main() -> ExitCode {
     let mut line = String::new();
     let mut input = io::stdin().lock();
-    let read = Read::take(&mut input, MAX_SPEC).read_line(&mut line).map_err(|error| error.to_string());
-    let made =
-        read.and_then(|_| serde_json::from_str(&line).map_err(|error| error.to_string())).and_then(|spec| make(&spec));
+    let read = Read::take(&mut input, MAX_SPEC).read_line(&mut line).map_err(StepError::from);
+    let made = read.and_then(|_| Ok(serde_json::from_str(&line)?)).and_then(|spec| make(&spec));
     let (word, value, code) = match made {
         Ok(()) => ("ready", serde_json::json!({ "pid": std::process::id() }), ExitCode::SUCCESS),
-        Err(why) => ("refused", serde_json::json!(why), ExitCode::from(2)),
+        Err(error) => ("refused", serde_json::json!(error.to_string()), ExitCode::from(2)),
     };
     // A launcher that is gone closes the input too.
     let _unread = writeln!(io::stdout(), "{word} {value}");
@@ -66,13 +66,13 @@ pub fn main() -> ExitCode {
     code
 }
 
-fn make(spec: &HostSpec) -> Result<(), String> {
+fn make(spec: &HostSpec) -> Result<(), StepError> {
     let rest = CloneFlags::CLONE_NEWNS | CloneFlags::CLONE_NEWIPC | CloneFlags::CLONE_NEWUTS;
     let network = if spec.shares_network { CloneFlags::empty() } else { CloneFlags::CLONE_NEWNET };
     match spec.beside {
         None => {
-            if let Some(refused) = namespaces::take(rest | network)? {
-                return Err(format!("user namespaces are refused ({refused})"));
+            if let Some(reason) = namespaces::take(rest | network)? {
+                return Err(StepError::UserNamespaces { reason });
             }
         }
         Some(beside) => {
@@ -80,21 +80,20 @@ fn make(spec: &HostSpec) -> Result<(), String> {
             if spec.shares_network {
                 join(beside, "net", LinkNameSpaceType::Network)?;
             }
-            unshare(rest | network).map_err(|why| format!("namespaces: {why}"))?;
+            unshare(rest | network).map_err(|error| StepError::Namespaces { step: "namespaces", error })?;
         }
     }
     if !spec.shares_network {
         wire::without_ipv6();
-        namespaces::loopback().map_err(|reason| format!("loopback interface: {reason}"))?;
+        namespaces::loopback().map_err(StepError::in_part("loopback interface"))?;
     }
     if let Some(router) = spec.router {
-        wire::connect(router, &spec.stations).map_err(|reason| format!("wire between hosts: {reason}"))?;
+        wire::connect(router, &spec.stations).map_err(StepError::in_part("wire between hosts"))?;
     }
-    let step = |part: &'static str| move |error: rustix::io::Errno| format!("{part}: {error}");
+    let step = StepError::of_step::<rustix::io::Errno>;
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;
     let flags = MountFlags::NOSUID | MountFlags::NODEV | MountFlags::NOEXEC;
-    let shared = CString::new(format!("size={}k,nr_inodes=16k,mode=1777", spec.shared_kib))
-        .map_err(|error| error.to_string())?;
+    let shared = CString::new(format!("size={}k,nr_inodes=16k,mode=1777", spec.shared_kib))?;
     mount("tmpfs", "/dev/shm", "tmpfs", flags, shared.as_c_str()).map_err(step("shared memory"))?;
     for folder in &spec.memory {
         mount("tmpfs", folder, "tmpfs", flags, FILES).map_err(step("folder of the bus"))?;
@@ -104,8 +103,9 @@ fn make(spec: &HostSpec) -> Result<(), String> {
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(step("process"))
 }
 
-fn join(process: u32, name: &str, kind: LinkNameSpaceType) -> Result<(), String> {
-    let path = format!("/proc/{process}/ns/{name}");
-    let file = std::fs::File::open(&path).map_err(|error| format!("{path}: {error}"))?;
-    move_into_link_name_space(std::os::fd::AsFd::as_fd(&file), Some(kind)).map_err(|error| format!("{path}: {error}"))
+fn join(process: u32, name: &str, kind: LinkNameSpaceType) -> Result<(), StepError> {
+    let path = PathBuf::from(format!("/proc/{process}/ns/{name}"));
+    let refused = |error: io::Error| StepError::Path { path: path.clone(), error };
+    let file = std::fs::File::open(&path).map_err(refused)?;
+    move_into_link_name_space(std::os::fd::AsFd::as_fd(&file), Some(kind)).map_err(|error| refused(error.into()))
 }

@@ -7,6 +7,7 @@
 
 pub mod calls;
 mod enter;
+mod error;
 pub mod host;
 mod level;
 pub mod limits;
@@ -18,4 +19,5 @@ mod view;
 pub mod wire;
 
 pub use enter::{Error, Rights, enter};
+pub use error::StepError;
 pub use level::Level;

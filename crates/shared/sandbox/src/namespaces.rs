@@ -5,18 +5,20 @@ use std::fs;
 use nix::sched::{CloneFlags, unshare};
 use rustix::process::{getgid, getuid};
 
+use crate::error::StepError;
 use crate::wire;
 
 /// Takes `flags`, a user namespace among them; the reason where the kernel refuses that.
 ///
 /// # Errors
 /// The kernel gave the namespaces, and refuses their use: without rights in them, as under AppArmor's rules.
-pub fn take(flags: CloneFlags) -> Result<Option<String>, String> {
+pub fn take(flags: CloneFlags) -> Result<Option<String>, StepError> {
     let (user, group) = (getuid().as_raw(), getgid().as_raw());
     if let Err(error) = unshare(flags | CloneFlags::CLONE_NEWUSER) {
         return Ok(Some(error.desc().to_owned()));
     }
-    let map = |file: &str, line: String| fs::write(file, line).map_err(|error| format!("{file}: {error}"));
+    let map =
+        |file: &str, line: String| fs::write(file, line).map_err(|error| StepError::Path { path: file.into(), error });
     map("/proc/self/setgroups", "deny".into())?;
     map("/proc/self/uid_map", format!("{user} {user} 1"))?;
     map("/proc/self/gid_map", format!("{group} {group} 1"))?;
@@ -27,6 +29,6 @@ pub fn take(flags: CloneFlags) -> Result<Option<String>, String> {
 ///
 /// # Errors
 /// The kernel's.
-pub fn loopback() -> Result<(), String> {
+pub fn loopback() -> Result<(), StepError> {
     wire::loopback()
 }

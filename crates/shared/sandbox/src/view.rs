@@ -14,6 +14,7 @@ use rustix::mount::{
 };
 use rustix::process::{chdir, pivot_root};
 
+use crate::error::StepError;
 use crate::ruleset::{Access, Place};
 
 /// Folder on which the new root stands until it takes the old one's place: any that exists.
@@ -23,21 +24,22 @@ const STAND: &str = "/tmp";
 ///
 /// # Errors
 /// The first place that cannot be shown, or the kernel's reason.
-pub(crate) fn replace(places: &[Place]) -> Result<(), String> {
-    let step = |part: &'static str| move |error: rustix::io::Errno| format!("{part}: {error}");
-    unshare(CloneFlags::CLONE_NEWNS).map_err(|error| format!("mounts of its own: {error}"))?;
+pub(crate) fn replace(places: &[Place]) -> Result<(), StepError> {
+    let step = StepError::of_step::<rustix::io::Errno>;
+    let refused = |place: &Place, error: io::Error| StepError::Path { path: place.path.clone(), error };
+    unshare(CloneFlags::CLONE_NEWNS).map_err(|error| StepError::Namespaces { step: "mounts of its own", error })?;
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;
     let held: Vec<(OwnedFd, &Place)> = places
         .iter()
         .map(|place| {
             let file = open(&place.path, OFlags::PATH | OFlags::CLOEXEC, Mode::empty());
-            file.map(|file| (file, place)).map_err(|error| format!("{}: {error}", place.path.display()))
+            file.map(|file| (file, place)).map_err(|error| refused(place, error.into()))
         })
         .collect::<Result<_, _>>()?;
     mount("tmpfs", STAND, "tmpfs", MountFlags::NOSUID | MountFlags::NODEV, c"size=64k,mode=755")
         .map_err(step("new root"))?;
     for (file, place) in &held {
-        show(file, place).map_err(|error| format!("{}: {error}", place.path.display()))?;
+        show(file, place).map_err(|error| refused(place, error))?;
     }
     chdir(STAND).map_err(step("new root"))?;
     // The old root lies on the new one, and goes.

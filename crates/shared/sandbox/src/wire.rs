@@ -13,6 +13,8 @@ use rtnetlink::{Handle, LinkBridge, LinkMessageBuilder, LinkUnspec, LinkVeth, ne
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 use serde::{Deserialize, Serialize};
 
+use crate::error::StepError;
+
 /// Bits of the wire's network.
 const PREFIX: u8 = 24;
 /// Name of a host's interface.
@@ -43,7 +45,7 @@ pub fn is_on_wire(address: IpAddr) -> bool {
 }
 
 /// Sets the loopback interface of this process's network up.
-pub(crate) fn loopback() -> Result<(), String> {
+pub(crate) fn loopback() -> Result<(), StepError> {
     netlink(async |handle| {
         handle.address().add(LOOPBACK, Ipv4Addr::LOCALHOST.into(), 32).execute().await?;
         handle.link().set(LinkUnspec::new_with_index(LOOPBACK).up().build()).execute().await
@@ -62,8 +64,8 @@ pub(crate) fn without_ipv6() {
 }
 
 /// Connects the stations to a bridge in this process's network, which takes the address of `number`.
-pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), String> {
-    let own_file = File::open("/proc/self/ns/net").map_err(|error| format!("own network: {error}"))?;
+pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), StepError> {
+    let own_file = File::open("/proc/self/ns/net").map_err(StepError::of_step("own network"))?;
     netlink(async |handle| {
         handle.link().add(LinkBridge::new(BRIDGE).build()).execute().await?;
         bring_up(&handle, BRIDGE, number).await?;
@@ -81,7 +83,7 @@ pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), String> {
     })?;
     route_local(BRIDGE)?;
     for station in stations {
-        enter(&File::open(format!("/proc/{}/ns/net", station.process)).map_err(|error| error.to_string())?)?;
+        enter(&File::open(format!("/proc/{}/ns/net", station.process))?)?;
         netlink(async |handle| {
             let peer = index(&handle, &format!("{OWN}-{}", station.number)).await?;
             handle.link().set(LinkUnspec::new_with_index(peer).name(OWN).build()).execute().await?;
@@ -92,9 +94,8 @@ pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), String> {
     enter(&own_file)
 }
 
-fn enter(network: &File) -> Result<(), String> {
-    move_into_link_name_space(network.as_fd(), Some(LinkNameSpaceType::Network))
-        .map_err(|error| format!("network: {error}"))
+fn enter(network: &File) -> Result<(), StepError> {
+    move_into_link_name_space(network.as_fd(), Some(LinkNameSpaceType::Network)).map_err(StepError::of_step("network"))
 }
 
 async fn bring_up(handle: &Handle, name: &str, number: u8) -> Result<(), rtnetlink::Error> {
@@ -110,21 +111,23 @@ async fn index(handle: &Handle, name: &str) -> Result<u32, rtnetlink::Error> {
 }
 
 /// Has the kernel take addresses of `127.0.0.0/8` on an interface of this process's network.
-fn route_local(interface: &str) -> Result<(), String> {
+fn route_local(interface: &str) -> Result<(), StepError> {
     let set = |name: &str| fs::write(format!("/proc/sys/net/ipv4/conf/{name}/route_localnet"), "1");
-    set("all").and_then(|()| set(interface)).map_err(|error| format!("route_localnet of {interface}: {error}"))
+    set("all")
+        .and_then(|()| set(interface))
+        .map_err(|error| StepError::RouteLocal { interface: interface.to_owned(), error })
 }
 
 /// Carries out requests to the kernel over a socket in this process's present network.
-fn netlink<F>(requests: impl FnOnce(Handle) -> F) -> Result<(), String>
+fn netlink<F>(requests: impl FnOnce(Handle) -> F) -> Result<(), StepError>
 where
     F: Future<Output = Result<(), rtnetlink::Error>>,
 {
-    let of = |error: io::Error| format!("netlink: {error}");
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(of)?;
+    let step = StepError::of_step::<io::Error>;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(step("netlink"))?;
     runtime.block_on(async {
-        let (connection, handle, _) = new_connection().map_err(of)?;
+        let (connection, handle, _) = new_connection().map_err(step("netlink"))?;
         tokio::spawn(connection);
-        requests(handle).await.map_err(|error| format!("network: {error}"))
+        requests(handle).await.map_err(StepError::Network)
     })
 }

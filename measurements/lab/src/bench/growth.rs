@@ -83,7 +83,7 @@ fn places(context: &Context) -> Result<Vec<Place>, Failure> {
     let place = |of, n, path: &str, value| {
         let variation = &nominal.variation;
         let scenario =
-            variation.with_settings(&Settings::one(path, value)).map_err(|reason| plan::unfit(variation, reason))?;
+            variation.with_settings(&Settings::one(path, value)).map_err(|error| plan::unfit(variation, &error))?;
         let variation = Variation { scenario, ..variation.clone() };
         Ok(Place { of, n, planned: plan::prepare(context, variation, &wanted)? })
     };

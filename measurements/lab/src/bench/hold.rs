@@ -66,7 +66,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.cut {
         let variation = &one.variation;
         one.variation.scenario =
-            variation.with_settings(&cut(seconds)).map_err(|reason| plan::unfit(variation, reason))?;
+            variation.with_settings(&cut(seconds)).map_err(|error| plan::unfit(variation, &error))?;
     }
     let hands: Vec<u64> = (0..args.holds).map(|n| FIRST_US + n * CYCLE_US).collect();
     let acts = hands.iter().flat_map(|at| cycle(*at, args.cut)).collect();

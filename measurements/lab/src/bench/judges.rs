@@ -152,7 +152,7 @@ fn one(
                 .findings
                 .iter()
                 .take(5)
-                .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
+                .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.message));
             let oracle_says = texts.chain((!verdict.receipt).then(|| "no receipt".to_owned())).collect();
             c.disagreements.push(Disagreement {
                 case: name,

@@ -12,7 +12,7 @@ use evidence::process_fault::Response;
 use evidence::trial::{Outcome, Trial};
 use evidence::{SCHEMA_VERSION, Under};
 use oracle::process_fault;
-use oracle::process_fault::OwedResponse;
+use oracle::process_fault::RequiredResponse;
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
@@ -132,9 +132,9 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
     Ok(all)
 }
 
-fn required_response(process: Process) -> Result<&'static OwedResponse, Failure> {
+fn required_response(process: Process) -> Result<&'static RequiredResponse, Failure> {
     let node = node_of(process);
-    process_fault::owed_response(Under::A, node)
+    process_fault::required_response(Under::A, node)
         .ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
 }
 
@@ -164,6 +164,6 @@ mod tests {
     #[test]
     fn every_killed_process_has_a_stated_response() {
         assert!(PROCESSES.iter().all(|(_, process)| required_response(*process).is_ok()));
-        assert_eq!(PROCESSES.len(), process_fault::OWED_RESPONSES.len());
+        assert_eq!(PROCESSES.len(), process_fault::REQUIRED_RESPONSES.len());
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use evidence::process_fault::{From, Response};
 use evidence::trial::{Outcome, Trial};
-use oracle::process_fault::OwedResponse;
+use oracle::process_fault::RequiredResponse;
 use results::mode::Mode;
 use results::report::new_table;
 use serde::Serialize;
@@ -78,7 +78,7 @@ impl KillRow {
     pub fn new(
         process: String,
         mode: Mode,
-        owed: Option<&OwedResponse>,
+        owed: Option<&RequiredResponse>,
         bounds: &Bounds,
         trials: &[&Trial],
         responses: &[&Response],

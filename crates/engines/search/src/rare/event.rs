@@ -19,6 +19,25 @@ pub enum Event {
     Fence,
 }
 
+/// Numbers that are no levels of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LevelsError {
+    /// There is none.
+    #[error("the last of --levels says what the event is ({counts}); give at least one")]
+    Empty {
+        /// Quantity that a level counts.
+        counts: &'static str,
+    },
+    /// They are not in order, or not finite.
+    #[error("levels are the {counts}: numbers that {order} towards the event")]
+    Order {
+        /// Quantity that a level counts.
+        counts: &'static str,
+        /// `rise` or `fall`.
+        order: &'static str,
+    },
+}
+
 impl Event {
     /// Quantity of the levels.
     pub fn counts(self) -> &'static str {
@@ -51,17 +70,17 @@ impl Event {
     /// # Errors
     ///
     /// Fault of the numbers.
-    pub fn ladder(self, given: &[f64]) -> Result<Vec<f64>, String> {
+    pub fn ladder(self, given: &[f64]) -> Result<Vec<f64>, LevelsError> {
         let (levels, order): (Vec<f64>, _) = match self {
             Event::HoldSafe => (given.iter().copied().chain([f64::INFINITY]).collect(), "rise"),
             Event::Lease => (given.to_vec(), "rise"),
             Event::Fence => (given.iter().map(|mm| -mm).collect(), "fall"),
         };
         if levels.is_empty() {
-            return Err(format!("the last of --levels says what the event is ({}); give at least one", self.counts()));
+            return Err(LevelsError::Empty { counts: self.counts() });
         }
         if !given.iter().all(|level| level.is_finite()) || !levels.is_sorted_by(|a, b| a < b) {
-            return Err(format!("levels are the {}: numbers that {order} towards the event", self.counts()));
+            return Err(LevelsError::Order { counts: self.counts(), order });
         }
         Ok(levels)
     }

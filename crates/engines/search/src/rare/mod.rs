@@ -11,8 +11,9 @@ mod estimate;
 mod event;
 
 pub use estimate::{MAX_LEVELS, Plan, Process, Repetition, StageResult, split};
-pub use event::Event;
+pub use event::{Event, LevelsError};
 
+use crate::error::SearchError;
 use parallel::progress::{Progress, Stop};
 use scenario::{Scenario, Setup};
 use twin::Twin;
@@ -42,14 +43,14 @@ impl Question {
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<Repetition, String> {
+    ) -> Result<Repetition, SearchError> {
         let begin = |seed| {
-            let (topology, twin) = start(&self.scenario, &self.setup, seed, false).map_err(|e| e.to_string())?;
+            let (topology, twin) = start(&self.scenario, &self.setup, seed, false)?;
             Ok(Flight { asked: self, twin, end: topology.duration, since: 0 })
         };
         let tried = || {
             progress.step();
-            if stop.is_requested() { Err("stopped".to_owned()) } else { Ok(()) }
+            if stop.is_requested() { Err(SearchError::Stopped) } else { Ok(()) }
         };
         split(plan, repetition, threads, begin, tried)
     }

@@ -7,26 +7,27 @@ use nix::sched::CloneFlags;
 use rustix::thread::{CapabilitySet, capabilities, configure_capability_in_ambient_set, set_capabilities};
 use sandbox::namespaces;
 
+use super::error::StartError;
 use super::{PLAIN, WARDEN, close_others, let_go, null};
 
 /// Rights in the new namespaces that the warden needs until it gives them up: to mount, and to give up.
 const RIGHTS: [CapabilitySet; 2] = [CapabilitySet::SYS_ADMIN, CapabilitySet::SETPCAP];
 
-pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), String> {
-    close_others().map_err(|error| format!("open descriptors cannot be listed: {error}"))?;
+pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), StartError> {
+    close_others().map_err(StartError::of_step("open descriptors cannot be listed"))?;
     let refused = if arguments.iter().any(|word| word == PLAIN) { Some("not wanted".into()) } else { enter()? };
     arguments.extend([WARDEN.to_owned(), refused.unwrap_or_default()]);
-    let null = null().map_err(|error| format!("/dev/null: {error}"))?;
+    let null = null().map_err(StartError::of_step("/dev/null"))?;
     // This path starts the running program even where its file has been replaced.
     let warden = Command::new("/proc/self/exe").args(arguments.iter()).spawn();
-    let mut warden = warden.map_err(|error| format!("the warden cannot be started: {error}"))?;
-    let_go(&null).map_err(|error| error.to_string())?;
-    warden.wait().map_err(|error| error.to_string())?;
+    let mut warden = warden.map_err(StartError::of_step("the warden cannot be started"))?;
+    let_go(&null)?;
+    warden.wait()?;
     Ok(())
 }
 
 /// Takes namespaces; the reason where the kernel refuses them.
-fn enter() -> Result<Option<String>, String> {
+fn enter() -> Result<Option<String>, StartError> {
     let flags = CloneFlags::CLONE_NEWNS
         | CloneFlags::CLONE_NEWPID
         | CloneFlags::CLONE_NEWNET
@@ -35,8 +36,8 @@ fn enter() -> Result<Option<String>, String> {
     if let Some(refused) = namespaces::take(flags)? {
         return Ok(Some(refused));
     }
-    hand_down().map_err(|error| format!("rights for the warden: {error}"))?;
-    namespaces::loopback().map_err(|reason| format!("loopback interface: {reason}"))?;
+    hand_down().map_err(StartError::of_step("rights for the warden"))?;
+    namespaces::loopback().map_err(StartError::Loopback)?;
     Ok(None)
 }
 

@@ -1,5 +1,6 @@
 //! Limits of a guest's process by number.
 
+use super::error::StartError;
 use guest::file::Limits;
 use rustix::process::{Resource, Rlimit, geteuid, setrlimit};
 use rustix::system::uname;
@@ -11,8 +12,8 @@ const FILE: u64 = 64 << 20;
 const COUNTS_APART: (u32, u32) = (5, 14);
 
 /// Sets the limits, for this process and those that it starts; gives the reasons where the kernel does not hold one.
-pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, String> {
-    set_no_new_privs(true).map_err(|error| format!("no_new_privs: {error}"))?;
+pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, StartError> {
+    set_no_new_privs(true).map_err(StartError::of_step("no_new_privs"))?;
     let mut texts = Vec::new();
     let mut all = vec![
         (Resource::Core, 0),
@@ -30,7 +31,7 @@ pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, Stri
     }
     for (resource, most) in all {
         let limit = Rlimit { current: Some(most), maximum: Some(most) };
-        setrlimit(resource, limit).map_err(|error| format!("limit {resource:?} of {most}: {error}"))?;
+        setrlimit(resource, limit).map_err(|error| StartError::Limit { resource, most, error: error.into() })?;
     }
     Ok(texts)
 }

@@ -4,6 +4,7 @@
 //! stage is the same, with one argument more; the specification goes to the second stage alone.
 
 mod entry;
+mod error;
 mod filter;
 mod limits;
 mod view;

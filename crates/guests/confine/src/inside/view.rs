@@ -12,6 +12,7 @@ use rustix::fs::{CWD, FileType, Mode, OFlags, mknodat, open};
 use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_bind, mount_change, mount_remount};
 use rustix::process::geteuid;
 
+use super::error::StartError;
 use super::limits::kernel;
 
 /// Folders that are replaced.
@@ -31,8 +32,8 @@ const NAMED: usize = 3;
 ///
 /// # Errors
 /// The first part without which the view would be the launcher's.
-pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String>, String> {
-    let step = |part: &'static str| move |error: io::Error| format!("{part}: {error}");
+pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String>, StartError> {
+    let step = StartError::of_step::<io::Error>;
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC)
         .map_err(|error| step("mounts")(error.into()))?;
     let guest_folder = Kept::open_folder(folder).map_err(step("folder"))?;

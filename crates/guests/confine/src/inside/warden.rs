@@ -18,6 +18,7 @@ use rustix::process::{
     DumpableBehavior, getgid, set_child_subreaper, set_dumpable_behavior, set_parent_process_death_signal, setsid,
 };
 
+use super::error::StartError;
 use super::{filter, let_go, limits, null, view};
 use crate::level::Level;
 use crate::spec::{self, Report, Spec};
@@ -30,12 +31,12 @@ const LAST_READS: usize = 16;
 const PATH: &str = "/usr/local/bin:/usr/bin:/bin";
 
 /// Runs the guest. `refused` is the reason why there are no namespaces.
-pub(super) fn main(refused: Option<String>) -> Result<(), String> {
-    set_parent_process_death_signal(Some(rustix::process::Signal::KILL)).map_err(|error| error.to_string())?;
-    let control = rustix::stdio::stderr().try_clone_to_owned().map_err(|error| error.to_string())?;
+pub(super) fn main(refused: Option<String>) -> Result<(), StartError> {
+    set_parent_process_death_signal(Some(rustix::process::Signal::KILL))?;
+    let control = rustix::stdio::stderr().try_clone_to_owned()?;
     let mut control = UnixStream::from(control);
-    let Some(line) = spec::line(&mut control).map_err(|error| error.to_string())? else { return Ok(()) };
-    let spec: Spec = serde_json::from_str(&line).map_err(|error| format!("specification: {error}"))?;
+    let Some(line) = spec::line(&mut control)? else { return Ok(()) };
+    let spec: Spec = serde_json::from_str(&line).map_err(StartError::Spec)?;
     let namespaces = refused.is_none();
     match confine(&spec, refused).and_then(|level| Ok((level, start(&spec)?))) {
         Ok((level, guest)) => {
@@ -45,12 +46,12 @@ pub(super) fn main(refused: Option<String>) -> Result<(), String> {
                 None => Ok(()),
             }
         }
-        Err(why) => send_report(&mut control, &Report::NotStarted(why)),
+        Err(error) => send_report(&mut control, &Report::NotStarted(error.to_string())),
     }
 }
 
-fn send_report(control: &mut UnixStream, report: &Report) -> Result<(), String> {
-    let mut line = serde_json::to_string(report).map_err(|error| error.to_string())?;
+fn send_report(control: &mut UnixStream, report: &Report) -> Result<(), StartError> {
+    let mut line = serde_json::to_string(report)?;
     line.push('\n');
     // A launcher that is gone hears nothing more.
     let _gone = control.write_all(line.as_bytes());
@@ -58,22 +59,22 @@ fn send_report(control: &mut UnixStream, report: &Report) -> Result<(), String> 
 }
 
 /// Takes everything from this process that the guest is not to have.
-fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, String> {
+fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, StartError> {
     let mut level = Level { namespaces: refused.is_none(), ..Level::default() };
     match refused {
         None => {
             level.why.extend(view::replace(&spec.folder, spec.hidden.as_deref())?);
-            sandbox::limits::give_up_rights().map_err(|error| format!("rights: {error}"))?;
+            sandbox::limits::give_up_rights().map_err(StartError::of_step("rights"))?;
         }
         Some(why) => {
             level.why.push(format!("no namespaces ({why})"));
-            set_child_subreaper(Some(rustix::process::getpid())).map_err(|error| error.to_string())?;
+            set_child_subreaper(Some(rustix::process::getpid()))?;
         }
     }
-    std::env::set_current_dir(&spec.folder).map_err(|error| format!("{}: {error}", spec.folder.display()))?;
-    setsid().map_err(|error| format!("session: {error}"))?;
+    std::env::set_current_dir(&spec.folder).map_err(|error| StartError::Folder { path: spec.folder.clone(), error })?;
+    setsid().map_err(StartError::of_step("session"))?;
     // The guest is the same user, and would read the launcher's socket here.
-    set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|error| error.to_string())?;
+    set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
     level.why.extend(limits::set(&spec.limits, level.namespaces)?);
     match filter::apply(level.namespaces) {
         Ok(()) => level.seccomp = true,
@@ -84,41 +85,43 @@ fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, String> {
 }
 
 /// The guest's process; none for a specification without a program.
-fn start(spec: &Spec) -> Result<Option<Child>, String> {
+fn start(spec: &Spec) -> Result<Option<Child>, StartError> {
     let Some((name, arguments)) = spec.command.split_first() else { return Ok(None) };
     let program = found(name, spec.environment.get("PATH").map_or(PATH, String::as_str))?;
-    SigSet::from_iter([Signal::SIGCHLD]).thread_block().map_err(|error| error.to_string())?;
+    SigSet::from_iter([Signal::SIGCHLD]).thread_block()?;
     let mut command = Command::new(&program);
     command.args(arguments).env_clear().envs(&spec.environment).stderr(Stdio::piped()).process_group(0);
     // Naming the group makes the standard library fork. Its other way maps memory first, which a small limit no longer allows.
     command.gid(getgid().as_raw());
     let child = command.spawn().map_err(|error| {
+        let program = name.clone();
         if error.kind() == io::ErrorKind::NotFound {
-            return format!("{name}: the program that it asks for in its first line is not found");
+            StartError::NoInterpreter { program }
+        } else {
+            StartError::Program { program, error }
         }
-        format!("{name}: {error}")
     })?;
-    null().and_then(|null| let_go(&null)).map_err(|error| error.to_string())?;
+    null().and_then(|null| let_go(&null))?;
     Ok(Some(child))
 }
 
 /// The file of a program, in the folders of `path` where its name is no path itself.
-fn found(name: &str, path: &str) -> Result<PathBuf, String> {
+fn found(name: &str, path: &str) -> Result<PathBuf, StartError> {
     let exists = |file: &Path| fs::metadata(file).is_ok_and(|found| found.is_file());
     let file = if name.contains('/') {
         Some(PathBuf::from(name)).filter(|file| exists(file))
     } else {
         path.split(':').map(|folder| Path::new(folder).join(name)).find(|file| exists(file))
     };
-    let text = if name.contains('/') { String::new() } else { format!(" in {path}") };
-    file.ok_or_else(|| format!("{name}: not found{text}"))
+    let folders = if name.contains('/') { String::new() } else { format!(" in {path}") };
+    file.ok_or_else(|| StartError::NoProgram { program: name.to_owned(), folders })
 }
 
 /// Keeps the guest's words until it ends or the launcher does.
-fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<(), String> {
+fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<(), StartError> {
     let signals =
         SignalFd::with_flags(&SigSet::from_iter([Signal::SIGCHLD]), SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC)
-            .map_err(|error| format!("signals: {error}"))?;
+            .map_err(StartError::Signals)?;
     let mut stderr = guest.stderr.take();
     let mut words = Vec::with_capacity(2 * WORDS + 4096);
     let main = Pid::from_raw(guest.id() as i32);
@@ -130,7 +133,7 @@ fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<
         fds.extend(stderr.as_ref().map(|stderr| PollFd::new(stderr, PollFlags::IN)));
         match poll(&mut fds, None) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
-            Err(why) => return Err(why.to_string()),
+            Err(error) => return Err(error.into()),
         }
         let ready: Vec<bool> = fds.iter().map(|fd| !fd.revents().is_empty()).collect();
         while let Ok(Some(_)) = signals.read_signal() {}

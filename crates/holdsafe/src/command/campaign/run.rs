@@ -169,7 +169,7 @@ fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Resu
     let (v, i) = plan.place(number);
     let planned = planned.get(v).ok_or_else(|| Failure::internal("a trial without a variation"))?;
     let drawn = plan.drawn(v, i);
-    let scenario = planned.variation.with_settings(&drawn).map_err(|reason| plan::unfit(&planned.variation, reason))?;
+    let scenario = planned.variation.with_settings(&drawn).map_err(|error| plan::unfit(&planned.variation, &error))?;
     let variation = Variation { cell: planned.variation.cell.clone(), scenario };
     let planned = Planned { variation, command: Some(plan.command(v, i)), ..planned.clone() };
     let trial = batch::trial(planned.mode(), &planned, &planned.setup, plan.seed(i), &context.stop)?;

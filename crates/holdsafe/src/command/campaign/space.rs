@@ -126,7 +126,7 @@ fn crossed(
     })?;
     let one = |at: usize| {
         let set = combination(grids, at);
-        let scenario = cell.variation.with_settings(&set).map_err(|reason| plan::unfit(&cell.variation, reason))?;
+        let scenario = cell.variation.with_settings(&set).map_err(|error| plan::unfit(&cell.variation, &error))?;
         let cell = cell.variation.cell.clone();
         Ok((plan::prepare(context, Variation { cell, scenario }, wanted)?, set))
     };
@@ -150,7 +150,7 @@ fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result
     let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);
     (0..most).try_for_each(|k| {
         let set: Settings = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();
-        planned.variation.with_settings(&set).map(|_| ()).map_err(|reason| plan::unfit(&planned.variation, reason))
+        planned.variation.with_settings(&set).map(|_| ()).map_err(|error| plan::unfit(&planned.variation, &error))
     })
 }
 

@@ -5,6 +5,7 @@
 //! are taken from the summary at the file's end. A topic with a definition that cannot be read is skipped, and reports it when it is asked for.
 
 mod chunk;
+mod error;
 mod frame;
 mod message;
 mod tables;
@@ -17,6 +18,7 @@ use std::cell::Cell;
 
 use super::found::Found;
 use chunk::Unread;
+use error::RecordError;
 use tables::Spare;
 
 /// The most that the records of one file may be in all once its chunks are expanded, bytes.
@@ -64,9 +66,9 @@ pub(super) fn walk<'e>(bytes: &[u8], each: &'e mut Each<'e>) -> (Tables, Found) 
 /// A record is not taken.
 enum Lost {
     /// It is left out; reading goes on.
-    Left(String),
+    Left(RecordError),
     /// The end of reading.
-    All(String),
+    All(RecordError),
 }
 
 impl<'a> Walk<'a, '_> {
@@ -75,15 +77,15 @@ impl<'a> Walk<'a, '_> {
         while offset < self.bytes.len() && !self.footer {
             let (result, next) = match frame::read_frame(self.bytes, offset) {
                 Ok(frame) => (self.take(frame.kind, frame.body), Some(frame.next)),
-                Err(why) => (Err(Lost::Left(why)), None),
+                Err(error) => (Err(Lost::Left(error)), None),
             };
             let reason = match result {
                 Ok(()) => {
                     offset = next.unwrap_or(self.bytes.len());
                     continue;
                 }
-                Err(Lost::Left(why)) => why,
-                Err(Lost::All(why)) => return self.found.stop(offset, why),
+                Err(Lost::Left(error)) => error,
+                Err(Lost::All(error)) => return self.found.stop(offset, error.to_string()),
             };
             self.chunked |= self.body_at(offset).is_some_and(chunk::begins);
             // A length is believed where another record stands behind it.
@@ -93,7 +95,7 @@ impl<'a> Walk<'a, '_> {
                     self.found.lose(offset, next, &reason);
                     offset = next;
                 }
-                None => return self.stop(offset, reason),
+                None => return self.stop(offset, &reason),
             }
         }
         if !self.footer {
@@ -108,21 +110,19 @@ impl<'a> Walk<'a, '_> {
     }
 
     /// Ends the reading at a record that is not whole; of a chunk, with the messages that are there.
-    fn stop(&mut self, at: usize, reason: String) {
+    fn stop(&mut self, at: usize, reason: &RecordError) {
         if let Some(body) = self.body_at(at) {
             let records = chunk::cut(body, self.budget.get());
             let _at_the_cut = self.walk_chunk(&records);
         }
-        self.found.stop(at, reason);
+        self.found.stop(at, reason.to_string());
     }
 
     fn take(&mut self, kind: u8, body: &'a [u8]) -> Result<(), Lost> {
         match kind {
             frame::CHUNK => self.chunk(body),
             // Where a chunk was lost, its inside may look like records of the file.
-            frame::MESSAGE if self.chunked && self.found.lost() > 0 => {
-                Err(Lost::Left("a message outside of the chunks".to_owned()))
-            }
+            frame::MESSAGE if self.chunked && self.found.lost() > 0 => Err(Lost::Left(RecordError::OutsideChunks)),
             frame::SCHEMA | frame::CHANNEL | frame::MESSAGE => self.record(kind, body).map_err(Lost::Left),
             frame::FOOTER => {
                 self.footer = true;
@@ -136,7 +136,7 @@ impl<'a> Walk<'a, '_> {
                 self.counted = body.first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
                 Ok(())
             }
-            _ if chunk::is_one(body) => Err(Lost::Left(format!("a chunk under the kind {kind:#04x}"))),
+            _ if chunk::is_one(body) => Err(Lost::Left(RecordError::ChunkUnderKind { kind })),
             _ => Ok(()),
         }
     }
@@ -147,8 +147,8 @@ impl<'a> Walk<'a, '_> {
         let opened = chunk::open(body, &mut budget);
         self.budget.set(budget);
         let (records, checked) = opened.map_err(|unread| match unread {
-            Unread::Damaged(why) => Lost::Left(why),
-            Unread::Large => Lost::All(format!("its records are more than {MAX_EXPANDED} bytes once expanded")),
+            Unread::Damaged(error) => Lost::Left(error),
+            Unread::Large => Lost::All(RecordError::Expanded),
         })?;
         self.chunks[0] += 1;
         self.chunks[1] += u64::from(!checked);
@@ -156,7 +156,7 @@ impl<'a> Walk<'a, '_> {
     }
 
     /// The records of a chunk. One that cannot be read is noted: the next is found by its length.
-    fn walk_chunk(&mut self, records: &[u8]) -> Result<(), String> {
+    fn walk_chunk(&mut self, records: &[u8]) -> Result<(), RecordError> {
         let mut offset = 0;
         while offset < records.len() {
             let frame = frame::read_frame(records, offset)?;
@@ -168,8 +168,8 @@ impl<'a> Walk<'a, '_> {
         Ok(())
     }
 
-    fn record(&mut self, kind: u8, body: &[u8]) -> Result<(), String> {
-        let record = mcap::parse_record(kind, body).map_err(|error| error.to_string())?;
+    fn record(&mut self, kind: u8, body: &[u8]) -> Result<(), RecordError> {
+        let record = mcap::parse_record(kind, body)?;
         self.tables.take(&record, self.spare.as_ref(), (self.found.lost(), &self.budget), self.each)
     }
 

@@ -6,6 +6,8 @@
 
 mod definition;
 
+pub(super) use definition::DefinitionError;
+
 use super::layout::Number;
 use super::path::Path;
 
@@ -42,38 +44,57 @@ enum Many {
     Sequence,
 }
 
+/// A message gives no numbers by its definition.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum CdrError {
+    #[error("a CDR message has 4 bytes or more, got {got}")]
+    Short { got: usize },
+    #[error("CDR of kind {got}, expected 1 (least byte first)")]
+    Kind { got: u8 },
+    #[error(
+        "{left} of a message's {length} bytes are left over behind the last field of `{root}`: its definition does not fit"
+    )]
+    LeftOver { left: usize, length: usize, root: String },
+    #[error("no number `{path}` in `{root}`")]
+    NoNumber { path: String, root: String },
+    #[error("types nested deeper than {MAX_DEPTH}")]
+    Deep,
+    #[error("no definition of `{name}`")]
+    NoDefinition { name: String },
+    #[error("`{field}` has {count} elements in a message of {length} bytes")]
+    Elements { field: String, count: usize, length: usize },
+    #[error("a message ends after {length} bytes, within a field")]
+    End { length: usize },
+}
+
 impl Schema {
     /// Reads the definition of `name`.
-    pub(super) fn parse(name: &str, text: &[u8]) -> Result<Self, String> {
+    pub(super) fn parse(name: &str, text: &[u8]) -> Result<Self, DefinitionError> {
         let root = definition::short(name);
         let types = definition::parse(&root, text)?;
         Ok(Self { types, root })
     }
 
     /// The numbers at `paths` in a message.
-    pub(super) fn numbers(&self, bytes: &[u8], paths: &[Path]) -> Result<Vec<f64>, String> {
+    pub(super) fn numbers(&self, bytes: &[u8], paths: &[Path]) -> Result<Vec<f64>, CdrError> {
         let [_, kind, _, _, body @ ..] = bytes else {
-            return Err(format!("a CDR message has 4 bytes or more, got {}", bytes.len()));
+            return Err(CdrError::Short { got: bytes.len() });
         };
         if *kind != 1 {
-            return Err(format!("CDR of kind {kind}, expected 1 (least byte first)"));
+            return Err(CdrError::Kind { got: *kind });
         }
         let mut walk = Walk { schema: self, body, at: 0, visits: 0, found: vec![None; paths.len()] };
         let wanted: Vec<(usize, &Path, usize)> = paths.iter().enumerate().map(|(i, path)| (i, path, 0)).collect();
         walk.message(&self.root, &wanted, 0)?;
         let left = body.len() - walk.at;
         if left > MAX_FILL {
-            return Err(format!(
-                "{left} of a message's {} bytes are left over behind the last field of `{}`: its definition does not fit",
-                bytes.len(),
-                self.root
-            ));
+            return Err(CdrError::LeftOver { left, length: bytes.len(), root: self.root.clone() });
         }
         let missing = walk.found.iter().zip(paths).find(|(found, _)| found.is_none());
         match missing {
             Some((_, path)) => {
-                let name = path.steps().iter().map(|step| step.name.as_str()).collect::<Vec<_>>().join(".");
-                Err(format!("no number `{name}` in `{}`", self.root))
+                let path = path.steps().iter().map(|step| step.name.as_str()).collect::<Vec<_>>().join(".");
+                Err(CdrError::NoNumber { path, root: self.root.clone() })
             }
             None => Ok(walk.found.into_iter().flatten().collect()),
         }
@@ -93,12 +114,12 @@ struct Walk<'a> {
 type Wanted<'a> = (usize, &'a Path, usize);
 
 impl Walk<'_> {
-    fn message(&mut self, name: &str, wanted: &[Wanted<'_>], depth: usize) -> Result<(), String> {
+    fn message(&mut self, name: &str, wanted: &[Wanted<'_>], depth: usize) -> Result<(), CdrError> {
         if depth == MAX_DEPTH {
-            return Err(format!("types nested deeper than {MAX_DEPTH}"));
+            return Err(CdrError::Deep);
         }
         let schema = self.schema;
-        let fields = schema.types.get(name).ok_or_else(|| format!("no definition of `{name}`"))?;
+        let fields = schema.types.get(name).ok_or_else(|| CdrError::NoDefinition { name: name.to_owned() })?;
         if fields.is_empty() {
             // A type without fields has one byte on the wire.
             return self.skip(1);
@@ -109,7 +130,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn field(&mut self, field: &Field, wanted: &[Wanted<'_>], depth: usize) -> Result<(), String> {
+    fn field(&mut self, field: &Field, wanted: &[Wanted<'_>], depth: usize) -> Result<(), CdrError> {
         let count = match field.many {
             Many::One => 1,
             Many::Array(count) => count,
@@ -129,7 +150,8 @@ impl Walk<'_> {
         // An element has a byte at least, at each level: definitions of empty elements do not multiply.
         self.visits += count;
         if self.visits > MAX_DEPTH * (self.body.len() + 1) {
-            return Err(format!("`{}` has {count} elements in a message of {} bytes", field.name, self.body.len()));
+            let (field, length) = (field.name.clone(), self.body.len());
+            return Err(CdrError::Elements { field, count, length });
         }
         for index in 0..count {
             let this = |(_, path, gone): &&Wanted<'_>| match path.steps()[*gone].index {
@@ -143,7 +165,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn element(&mut self, kind: &Kind, wanted: &[Wanted<'_>], depth: usize) -> Result<(), String> {
+    fn element(&mut self, kind: &Kind, wanted: &[Wanted<'_>], depth: usize) -> Result<(), CdrError> {
         match kind {
             Kind::Type(name) => self.message(name, wanted, depth + 1),
             Kind::Text => {
@@ -160,21 +182,21 @@ impl Walk<'_> {
         }
     }
 
-    fn align(&mut self, number: Number) -> Result<(), String> {
+    fn align(&mut self, number: Number) -> Result<(), CdrError> {
         let excess = self.at % number.size();
         self.skip(if excess == 0 { 0 } else { number.size() - excess })
     }
 
-    fn take(&mut self, number: Number) -> Result<&[u8], String> {
+    fn take(&mut self, number: Number) -> Result<&[u8], CdrError> {
         self.align(number)?;
         let from = self.at;
         self.skip(number.size())?;
         Ok(&self.body[from..self.at])
     }
 
-    fn skip(&mut self, length: usize) -> Result<(), String> {
+    fn skip(&mut self, length: usize) -> Result<(), CdrError> {
         let end = self.at.checked_add(length).filter(|end| *end <= self.body.len());
-        self.at = end.ok_or_else(|| format!("a message ends after {} bytes, within a field", self.body.len()))?;
+        self.at = end.ok_or(CdrError::End { length: self.body.len() })?;
         Ok(())
     }
 }

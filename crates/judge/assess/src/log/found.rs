@@ -1,5 +1,7 @@
 //! Findings about a file besides its messages: places that were lost, the place where reading stopped, and notes.
 
+use std::fmt::Display;
+
 use super::End;
 
 /// Most places that are listed one by one.
@@ -44,14 +46,14 @@ impl Found {
     }
 
     /// Leaves out a stretch. One that follows on the last becomes a part of it.
-    pub(super) fn lose(&mut self, from: usize, to: usize, reason: &str) {
+    pub(super) fn lose(&mut self, from: usize, to: usize, reason: &dyn Display) {
         let (from, to) = (from as u64, to as u64);
         match self.gaps.last_mut().filter(|gap| gap.to == from) {
             Some(gap) => gap.to = to,
             None => {
                 self.lost = self.lost.saturating_add(1);
                 if self.gaps.len() < MAX_LISTED {
-                    self.gaps.push(Gap { from, to, why: reason.to_owned() });
+                    self.gaps.push(Gap { from, to, why: reason.to_string() });
                 }
             }
         }

@@ -56,6 +56,40 @@ pub(super) struct Place {
     number: Number,
 }
 
+/// A format that is none, or a path that leads to no number.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum LayoutError {
+    #[error("a format is no text")]
+    NoText,
+    #[error("a format without a name")]
+    NoName,
+    #[error("more than {MAX_FORMATS} formats")]
+    ManyFormats,
+    #[error("a format of more than {MAX_FIELDS} fields")]
+    ManyFields,
+    #[error("the unknown format `{format}`")]
+    UnknownFormat { format: String },
+    #[error("formats nested deeper than {MAX_DEPTH}")]
+    Deep,
+    #[error("a message of `{format}` is longer than {MAX_SIZE} bytes")]
+    Long { format: String },
+    #[error("`{field}` of `{format}` has no parts")]
+    NoParts { field: String, format: String },
+    #[error("`{field}` of `{format}` has parts; name one")]
+    Parts { field: String, format: String },
+    #[error("an empty path")]
+    EmptyPath,
+    /// `remedy` names a similar field, in words.
+    #[error("no field `{field}` in `{format}`{remedy}")]
+    NoField { field: String, format: String, remedy: String },
+    #[error("`{field}` has {count} elements; name one, as in `{field}[0]`")]
+    Array { field: String, count: usize },
+    #[error("`{field}` is no array")]
+    NoArray { field: String },
+    #[error("a field `{text}`, expected `type name`")]
+    Field { text: String },
+}
+
 impl Number {
     /// Number type by its name in ULog (`uint8_t`) or in ROS 2 (`uint8`).
     pub(super) fn named(name: &str) -> Option<Self> {
@@ -110,23 +144,23 @@ impl Place {
 
 impl Formats {
     /// Takes the body of a format record: `name:type field;type[n] field;`.
-    pub(super) fn add(&mut self, body: &[u8]) -> Result<(), String> {
-        let text = std::str::from_utf8(body).map_err(|_| "a format is no text".to_owned())?;
-        let (name, fields) = text.split_once(':').ok_or("a format without a name")?;
+    pub(super) fn add(&mut self, body: &[u8]) -> Result<(), LayoutError> {
+        let text = std::str::from_utf8(body).map_err(|_| LayoutError::NoText)?;
+        let (name, fields) = text.split_once(':').ok_or(LayoutError::NoName)?;
         if self.by_name.len() == MAX_FORMATS {
-            return Err(format!("more than {MAX_FORMATS} formats"));
+            return Err(LayoutError::ManyFormats);
         }
         let fields = fields.split(';').filter(|field| !field.is_empty()).map(field).take(MAX_FIELDS + 1);
         let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
         if fields.len() > MAX_FIELDS {
-            return Err(format!("a format of more than {MAX_FIELDS} fields"));
+            return Err(LayoutError::ManyFields);
         }
         self.by_name.insert(name.to_owned(), fields);
         Ok(())
     }
 
     /// Length of a message of this format, bytes, without the padding that the logger leaves out at its end.
-    pub(super) fn size(&self, name: &str) -> Result<usize, String> {
+    pub(super) fn size(&self, name: &str) -> Result<usize, LayoutError> {
         let known = &mut BTreeMap::new();
         let whole = self.format_size(name, known, 0)?;
         let last = self.by_name.get(name).and_then(|fields| fields.last());
@@ -141,19 +175,19 @@ impl Formats {
         name: &'a str,
         known: &mut BTreeMap<&'a str, usize>,
         depth: usize,
-    ) -> Result<usize, String> {
+    ) -> Result<usize, LayoutError> {
         if let Some(size) = known.get(name) {
             return Ok(*size);
         }
-        let fields = self.by_name.get(name).ok_or_else(|| format!("the unknown format `{name}`"))?;
+        let fields = self.fields_of(name)?;
         if depth == MAX_DEPTH {
-            return Err(format!("formats nested deeper than {MAX_DEPTH}"));
+            return Err(LayoutError::Deep);
         }
         let mut size = 0;
         for field in fields {
             size += self.field_size(field, known, depth)?;
             if size > MAX_SIZE {
-                return Err(format!("a message of `{name}` is longer than {MAX_SIZE} bytes"));
+                return Err(LayoutError::Long { format: name.to_owned() });
             }
         }
         known.insert(name, size);
@@ -165,7 +199,7 @@ impl Formats {
         field: &'a Field,
         known: &mut BTreeMap<&'a str, usize>,
         depth: usize,
-    ) -> Result<usize, String> {
+    ) -> Result<usize, LayoutError> {
         let one = match &field.kind {
             Kind::Number(number) => number.size(),
             Kind::Format(name) => self.format_size(name, known, depth + 1)?,
@@ -175,7 +209,7 @@ impl Formats {
     }
 
     /// The place of a number in messages of `format`.
-    pub(super) fn place(&self, format: &str, path: &Path) -> Result<Place, String> {
+    pub(super) fn place(&self, format: &str, path: &Path) -> Result<Place, LayoutError> {
         let (known, mut format, mut at) = (&mut BTreeMap::new(), format, 0);
         for (depth, step) in path.steps().iter().enumerate() {
             let (field, before) = self.find(format, &step.name, known, depth)?;
@@ -186,11 +220,19 @@ impl Formats {
             match (&field.kind, last) {
                 (Kind::Number(number), true) => return Ok(Place { at, number: *number }),
                 (Kind::Format(name), false) => format = name,
-                (Kind::Number(_), false) => return Err(format!("`{}` of `{format}` has no parts", step.name)),
-                (Kind::Format(_), true) => return Err(format!("`{}` of `{format}` has parts; name one", step.name)),
+                (Kind::Number(_), false) => {
+                    return Err(LayoutError::NoParts { field: step.name.clone(), format: format.to_owned() });
+                }
+                (Kind::Format(_), true) => {
+                    return Err(LayoutError::Parts { field: step.name.clone(), format: format.to_owned() });
+                }
             }
         }
-        Err("an empty path".to_owned())
+        Err(LayoutError::EmptyPath)
+    }
+
+    fn fields_of(&self, format: &str) -> Result<&Vec<Field>, LayoutError> {
+        self.by_name.get(format).ok_or_else(|| LayoutError::UnknownFormat { format: format.to_owned() })
     }
 
     fn find<'a>(
@@ -199,8 +241,8 @@ impl Formats {
         name: &str,
         known: &mut BTreeMap<&'a str, usize>,
         depth: usize,
-    ) -> Result<(&'a Field, usize), String> {
-        let fields = self.by_name.get(format).ok_or_else(|| format!("the unknown format `{format}`"))?;
+    ) -> Result<(&'a Field, usize), LayoutError> {
+        let fields = self.fields_of(format)?;
         let mut before = 0;
         for field in fields {
             if field.name == name {
@@ -209,22 +251,22 @@ impl Formats {
             before += self.field_size(field, known, depth)?;
         }
         let near = scenario::closest(name, fields.iter().map(|field| field.name.as_str()));
-        let text = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-        Err(format!("no field `{name}` in `{format}`{text}"))
+        let remedy = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        Err(LayoutError::NoField { field: name.to_owned(), format: format.to_owned(), remedy })
     }
 }
 
-fn index_of(field: &Field, step: &Step) -> Result<usize, String> {
+fn index_of(field: &Field, step: &Step) -> Result<usize, LayoutError> {
     match (field.array, step.index) {
         (true, Some(index)) if index < field.count => Ok(index),
         (false, None) => Ok(0),
-        (true, _) => Err(format!("`{}` has {} elements; name one, as in `{}[0]`", field.name, field.count, field.name)),
-        (false, Some(_)) => Err(format!("`{}` is no array", field.name)),
+        (true, _) => Err(LayoutError::Array { field: field.name.clone(), count: field.count }),
+        (false, Some(_)) => Err(LayoutError::NoArray { field: field.name.clone() }),
     }
 }
 
-fn field(text: &str) -> Result<Field, String> {
-    let malformed = || format!("a field `{}`, expected `type name`", text.chars().take(60).collect::<String>());
+fn field(text: &str) -> Result<Field, LayoutError> {
+    let malformed = || LayoutError::Field { text: text.chars().take(60).collect() };
     let (kind, name) = text.split_once(' ').ok_or_else(malformed)?;
     let (kind, count) = match kind.split_once('[') {
         Some((kind, count)) => {
@@ -258,8 +300,11 @@ mod tests {
         assert_eq!(formats.size("outer"), Ok(8 + 20 + 12));
         assert_eq!(place("pair[1].b"), Ok(Place { at: 8 + 10 + 2, number: Number::F64 }));
         assert_eq!(place("q[2]"), Ok(Place { at: 8 + 20 + 8, number: Number::F32 }));
-        assert_eq!(place("q").unwrap_err(), "`q` has 3 elements; name one, as in `q[0]`");
-        assert_eq!(place("timestam").unwrap_err(), "no field `timestam` in `outer`; did you mean `timestamp`?");
+        assert_eq!(place("q").unwrap_err().to_string(), "`q` has 3 elements; name one, as in `q[0]`");
+        assert_eq!(
+            place("timestam").unwrap_err().to_string(),
+            "no field `timestam` in `outer`; did you mean `timestamp`?"
+        );
     }
 
     /// Formats that would unfold to 1000^9 fields, and one within itself.
@@ -269,6 +314,6 @@ mod tests {
         texts.push("f8:uint8_t[1000] x;".to_owned());
         let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
         assert!(formats(&texts).size("f0").is_err());
-        assert_eq!(formats(&["f:f x;"]).size("f").unwrap_err(), "formats nested deeper than 8");
+        assert_eq!(formats(&["f:f x;"]).size("f"), Err(LayoutError::Deep));
     }
 }

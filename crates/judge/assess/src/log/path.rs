@@ -30,20 +30,34 @@ impl Path {
     }
 }
 
-impl FromStr for Path {
-    type Err = String;
+/// A text is no path.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PathError {
+    /// It has too many steps.
+    #[error("a path has at most {MAX_STEPS} steps")]
+    Long,
+    /// One of its parts is no step.
+    #[error("`{text}` is no step of a path, expected `name` or `name[0]`")]
+    Step {
+        /// The part.
+        text: String,
+    },
+}
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for Path {
+    type Err = PathError;
+
+    fn from_str(text: &str) -> Result<Self, PathError> {
         let steps: Vec<Step> = text.split('.').take(MAX_STEPS + 1).map(step).collect::<Result<_, _>>()?;
         match steps.len() {
             ..=MAX_STEPS => Ok(Path(steps)),
-            _ => Err(format!("a path has at most {MAX_STEPS} steps")),
+            _ => Err(PathError::Long),
         }
     }
 }
 
-fn step(text: &str) -> Result<Step, String> {
-    let malformed = || format!("`{text}` is no step of a path, expected `name` or `name[0]`");
+fn step(text: &str) -> Result<Step, PathError> {
+    let malformed = || PathError::Step { text: text.to_owned() };
     let (name, index) = match text.split_once('[') {
         Some((name, index)) => {
             let index = index.strip_suffix(']').and_then(|index| index.parse().ok());

@@ -1,5 +1,6 @@
 //! The messages of one topic as rows of numbers.
 
+use super::layout::LayoutError;
 use super::{File, Format, Log, LogError, Path, bag, ulog};
 
 /// Most rows that are taken from one topic: 24 h at 20 Hz, and room.
@@ -66,7 +67,7 @@ impl Log<'_> {
     fn ulog_rows(&self, (file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) -> Result<(), LogError> {
         let topic = &self.topics[file.topics[index]];
         let (tables, _) = ulog::walk(&file.bytes, &mut |_, _, _| ())?;
-        let field = |why| LogError::NoField { topic: topic.name.clone(), why };
+        let field = |error: LayoutError| LogError::NoField { topic: topic.name.clone(), why: error.to_string() };
         let places = paths.iter().map(|path| tables.formats.place(&topic.kind, path));
         let places = places.collect::<Result<Vec<_>, _>>().map_err(field)?;
         let mut place = file.before;
@@ -92,9 +93,9 @@ fn mcap_rows((file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows)
             Ok(values) => {
                 rows.rows.push(MessageRow { log_us: Some(message.log_us), place, part: file.part + part, values });
             }
-            Err(why) => {
+            Err(error) => {
                 rows.unread += 1;
-                rows.why = rows.why.take().or(Some(why));
+                rows.why = rows.why.take().or_else(|| Some(error.to_string()));
             }
         }
     });

@@ -23,6 +23,22 @@ const OTHERS: [(&str, &[u8], &str); 5] = [
     ("a ZIP archive", b"PK\x03\x04", "unpack it with `unzip` and assess the files that are in it"),
 ];
 
+/// First bytes of no format that is read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+enum FormatError {
+    #[error("{name}, which is not read; {remedy}")]
+    Other { name: &'static str, remedy: &'static str },
+    #[error(
+        "a telemetry log of MAVLink (.tlog), which is not read; assess the log that the autopilot wrote itself (PX4's .ulg), or write the \
+         messages that the map needs as MCAP with JSON"
+    )]
+    Tlog,
+    #[error(
+        "neither a ULog (`ULog`, 01 12 35) nor an MCAP file (89 `MCAP0`) by its first bytes, nor one of them packed by zstd"
+    )]
+    Unknown,
+}
+
 /// The inside of a file, and why it ends early, if it does.
 type Inside<'a> = (Cow<'a, [u8]>, Option<String>);
 
@@ -32,7 +48,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Inside<'_>, Format), LogError> {
     if bytes.len() as u64 > MAX_LOG {
         return Err(LogError::Refused { at: MAX_LOG, why: format!("at most {MAX_LOG} bytes are read") });
     }
-    let format = format(&bytes).map_err(|why| LogError::Refused { at: 0, why })?;
+    let format = format(&bytes).map_err(|error| LogError::Refused { at: 0, why: error.to_string() })?;
     Ok(((bytes, cut), format))
 }
 
@@ -50,22 +66,20 @@ fn expanded(bytes: &[u8]) -> Result<Inside<'_>, LogError> {
     }
 }
 
-fn format(bytes: &[u8]) -> Result<Format, String> {
+fn format(bytes: &[u8]) -> Result<Format, FormatError> {
     if bytes.starts_with(&ulog::MAGIC) {
         return Ok(Format::Ulog);
     }
     if bytes.starts_with(mcap::MAGIC) {
         return Ok(Format::Mcap);
     }
-    if let Some((name, _, remedy)) = OTHERS.iter().find(|(_, first, _)| bytes.starts_with(first)) {
-        return Err(format!("{name}, which is not read; {remedy}"));
+    if let Some(&(name, _, remedy)) = OTHERS.iter().find(|(_, first, _)| bytes.starts_with(first)) {
+        return Err(FormatError::Other { name, remedy });
     }
     if is_tlog(bytes) {
-        return Err("a telemetry log of MAVLink (.tlog), which is not read; assess the log that the autopilot wrote itself (PX4's .ulg), or write the \
-                    messages that the map needs as MCAP with JSON"
-            .to_owned());
+        return Err(FormatError::Tlog);
     }
-    Err("neither a ULog (`ULog`, 01 12 35) nor an MCAP file (89 `MCAP0`) by its first bytes, nor one of them packed by zstd".to_owned())
+    Err(FormatError::Unknown)
 }
 
 /// A time in microseconds since 1970, most byte first, before each MAVLink frame.

@@ -5,6 +5,7 @@
 //! record of `sync`; where there is none, it ends. The layout of messages is in `layout`. Parameters, texts and the logger's own statistics are
 //! skipped.
 
+mod error;
 mod sync;
 
 use std::collections::BTreeMap;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use super::found::Found;
 use super::layout::Formats;
 use super::{LogError, MAX_TOPICS, Topic};
+use error::RecordError;
 use sync::{Record, There};
 
 /// First bytes of a file; the eighth is the version.
@@ -62,7 +64,7 @@ pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> Result<(Tables, Found),
         let cut = appended.first().copied().filter(|start| *start > offset);
         let result = match sync::read_record(bytes, offset, cut) {
             Ok(There::Record(record)) if record.kind == b'B' => {
-                appended = flags(record.body).map_err(|reason| refuse(offset, reason))?;
+                appended = flags(record.body).map_err(|error| refuse(offset, error.to_string()))?;
                 Ok(record.next)
             }
             Ok(There::Record(record)) => {
@@ -73,17 +75,17 @@ pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> Result<(Tables, Found),
                 appended.remove(0);
                 Ok(start)
             }
-            Err(why) => Err(why),
+            Err(error) => Err(error),
         };
         offset = match result {
             Ok(next) => next,
-            Err(why) => match sync::find(bytes, offset + 1) {
+            Err(error) => match sync::find(bytes, offset + 1) {
                 Some(next) => {
-                    found.lose(offset, next, &why);
+                    found.lose(offset, next, &error);
                     next
                 }
                 None => {
-                    found.stop(offset, why);
+                    found.stop(offset, error.to_string());
                     break;
                 }
             },
@@ -97,15 +99,15 @@ pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> Result<(Tables, Found),
 }
 
 /// Starts of the data appended to the log.
-fn flags(body: &[u8]) -> Result<Vec<usize>, String> {
+fn flags(body: &[u8]) -> Result<Vec<usize>, RecordError> {
     let [_, _, _, _, _, _, _, _, first, rest @ ..] = body else {
-        return Err(format!("flags have 40 bytes, got {}", body.len()));
+        return Err(RecordError::Flags { got: body.len() });
     };
     let (Some(incompatible), Some(offsets)) = (rest.get(..7), rest.get(7..31)) else {
-        return Err(format!("flags have 40 bytes, got {}", body.len()));
+        return Err(RecordError::Flags { got: body.len() });
     };
     if first & !APPENDED != 0 || incompatible.iter().any(|byte| *byte != 0) {
-        return Err("flags of an incompatibility that is not known".to_owned());
+        return Err(RecordError::Incompatible);
     }
     let starts = offsets.as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word));
     let mut starts: Vec<usize> = starts.filter(|start| *start > 0).filter_map(|start| start.try_into().ok()).collect();
@@ -115,14 +117,14 @@ fn flags(body: &[u8]) -> Result<Vec<usize>, String> {
 
 impl Tables {
     /// Takes a record; gives the place of the next.
-    fn take(&mut self, record: &Record<'_>, part: u32, each: &mut Each<'_>) -> Result<usize, String> {
+    fn take(&mut self, record: &Record<'_>, part: u32, each: &mut Each<'_>) -> Result<usize, RecordError> {
         let body = record.body;
         let result = match record.kind {
-            b'F' => self.formats.add(body),
+            b'F' => self.formats.add(body).map_err(RecordError::from),
             b'A' => self.subscribe(body),
             b'D' => self.data(body, part, each),
             b'O' => {
-                let lost = body.first_chunk().ok_or("a dropout has 2 bytes")?;
+                let lost = body.first_chunk().ok_or(RecordError::Dropout)?;
                 self.dropouts_ms += u64::from(u16::from_le_bytes(*lost));
                 Ok(())
             }
@@ -131,18 +133,16 @@ impl Tables {
         result.map(|()| record.next)
     }
 
-    fn subscribe(&mut self, body: &[u8]) -> Result<(), String> {
+    fn subscribe(&mut self, body: &[u8]) -> Result<(), RecordError> {
         let [instance, low, high, name @ ..] = body else {
-            return Err(format!("a subscription has 4 bytes or more, got {}", body.len()));
+            return Err(RecordError::Subscription { got: body.len() });
         };
-        let kind = std::str::from_utf8(name).map_err(|_| "a topic's name is no text".to_owned())?;
+        let kind = std::str::from_utf8(name).map_err(|_| RecordError::TopicName)?;
         let size = self.formats.size(kind)?;
         let name = if *instance == 0 { kind.to_owned() } else { format!("{kind}/{instance}") };
         let topic = match self.topics.iter().position(|topic| topic.name == name) {
             Some(topic) => topic,
-            None if self.topics.len() == MAX_TOPICS => {
-                return Err(format!("more than {MAX_TOPICS} topics"));
-            }
+            None if self.topics.len() == MAX_TOPICS => return Err(RecordError::ManyTopics),
             None => {
                 self.topics.push(Topic { name, kind: kind.to_owned(), records: 0 });
                 self.topics.len() - 1
@@ -152,24 +152,20 @@ impl Tables {
         Ok(())
     }
 
-    fn data(&mut self, body: &[u8], part: u32, each: &mut Each<'_>) -> Result<(), String> {
+    fn data(&mut self, body: &[u8], part: u32, each: &mut Each<'_>) -> Result<(), RecordError> {
         let [low, high, message @ ..] = body else {
-            return Err(format!("data has 2 bytes or more, got {}", body.len()));
+            return Err(RecordError::Data { got: body.len() });
         };
         let id = u16::from_le_bytes([*low, *high]);
         let Some(subscription) = self.subscriptions.get(&id) else {
             // Its subscription was lost with a damaged place.
             self.strays += u64::from(part > 0);
-            return if part > 0 { Ok(()) } else { Err(format!("data of the unknown subscription {id}")) };
+            return if part > 0 { Ok(()) } else { Err(RecordError::UnknownSubscription { id }) };
         };
         let topic = &mut self.topics[subscription.topic];
         if message.len() < subscription.size {
-            return Err(format!(
-                "a message of `{}` has {} bytes, got {}",
-                topic.name,
-                subscription.size,
-                message.len()
-            ));
+            let (topic, expected, got) = (topic.name.clone(), subscription.size, message.len());
+            return Err(RecordError::Message { topic, expected, got });
         }
         topic.records += 1;
         each(subscription.topic, part, message);

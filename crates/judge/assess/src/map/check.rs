@@ -156,8 +156,8 @@ impl<'a> Check<'a> {
     }
 
     fn path(&mut self, path: &str) {
-        if let Err(reason) = path.parse::<crate::log::Path>() {
-            self.whole(&reason);
+        if let Err(error) = path.parse::<crate::log::Path>() {
+            self.whole(&error.to_string());
         }
     }
 
@@ -185,8 +185,8 @@ impl<'a> Check<'a> {
         if !field.as_ref().scale.is_finite() || field.as_ref().scale == 0.0 {
             self.report_at(field, "`scale` is a finite number other than 0");
         }
-        if let Err(reason) = field.as_ref().field.parse::<crate::log::Path>() {
-            self.report_at(field, &reason);
+        if let Err(error) = field.as_ref().field.parse::<crate::log::Path>() {
+            self.report_at(field, &error.to_string());
         }
     }
 

@@ -11,7 +11,7 @@ use super::{SLACK, Span};
 
 /// Time before the end of a contact in which supervision may be given for the time until the next one.
 const NEAR: Micros = 2_000_000;
-/// Time into the next contact by which it has to be given anew.
+/// Time into the next contact by which it has to be given again.
 const ACQUISITION: Micros = 2_000_000;
 
 /// The planned contacts, at times of the run.
@@ -20,6 +20,7 @@ fn planned_contacts(evidence: &Evidence) -> Vec<Span> {
         .entries
         .iter()
         .find(|w| w.entry.node == NodeId::RELAY_TELEMETRY && matches!(w.entry.event, Any::Service(Event::Started)));
+    // The plan counts from the start of the relays, which are the medium of the link.
     let zero = started.map_or(0, |w| w.at);
     evidence.contacts.iter().map(|contact| (zero + contact.from.0, zero + contact.until.0)).collect()
 }
@@ -36,6 +37,7 @@ pub(crate) fn contact_gaps(evidence: &Evidence) -> Vec<Span> {
 pub(crate) fn may_go_on_until(evidence: &Evidence, last: Micros) -> Option<Micros> {
     let heard = evidence.bounds.freshness_ms * 1000;
     let contacts = planned_contacts(evidence);
+    // After the last contact there is no next one to wait for: the lease limits the unit as on any link.
     let pairs = contacts.windows(2).map(|pair| (pair[0].1, pair[1].0));
     let is_near = |end: Micros| last + NEAR + heard + SLACK >= end;
     let mut gaps = pairs.filter(|(end, next)| is_near(*end) && last < *next);

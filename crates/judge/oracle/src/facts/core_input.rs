@@ -24,8 +24,8 @@ pub(crate) struct CoreInput {
 /// Messages at every input, in order.
 pub(crate) fn core_inputs(evidence: &Evidence) -> impl Iterator<Item = CoreInput> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Instrument(Note::MouthSaw { reader, at, hash, .. }) if w.entry.node == NodeId::CAMPAIGN => {
-            Some(CoreInput { at: w.at, reader, interface: at, hash })
+        Any::Instrument(Note::MouthSaw { reader, at: interface, hash, .. }) if w.entry.node == NodeId::CAMPAIGN => {
+            Some(CoreInput { at: w.at, reader, interface, hash })
         }
         _ => None,
     })
@@ -42,8 +42,8 @@ pub(crate) fn insider_refused_on_bus(evidence: &Evidence, zero: Micros) -> bool 
         evidence.entries.iter().any(|w| match w.entry.event {
             // A message of an older boot is that of the one whose place a rogue took, not the rogue's.
             Any::Service(Event::Refused { reason: Reason::Epoch, .. }) => false,
-            Any::Service(Event::Refused { at, .. }) => {
-                at == input.interface
+            Any::Service(Event::Refused { at: interface, .. }) => {
+                interface == input.interface
                     && w.entry.node == input.reader
                     && w.at >= input.at
                     && w.at - input.at <= VERDICT_WITHIN
@@ -55,28 +55,30 @@ pub(crate) fn insider_refused_on_bus(evidence: &Evidence, zero: Micros) -> bool 
     core_inputs(evidence).filter(on_bus).any(|input| answered(&input) || refused_unwritten(evidence, &input))
 }
 
-/// True if the reader refused more at this interface than it logged (`wire::account::WRITTEN_REFUSALS`), and had come so
-/// far that it logged no more: its closing account then says so.
+/// True if the reader refused more at this interface than it logged (`wire::account::WRITTEN_REFUSALS`), and had
+/// reached the bound beyond which it logs none: its closing account then has more refusals than its log.
 fn refused_unwritten(evidence: &Evidence, input: &CoreInput) -> bool {
     let by_reader = || evidence.entries.iter().filter(|w| w.entry.node == input.reader);
     let counts = by_reader().filter_map(|w| match w.entry.event {
-        Any::Service(Event::Count { account: Account::Refused(at, reason), n })
-            if at == input.interface && reason != Reason::Epoch =>
+        Any::Service(Event::Count { account: Account::Refused(interface, reason), n })
+            if interface == input.interface && reason != Reason::Epoch =>
         {
             Some((w.entry.boot, n))
         }
         _ => None,
     });
     let counts: Vec<(Boot, u64)> = counts.collect();
+    // Each boot has its account and its bound of logged refusals, so that numbers of two boots do not compare.
     let Some(last_boot) = counts.iter().map(|(boot, _)| *boot).max() else { return false };
     let counted: u64 = counts.iter().filter(|(boot, _)| *boot == last_boot).map(|(_, n)| n).sum();
     let written = by_reader().filter(|w| w.entry.boot == last_boot).filter_map(|w| match w.entry.event {
-        Any::Service(Event::Refused { at, reason, .. }) if at == input.interface => {
+        Any::Service(Event::Refused { at: interface, reason, .. }) if interface == input.interface => {
             Some((w.at, reason != Reason::Epoch))
         }
         _ => None,
     });
     let (written, last) =
-        written.fold((0, 0), |(n, last), (at, counts)| (n + u64::from(counts), Micros::max(last, at)));
+        written.fold((0, 0), |(n, last), (time, is_counted)| (n + u64::from(is_counted), Micros::max(last, time)));
+    // Up to its last logged refusal the reader logged every one, and this input would have an entry.
     counted > written && input.at >= last
 }

@@ -27,7 +27,7 @@ pub(crate) struct EngagedGuest {
 }
 
 /// The guest that drives the unit under test; none in a run of the platform itself.
-pub(crate) fn engaged(evidence: &Evidence) -> Option<EngagedGuest> {
+pub(crate) fn engaged_guest(evidence: &Evidence) -> Option<EngagedGuest> {
     unit_events(evidence).find_map(|(_, event)| match event {
         Event::GuestEngaged { name, bare, goal } => Some(EngagedGuest { name: name.as_str().to_owned(), bare, goal }),
         _ => None,
@@ -36,7 +36,7 @@ pub(crate) fn engaged(evidence: &Evidence) -> Option<EngagedGuest> {
 
 /// True if the run is that of a bare guest.
 pub(crate) fn is_bare(evidence: &Evidence) -> bool {
-    engaged(evidence).is_some_and(|guest| guest.bare)
+    engaged_guest(evidence).is_some_and(|guest| guest.bare)
 }
 
 fn unit_events(evidence: &Evidence) -> impl Iterator<Item = (Micros, Event)> {
@@ -45,10 +45,10 @@ fn unit_events(evidence: &Evidence) -> impl Iterator<Item = (Micros, Event)> {
 }
 
 /// Failure of the guest during the run.
-pub(crate) fn failure(evidence: &Evidence) -> Option<GuestFailure> {
-    unit_events(evidence).find_map(|(at, event)| match event {
-        Event::GuestFailed { fault, why } if at <= evidence.duration => Some(GuestFailure {
-            at_ms: at as f64 / 1000.0,
+pub(crate) fn guest_failure(evidence: &Evidence) -> Option<GuestFailure> {
+    unit_events(evidence).find_map(|(time, event)| match event {
+        Event::GuestFailed { fault, why } if time <= evidence.duration => Some(GuestFailure {
+            at_ms: time as f64 / 1000.0,
             fault: fault.name().to_owned(),
             why: why.as_str().to_owned(),
         }),
@@ -81,18 +81,19 @@ pub(crate) fn false_alarms(evidence: &Evidence, timeline: &Timeline, until: Micr
         return 0;
     }
     let mut before = Declared::Nominal;
-    let alarms = unit_events(evidence).filter(|(at, event)| {
+    let alarms = unit_events(evidence).filter(|(time, event)| {
         let Event::GuestStated { declared, .. } = event else { return false };
+        // Another statement of the same state is no further alarm.
         let alarms = *declared == Declared::Safe && before != Declared::Safe;
         before = *declared;
-        let drives = matches!(timeline.mode_at(*at), Mode::Ready | Mode::PrepareToAct);
-        alarms && drives && *at < until.min(evidence.duration) && !arrived(evidence, *at)
+        let drives = matches!(timeline.mode_at(*time), Mode::Ready | Mode::PrepareToAct);
+        alarms && drives && *time < until.min(evidence.duration) && !is_at_goal(evidence, *time)
     });
     alarms.count() as u32
 }
 
 /// True if the plant is not in its safe motion.
-pub(crate) fn drives(truth: &Truth) -> bool {
+pub(crate) fn is_driving(truth: &Truth) -> bool {
     !truth.safe
 }
 
@@ -104,34 +105,35 @@ const ROLLS_MM: f64 = 100.0;
 
 /// True if the plant, in its safe motion from `from` to the end of the run, has been so for twice *Th* and is where that began: one that
 /// creeps, or flies on slowly, is not. A unit that leaves the ground may drift as far as the fence margin.
-fn lasts(evidence: &Evidence, timeline: &Timeline, from: Micros) -> bool {
+fn stop_lasts(evidence: &Evidence, timeline: &Timeline, from: Micros) -> bool {
     let rest = || timeline.truth.iter().filter(move |t| t.at >= from);
     let place = |t: &Truth| (f64::from(t.place.0), f64::from(t.place.1));
     let long = evidence.duration.saturating_sub(from) >= 2 * evidence.bounds.to_hold_safe_ms * 1000;
     long && rest().next().is_some_and(|first| {
-        let most = if first.reserves.is_some() { f64::from(evidence.bounds.fence_margin_mm) } else { ROLLS_MM };
-        rest().all(|t| length(minus(place(t), place(first))) <= most)
+        let drift_limit = if first.reserves.is_some() { f64::from(evidence.bounds.fence_margin_mm) } else { ROLLS_MM };
+        rest().all(|t| length(minus(place(t), place(first))) <= drift_limit)
     })
 }
 
-/// Time from which the plant stands for good by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
+/// Time from which the plant stands until the end of the run by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
 /// and not at the end of the route by the truth or by the guest's own word.
 pub(crate) fn stands_from(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Option<Micros> {
-    let before = timeline.truth.iter().rev().find(|t| t.at <= zero).is_some_and(drives);
-    let after = timeline.truth.iter().any(|t| t.at >= zero && drives(t));
-    let from = timeline.truth_for_good(zero, |t| !drives(t));
+    // A plant that never drove shows no act of its guest.
+    let before = timeline.truth.iter().rev().find(|t| t.at <= zero).is_some_and(is_driving);
+    let after = timeline.truth.iter().any(|t| t.at >= zero && is_driving(t));
+    let from = timeline.truth_for_good(zero, |t| !is_driving(t));
     let from =
         from.filter(|from| (before || after) && matches!(timeline.mode_at(*from), Mode::Ready | Mode::PrepareToAct));
-    from.filter(|from| lasts(evidence, timeline, *from) && !arrived(evidence, *from))
+    from.filter(|from| stop_lasts(evidence, timeline, *from) && !is_at_goal(evidence, *from))
 }
 
-fn arrived(evidence: &Evidence, at: Micros) -> bool {
-    let Some(Place(x, y)) = engaged(evidence).and_then(|guest| guest.goal) else { return false };
+fn is_at_goal(evidence: &Evidence, time: Micros) -> bool {
+    let Some(Place(x, y)) = engaged_guest(evidence).and_then(|guest| guest.goal) else { return false };
     let goal = (f64::from(x), f64::from(y));
-    let brakes =
+    let braking_way =
         f64::from(evidence.bounds.max_speed_mm_s).powi(2) / (2.0 * f64::from(evidence.bounds.braking_mm_s2.max(1)));
-    let near = |x: i32, y: i32| length(minus((f64::from(x), f64::from(y)), goal)) <= ARRIVED_MM + brakes;
-    let before = evidence.entries.iter().filter(|w| w.at <= at).rev();
+    let near = |x: i32, y: i32| length(minus((f64::from(x), f64::from(y)), goal)) <= ARRIVED_MM + braking_way;
+    let before = evidence.entries.iter().filter(|w| w.at <= time).rev();
     let truth = before.clone().find_map(|w| match w.entry.event {
         Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => Some((x_mm, y_mm)),
         _ => None,
@@ -140,5 +142,6 @@ fn arrived(evidence: &Evidence, at: Micros) -> bool {
         Any::Service(Event::GuestPlaced { x_mm, y_mm }) => Some((x_mm, y_mm)),
         _ => None,
     });
+    // A guest under a false place stops where it takes its goal to be: it has not noticed the attack.
     [truth, stated].into_iter().flatten().any(|(x, y)| near(x, y))
 }

@@ -27,7 +27,7 @@ struct Arrival {
 }
 
 /// The records of the link between the unit and the gateway that came to the guard of `target`.
-fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
+fn record_arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
     let other = if target == NodeId::GATEWAY { evidence.under.peer() } else { PeerId::GATEWAY };
     let mut peers: BTreeMap<u32, PeerId> = BTreeMap::new();
     let mut found = Vec::new();
@@ -36,6 +36,8 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
             Any::Instrument(Note::Associated { association, peer }) => {
                 peers.insert(association, peer);
             }
+            // Epoch 0 is the handshake, which carries no record. Without the owner of the association, records of a teammate
+            // would hide the silence of this unit.
             Any::Instrument(Note::GuardSaw { association, epoch: 1.., sequence, hash, verdict, .. })
                 if peers.get(&association) == Some(&other) =>
             {
@@ -49,7 +51,7 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
 
 /// Times at which records of the link came to the guard of `target`.
 pub(crate) fn record_times(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
-    arrivals(evidence, target).into_iter().map(|a| a.at).collect()
+    record_arrivals(evidence, target).into_iter().map(|a| a.at).collect()
 }
 
 /// Difference that two clocks and two logs may have.
@@ -65,12 +67,13 @@ pub(crate) fn timely_times(facts: &Facts, node: NodeId) -> Vec<Micros> {
     let Facts { evidence, relayed, .. } = facts;
     let limit = fresh_for(evidence);
     let mut firsts = BTreeSet::new();
-    let timely = arrivals(evidence, node).into_iter().filter(|a| {
-        let held = relayed.taken.get(&a.hash).map_or(0, |taken| a.at.saturating_sub(*taken));
+    let timely = record_arrivals(evidence, node).into_iter().filter(|a| {
+        let held = relayed.taken.get(&a.hash).map_or(0, |taken_at| a.at.saturating_sub(*taken_at));
         let passed = a.verdict == GuardVerdict::Passed;
+        // A repeated record is no sign of life, so that a replay cannot keep a silent link timely.
         passed && firsts.insert(a.hash) && held <= limit && !relayed.forged.contains_key(&a.hash)
     });
-    timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect()
+    timely.map(|a| a.at).filter(|time| *time < evidence.duration).collect()
 }
 
 /// The times between which no timely record came to the guard of `node`, one after the other; without those in which either end
@@ -80,31 +83,33 @@ pub(crate) fn silences(facts: &Facts, node: NodeId) -> Vec<Span> {
     let mut times = timely_times(facts, node);
     let dead: BTreeSet<Span> =
         [node, evidence.under.node()].into_iter().flat_map(|n| process::dead_spans(evidence, n)).collect();
+    // P3 holds again after a restart: only the time in which an end was dead is left out.
     for (from, to) in &dead {
-        times.retain(|at| at < from || at > to);
-        times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
+        times.retain(|time| time < from || time > to);
+        times.extend([*from, *to].into_iter().filter(|time| *time < evidence.duration));
     }
     times.extend([0, evidence.duration]);
     times.sort_unstable();
-    let lived = |(before, at): &Span| !dead.iter().any(|(from, to)| before >= from && at <= to);
+    let lived = |(begin, end): &Span| !dead.iter().any(|(from, to)| begin >= from && end <= to);
     times.windows(2).map(|pair| (pair[0], pair[1])).filter(lived).collect()
 }
 
-/// True if a record is missing at the guard of the peer that `from` talks to, at about `at`: a gap in the record numbers, or
+/// True if a record is missing at the guard of the peer that `from` talks to, at about `time`: a gap in the record numbers, or
 /// silence for longer than the link is ever silent by itself.
-pub(crate) fn record_missing(evidence: &Evidence, from: Side, at: Micros) -> bool {
+pub(crate) fn record_missing(evidence: &Evidence, from: Side, time: Micros) -> bool {
     let target = if from == Side::Client { NodeId::GATEWAY } else { evidence.under.node() };
-    let arrivals = arrivals(evidence, target);
-    let came = arrivals.iter().any(|a| a.at > at && a.at <= at + SILENCE);
+    let arrivals = record_arrivals(evidence, target);
+    let followed = arrivals.iter().any(|a| a.at > time && a.at <= time + SILENCE);
     let mut highest: BTreeMap<u32, u64> = BTreeMap::new();
-    let after = arrivals.iter().find(|a| {
+    let sign = arrivals.iter().find(|a| {
+        // Each association counts from its first record.
         let highest = highest.entry(a.association).or_insert(a.sequence);
         let jumped = a.sequence > *highest + 1;
         *highest = (*highest).max(a.sequence);
-        a.at >= at && (jumped || a.at > at + SILENCE)
+        a.at >= time && (jumped || a.at > time + SILENCE)
     });
-    match after {
-        Some(a) => a.at <= at + SILENCE || !came,
-        None => at + SILENCE < evidence.duration && !came,
+    match sign {
+        Some(a) => a.at <= time + SILENCE || !followed,
+        None => time + SILENCE < evidence.duration && !followed,
     }
 }

@@ -29,9 +29,13 @@ pub fn claims(evidence: &Evidence, reaction: Option<Micros>) -> Claims {
         let Any::Instrument(Note::Claimed { record, off_mm }) = w.entry.event else { continue };
         claims.said += 1;
         let times = acceptances.get(&record).map_or(&[][..], Vec::as_slice);
-        let Some(at) = times.iter().find(|at| **at >= w.at && **at - w.at <= ACCEPTED_WITHIN) else { continue };
+        let Some(accepted_at) =
+            times.iter().find(|accepted_at| **accepted_at >= w.at && **accepted_at - w.at <= ACCEPTED_WITHIN)
+        else {
+            continue;
+        };
         claims.accepted += 1;
-        if reaction.is_none_or(|reaction| *at < reaction) {
+        if reaction.is_none_or(|reaction| *accepted_at < reaction) {
             claims.believed_mm = claims.believed_mm.max(off_mm);
         }
     }

@@ -12,11 +12,11 @@ pub(crate) type Place = (f64, f64);
 
 /// Deviation of an undisturbed fix on each axis, millimetres.
 pub(crate) const FIX_MM: f64 = 40.0;
-/// A fix is never off by more than so many deviations without a fault: the sim's noise is bounded there.
+/// Error of a fix without a fault, at most, in deviations: the sim's noise is bounded there.
 pub(crate) const FIX_BOUND: f64 = 6.0;
 /// Truth is known between two entries that are no further apart than this, microseconds.
 const GAP_US: u64 = 250_000;
-/// Time for which the unit's word on its place counts: it says so a few times a second.
+/// Time for which the unit's statement of its place counts: it makes a few a second.
 const STATED_FOR_US: u64 = 500_000;
 
 /// The pose that autonomy drives by when it saw a fix.
@@ -49,38 +49,38 @@ pub(crate) fn stated_poses(evidence: &Evidence) -> Vec<StatedPose> {
 pub(crate) struct Series<const N: usize>(Vec<(Instant, [f64; N])>);
 
 impl<const N: usize> Series<N> {
-    /// The last value from no later than `at`; `None` in a gap.
-    pub(crate) fn last_before(&self, at: Instant) -> Option<[f64; N]> {
-        let (t, value) = self.0.get(self.0.partition_point(|(t, _)| *t <= at).checked_sub(1)?)?;
-        (at.since(*t).0 <= GAP_US).then_some(*value)
+    /// The last value from no later than `instant`; `None` in a gap.
+    pub(crate) fn last_before(&self, instant: Instant) -> Option<[f64; N]> {
+        let (t, value) = self.0.get(self.0.partition_point(|(t, _)| *t <= instant).checked_sub(1)?)?;
+        (instant.since(*t).0 <= GAP_US).then_some(*value)
     }
 
     fn from_sim(evidence: &Evidence, pick: impl Fn(&Any, Instant) -> Option<(Instant, [f64; N])>) -> Self {
         let of_sim = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.sim);
         let mut values: Vec<_> = of_sim.filter_map(|w| pick(&w.entry.event, w.entry.at)).collect();
-        values.sort_by_key(|(at, _)| *at);
+        values.sort_by_key(|(instant, _)| *instant);
         Series(values)
     }
 
-    /// The value at `at`; `None` outside, and in a gap.
-    pub(crate) fn value_at(&self, at: Instant) -> Option<[f64; N]> {
-        let after = self.0.partition_point(|(t, _)| *t < at);
+    /// The value at `instant`; `None` outside, and in a gap.
+    pub(crate) fn value_at(&self, instant: Instant) -> Option<[f64; N]> {
+        let after = self.0.partition_point(|(t, _)| *t < instant);
         let (t1, b) = self.0.get(after)?;
-        if *t1 == at {
+        if *t1 == instant {
             return Some(*b);
         }
         let (t0, a) = self.0.get(after.checked_sub(1)?)?;
         let gap = t1.since(*t0).0;
-        let share = at.since(*t0).0 as f64 / gap.max(1) as f64;
+        let share = instant.since(*t0).0 as f64 / gap.max(1) as f64;
         (gap <= GAP_US).then(|| std::array::from_fn(|k| a[k] + share * (b[k] - a[k])))
     }
 }
 
 /// The true place of the unit under test.
 pub(crate) fn true_places(evidence: &Evidence) -> Series<2> {
-    Series::from_sim(evidence, |event, at| match *event {
+    Series::from_sim(evidence, |event, instant| match *event {
         Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => {
-            Some((at, [f64::from(x_mm), f64::from(y_mm)]))
+            Some((instant, [f64::from(x_mm), f64::from(y_mm)]))
         }
         _ => None,
     })
@@ -94,10 +94,10 @@ pub(crate) fn length(a: Place) -> f64 {
     a.0.hypot(a.1)
 }
 
-/// Distance of the unit from the place at which it took itself to be, millimetres, by its last word on that before `at`; none if that
+/// Distance of the unit from the place at which it took itself to be, millimetres, by its last word on that before `time`; none if that
 /// is too old, or if the true place is not known.
-pub(crate) fn place_error_at(evidence: &Evidence, at: Micros) -> Option<f64> {
-    let stated = stated_poses(evidence).into_iter().rev().find(|s| s.at <= at && at - s.at <= STATED_FOR_US)?;
+pub(crate) fn place_error_at(evidence: &Evidence, time: Micros) -> Option<f64> {
+    let stated = stated_poses(evidence).into_iter().rev().find(|s| s.at <= time && time - s.at <= STATED_FOR_US)?;
     let [x, y] = true_places(evidence).value_at(stated.stamp)?;
     Some(length(minus(stated.pose, (x, y))))
 }

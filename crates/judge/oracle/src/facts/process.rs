@@ -28,8 +28,8 @@ pub(crate) fn dead_spans(evidence: &Evidence, node: NodeId) -> Vec<Span> {
 }
 
 /// True if `node` did not live at that time.
-pub(crate) fn is_dead(evidence: &Evidence, node: NodeId, at: Micros) -> bool {
-    dead_spans(evidence, node).iter().any(|(from, to)| (*from..*to).contains(&at))
+pub(crate) fn is_dead(evidence: &Evidence, node: NodeId, time: Micros) -> bool {
+    dead_spans(evidence, node).iter().any(|(from, to)| (*from..*to).contains(&time))
 }
 
 /// True if a process left no mark in that time.
@@ -44,6 +44,7 @@ pub(crate) fn left_no_mark(evidence: &Evidence, node: NodeId, (from, to): Span) 
 /// True if an entry is a mark of that process.
 pub(crate) fn is_mark(w: &Witnessed, node: NodeId) -> bool {
     match w.entry.event {
+        // A process that writes little by itself would make any stop credible: the inputs of its core are marks, too.
         Any::Instrument(Note::Ran { node: ran }) => ran == node && w.entry.node == NodeId::CAMPAIGN,
         _ => w.entry.node == node,
     }
@@ -54,25 +55,26 @@ pub(crate) fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
     let mut later = evidence.entries.iter().filter(|l| l.at >= w.at);
     match w.entry.event {
         Any::Instrument(Note::Suspended { node, how, .. }) => {
-            let over = |l: &&Witnessed| {
+            let is_resume = |l: &&Witnessed| {
                 matches!(
                     l.entry.event,
                     Any::Instrument(Note::Suspended { node: n, on: false, .. }) if n == node
                 )
             };
             // At the end of a run every process is let go on, to close its account.
-            let end = later.find(over).map_or(evidence.duration, |l| l.at.min(evidence.duration));
+            let end = later.find(is_resume).map_or(evidence.duration, |l| l.at.min(evidence.duration));
             match how {
                 Suspension::Hang => end,
                 Suspension::Slow { quota, period } => {
+                    // A slow process runs in every period; a bound can only count one of its stops.
                     end.min(w.at + period.0 * u64::from(1000_u16.saturating_sub(quota)) / 1000)
                 }
             }
         }
         Any::Instrument(Note::Ended { node, .. }) => {
-            let restarted =
+            let is_restart =
                 |l: &&Witnessed| matches!(l.entry.event, Any::Instrument(Note::Restarted { node: n, .. }) if n == node);
-            later.find(restarted).map_or(Micros::MAX, |l| l.at)
+            later.find(is_restart).map_or(Micros::MAX, |l| l.at)
         }
         Any::Instrument(Note::DiskFull { node, .. }) => {
             let has_room = |l: &&Witnessed| {
@@ -87,16 +89,16 @@ pub(crate) fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
     }
 }
 
-/// Time at which `wanted` could next judge or act: `at`, or one judgement after it runs again where it hung then.
-pub(crate) fn can_judge(evidence: &Evidence, wanted: NodeId, at: Micros) -> Micros {
+/// Time at which `wanted` could next judge or act: `time`, or one judgement after it runs again where it hung then.
+pub(crate) fn can_judge(evidence: &Evidence, wanted: NodeId, time: Micros) -> Micros {
     let hung = evidence.entries.iter().filter(|w| {
         matches!(
             w.entry.event,
             Any::Instrument(Note::Suspended { node, how: Suspension::Hang, on: true }) if node == wanted
-        ) && w.at <= at
+        ) && w.at <= time
     });
-    let judges = hung.map(|w| runs_again(evidence, w)).max().map(|runs| runs + judgement_after_stop(evidence));
-    at.max(judges.unwrap_or(0))
+    let judges_from = hung.map(|w| runs_again(evidence, w)).max().map(|runs| runs + judgement_after_stop(evidence));
+    time.max(judges_from.unwrap_or(0))
 }
 
 /// Duration of one judgement of the guards after a unit runs again, with the messages under way.

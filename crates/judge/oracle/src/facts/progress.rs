@@ -1,8 +1,8 @@
 //! Progress along the route, by the plant's truth: way points passed, the way covered, and where the vehicle did not get on.
 //!
-//! Only time counts in which the unit's mode lets it drive and way points are left: a unit that stands in HOLD_SAFE, or at its goal, is not stuck.
+//! Only time counts in which the unit's mode lets it drive and way points are left: a unit at rest in HOLD_SAFE, or at its goal, is not stuck.
 //! The rule for a standstill is that of Nav2's `SimpleProgressChecker`: a vehicle that stays within 0.5 m of a place for 10 s does not get
-//! on, whatever small motions it makes. Its reason is told from the set-points of the plant. The second judge has the same rule in
+//! on, whatever small motions it makes. Its reason is read from the set-points of the plant. The second judge has the same rule in
 //! `tools/judge/mission.py`.
 
 use evidence::progress::{
@@ -26,21 +26,22 @@ struct Stay {
 /// Progress of a run; none of a unit without a route, or without a truth.
 pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Progress> {
     let route = &evidence.route;
-    let within = timeline.truth.partition_point(|t| t.at <= evidence.duration);
-    let samples = &timeline.truth[..within];
+    let samples_in_run = timeline.truth.partition_point(|t| t.at <= evidence.duration);
+    let samples = &timeline.truth[..samples_in_run];
     let first = samples.first().filter(|_| !route.points_mm.is_empty())?;
-    let mut way = Way::new(route, place(first));
+    let mut way = Way::new(route, place_of(first));
     let mut drives = Vec::with_capacity(samples.len());
-    let (mut driving, mut on_the_leg) = (0, 0);
-    for (at, sample) in samples.iter().enumerate() {
-        let spent = if drives.last() == Some(&true) { sample.at - samples[at - 1].at } else { 0 };
+    let (mut driving, mut time_on_leg) = (0, 0);
+    for (index, sample) in samples.iter().enumerate() {
+        let spent = if drives.last() == Some(&true) { sample.at - samples[index - 1].at } else { 0 };
         let before = way.passed;
-        let drive = way.go_on(place(sample)) && is_driving(timeline.mode_at(sample.at), route.in_degraded);
+        let drive = way.advance_to(place_of(sample)) && is_driving(timeline.mode_at(sample.at), route.in_degraded);
         driving += spent;
-        on_the_leg = if way.passed == before { on_the_leg + spent } else { 0 };
+        // A vehicle that goes to and fro, or in circles, moves and gets nowhere: each leg has a limit.
+        time_on_leg = if way.passed == before { time_on_leg + spent } else { 0 };
         drives.push(drive);
     }
-    let may_take = LEG_WAIT as f64 + 1e6 * way.leg_now() / LEG_MM_S;
+    let leg_limit = LEG_WAIT as f64 + 1e6 * way.current_leg() / LEG_MM_S;
     let farthest = farthest(samples, &drives);
     let length = |stay: &Stay| samples[stay.last].at - samples[stay.first].at;
     let stays = stays(samples, &drives);
@@ -57,13 +58,13 @@ pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Pr
     });
     Some(Progress {
         passed: way.passed as u32,
-        of: way.points_owed() as u32,
+        of: way.points_to_pass() as u32,
         covered: way.covered(),
         driving_s: driving as f64 / 1e6,
         farthest_m: farthest / 1000.0,
         stuck_s: stuck.iter().map(length).sum::<Micros>() as f64 / 1e6,
         stuck_at_end,
-        astray_s: (way.target().is_some() && on_the_leg as f64 > may_take).then_some(on_the_leg as f64 / 1e6),
+        astray_s: (way.target().is_some() && time_on_leg as f64 > leg_limit).then_some(time_on_leg as f64 / 1e6),
         stuck: longest,
     })
 }
@@ -76,15 +77,15 @@ fn is_driving(mode: Mode, in_degraded: bool) -> bool {
     }
 }
 
-fn place(sample: &Truth) -> Place {
+fn place_of(sample: &Truth) -> Place {
     (f64::from(sample.place.0), f64::from(sample.place.1))
 }
 
 /// Farthest from the first place of the time in which it could drive, mm.
 fn farthest(samples: &[Truth], drives: &[bool]) -> f64 {
-    let mut places = samples.iter().zip(drives).filter(|(_, drives)| **drives).map(|(sample, _)| place(sample));
+    let mut places = samples.iter().zip(drives).filter(|(_, drives)| **drives).map(|(sample, _)| place_of(sample));
     let Some(origin) = places.next() else { return 0.0 };
-    places.map(|at| length(minus(at, origin))).fold(0.0, f64::max)
+    places.map(|place| length(minus(place, origin))).fold(0.0, f64::max)
 }
 
 /// Every stay of the time in which it could drive, in order.
@@ -92,7 +93,8 @@ fn stays(samples: &[Truth], drives: &[bool]) -> Vec<Stay> {
     let mut stays: Vec<Stay> = Vec::new();
     let mut begun: Option<usize> = None;
     for (last, sample) in samples.iter().enumerate() {
-        let stays_on = |first: usize| drives[last] && length(minus(place(sample), place(&samples[first]))) <= STUCK_MM;
+        let stays_on =
+            |first: usize| drives[last] && length(minus(place_of(sample), place_of(&samples[first]))) <= STUCK_MM;
         if begun.is_some_and(stays_on) {
             continue;
         }
@@ -120,16 +122,16 @@ impl<'a> Way<'a> {
     }
 
     /// Takes the vehicle to be there now. True if way points are left.
-    fn go_on(&mut self, at: Place) -> bool {
-        // No more than a lap from one place: on a route that begins anew within reach there is always another.
+    fn advance_to(&mut self, place: Place) -> bool {
+        // No more than a lap from one place: on a looped route within reach of one place there is always a next point.
         for _ in 0..self.route.points_mm.len() {
-            if self.target().is_none_or(|target| length(minus(at, target)) > PASSED_MM) {
+            if self.target().is_none_or(|target| length(minus(place, target)) > PASSED_MM) {
                 break;
             }
             self.passed += 1;
         }
         let target = self.target();
-        let of_leg = target.map_or(0.0, |target| self.leg(self.passed) - length(minus(at, target)));
+        let of_leg = target.map_or(0.0, |target| self.leg(self.passed) - length(minus(place, target)));
         self.most = self.most.max(self.length(self.passed) + of_leg.max(0.0));
         target.is_some()
     }
@@ -144,7 +146,7 @@ impl<'a> Way<'a> {
     }
 
     /// Length of the leg that it is on, mm.
-    fn leg_now(&self) -> f64 {
+    fn current_leg(&self) -> f64 {
         let from = self.passed.checked_sub(1).map(|before| before % self.route.points_mm.len());
         let from = from.map_or(Some(self.start), |before| self.point(before));
         from.zip(self.target()).map_or(0.0, |(a, b)| length(minus(a, b)))
@@ -162,7 +164,7 @@ impl<'a> Way<'a> {
     }
 
     /// Way points up to the end of the route, or of the lap.
-    fn points_owed(&self) -> usize {
+    fn points_to_pass(&self) -> usize {
         let all = self.route.points_mm.len();
         if self.route.looped { (self.passed / all + 1) * all } else { all }
     }
@@ -182,7 +184,7 @@ fn reason_of(evidence: &Evidence, timeline: &Timeline, samples: &[Truth]) -> Sta
         Standstill::NoSetPoint
     } else if most(&|sample| sample.set_speed.abs() > STANDING) {
         Standstill::NotFollowed
-    } else if let Some(guest) = guest::engaged(evidence) {
+    } else if let Some(guest) = guest::engaged_guest(evidence) {
         let unlimited = guest.bare || guest::limited_set_points(evidence) == Some(0);
         if unlimited { Standstill::Guest } else { Standstill::GuestOrGuards }
     } else if most(&unplaced) {
@@ -204,11 +206,11 @@ mod tests {
     fn way_points_count_in_order_only() {
         let route = route(false);
         let mut way = Way::new(&route, (0.0, 0.0));
-        assert!(way.go_on((10_000.0, 9_000.0)), "the second before the first");
-        assert_eq!((way.passed, way.points_owed()), (0, 2));
-        assert!(way.go_on((8_500.0, 0.0)));
+        assert!(way.advance_to((10_000.0, 9_000.0)), "the second before the first");
+        assert_eq!((way.passed, way.points_to_pass()), (0, 2));
+        assert!(way.advance_to((8_500.0, 0.0)));
         assert_eq!((way.passed, way.covered()), (1, 0.5));
-        assert!(!way.go_on((10_000.0, 8_500.0)), "none is left");
+        assert!(!way.advance_to((10_000.0, 8_500.0)), "none is left");
         assert_eq!((way.passed, way.covered()), (2, 1.0));
     }
 
@@ -249,9 +251,9 @@ mod tests {
     fn looped_route_counts_the_points_of_every_lap() {
         let route = route(true);
         let mut way = Way::new(&route, (0.0, 0.0));
-        for at in [(10_000.0, 0.0), (10_000.0, 10_000.0), (10_000.0, 0.0)] {
-            assert!(way.go_on(at), "it begins anew");
+        for place in [(10_000.0, 0.0), (10_000.0, 10_000.0), (10_000.0, 0.0)] {
+            assert!(way.advance_to(place), "it begins anew");
         }
-        assert_eq!((way.passed, way.points_owed(), way.covered()), (3, 4, 1.0));
+        assert_eq!((way.passed, way.points_to_pass(), way.covered()), (3, 4, 1.0));
     }
 }

@@ -41,6 +41,7 @@ pub(super) fn arrived(evidence: &Evidence) -> Vec<SensorFault> {
     let mut arrived = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
         let Any::Instrument(Note::Fault { sensor, kind, active: true, .. }) = w.entry.event else { continue };
+        // A fault of another unit's sensor is no injection into the unit under test.
         if w.entry.node != evidence.under.sim {
             continue;
         }
@@ -63,7 +64,7 @@ pub(super) fn arrived(evidence: &Evidence) -> Vec<SensorFault> {
             }
             _ => None,
         });
-        if changed.any(|(at, hash)| core_took(evidence, consumer(evidence, sensor), hash, at)) {
+        if changed.any(|(taken_at, hash)| core_took(evidence, consumer(evidence, sensor), hash, taken_at)) {
             arrived.push(SensorFault { sensor, kind, start: w.at, end });
         }
     }

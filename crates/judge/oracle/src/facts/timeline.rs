@@ -40,7 +40,7 @@ pub(crate) struct Judgement {
 /// Place at which unit A took itself to be, in its own words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StatedPlace {
-    /// Time at which it said so.
+    /// Time of the statement.
     pub at: Micros,
     /// Time at which the fix behind it was taken.
     pub fixed: Micros,
@@ -88,17 +88,17 @@ impl Timeline {
         timeline
     }
 
-    fn add_entry(&mut self, at: Micros, entry: &Entry, under: Under) {
+    fn add_entry(&mut self, time: Micros, entry: &Entry, tested: Under) {
         let node = entry.node;
-        let of_unit = node == under.node();
+        let of_unit = node == tested.node();
         match entry.event {
             Any::Service(Event::Transition { from, to, cause, .. }) if of_unit => {
-                self.changes.push(Change { at, from, to, cause })
+                self.changes.push(Change { at: time, from, to, cause })
             }
-            // A unit that is started again knows of no mode before.
-            Any::Instrument(Note::Restarted { node, .. }) if node == under.node() => {
+            // A restarted unit knows of no mode before.
+            Any::Instrument(Note::Restarted { node, .. }) if node == tested.node() => {
                 let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
-                self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
+                self.changes.push(Change { at: time, from, to: Mode::Idle, cause: Cause::Start });
             }
             Any::Instrument(Note::Truth {
                 unit,
@@ -109,70 +109,76 @@ impl Timeline {
                 leased,
                 fence_mm: fence,
                 ..
-            }) if unit == under.unit => {
+            }) if unit == tested.unit => {
                 let (place, speed) = ((x_mm, y_mm), speed_mm_s.saturating_abs());
                 let (set_speed, reserves) = (set_speed_mm_s, None);
                 let (stamp, safe, asked_safe) = (entry.at.0, true, true);
-                let truth = Truth { at, stamp, place, speed, set_speed, leased, fence, safe, asked_safe, reserves };
+                let truth =
+                    Truth { at: time, stamp, place, speed, set_speed, leased, fence, safe, asked_safe, reserves };
                 self.truth.push(truth);
             }
             // Margins belong to the sample before them.
-            Any::Instrument(Note::Margins { unit, safe, asked, energy, clearance }) if unit == under.unit => {
+            Any::Instrument(Note::Margins { unit, safe, asked, energy, clearance }) if unit == tested.unit => {
                 if let Some(truth) = self.truth.last_mut() {
                     (truth.safe, truth.asked_safe) = (safe >= 0, asked >= 0);
                     truth.reserves = Some(Reserves { energy, clearance });
                 }
             }
-            Any::Instrument(Note::Collided { unit, object, speed_mm_s }) if unit == under.unit => {
-                self.collisions.push((at, object, speed_mm_s));
+            Any::Instrument(Note::Collided { unit, object, speed_mm_s }) if unit == tested.unit => {
+                self.collisions.push((time, object, speed_mm_s));
             }
             Any::Service(Event::Judged { failing, placed, tracks }) if of_unit => {
-                self.judgements.push((at, Judgement { failing, placed, tracks }));
+                self.judgements.push((time, Judgement { failing, placed, tracks }));
             }
             Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, .. }) if of_unit => {
-                let fixed = at.saturating_sub(entry.at.since(stamp).0);
-                self.stated_places.push(StatedPlace { at, fixed, place: (pose_x_mm, pose_y_mm) });
+                let fixed = time.saturating_sub(entry.at.since(stamp).0);
+                self.stated_places.push(StatedPlace { at: time, fixed, place: (pose_x_mm, pose_y_mm) });
             }
-            Any::Service(Event::Minted { authority, track, .. }) if of_unit => self.minted.push((at, authority, track)),
-            Any::Service(Event::Revoked { authority, .. }) if of_unit => self.revoked.push((at, authority)),
+            Any::Service(Event::Minted { authority, track, .. }) if of_unit => {
+                self.minted.push((time, authority, track))
+            }
+            Any::Service(Event::Revoked { authority, .. }) if of_unit => self.revoked.push((time, authority)),
             Any::Service(Event::Intended { command, kind, tag }) if node == NodeId::CONSOLE => {
-                self.intended.push((at, command, kind));
+                self.intended.push((time, command, kind));
                 self.time_tags.extend(tag.map(|tag| (command, (tag.after.0, tag.within.0))));
             }
             Any::Service(Event::Stored { command, .. }) if of_unit => {
-                self.stored.insert(command, at);
+                self.stored.insert(command, time);
             }
             Any::Service(Event::Executed { command, kind, refused: None }) if of_unit => {
-                self.executed.push((at, command, kind))
+                self.executed.push((time, command, kind))
             }
-            Any::Service(Event::Accepted { record, .. }) if node == NodeId::GATEWAY => self.accepted.push((at, record)),
+            Any::Service(Event::Accepted { record, .. }) if node == NodeId::GATEWAY => {
+                self.accepted.push((time, record))
+            }
+            // A refusal on shared memory answers no attack by itself: `core_input` counts those of an insider's messages.
             Any::Service(Event::Refused { at: interface, .. })
                 if !matches!(interface, wire::event::Interface::Bus(_)) =>
             {
-                self.refused.push((at, node));
+                self.refused.push((time, node));
             }
             _ => {}
         }
     }
 
-    /// True if an operator had given exactly this by `at`: the id alone could be of another command.
-    pub(crate) fn operator_gave(&self, id: CommandId, wanted: CommandKind, at: Micros) -> bool {
-        self.intended.iter().any(|(given, command, kind)| *command == id && *kind == wanted && *given <= at)
+    /// True if an operator had given exactly this by `time`: the id alone could be of another command.
+    pub(crate) fn operator_gave(&self, id: CommandId, wanted: CommandKind, time: Micros) -> bool {
+        self.intended.iter().any(|(given_at, command, kind)| *command == id && *kind == wanted && *given_at <= time)
     }
 
-    /// Time at which an order that was given at `given` is due at the latest: a time tag counts from before it.
-    pub(crate) fn order_due(&self, id: CommandId, given: Micros) -> Micros {
-        given.saturating_add(self.time_tags.get(&id).map_or(0, |(after, _)| *after))
+    /// Time at which an order that was given at `given_at` is due at the latest: a time tag counts from before it.
+    pub(crate) fn order_due(&self, id: CommandId, given_at: Micros) -> Micros {
+        given_at.saturating_add(self.time_tags.get(&id).map_or(0, |(after, _)| *after))
     }
 
     /// Time at which an operator first gave a command with this id.
     pub(crate) fn given_at(&self, id: CommandId) -> Option<Micros> {
-        self.intended.iter().find(|(_, command, _)| *command == id).map(|(given, ..)| *given)
+        self.intended.iter().find(|(_, command, _)| *command == id).map(|(given_at, ..)| *given_at)
     }
 
-    /// Mode of unit A at `at`.
-    pub(crate) fn mode_at(&self, at: Micros) -> Mode {
-        self.changes.iter().take_while(|c| c.at <= at).last().map_or(Mode::Idle, |c| c.to)
+    /// Mode of unit A at `time`.
+    pub(crate) fn mode_at(&self, time: Micros) -> Mode {
+        self.changes.iter().take_while(|c| c.at <= time).last().map_or(Mode::Idle, |c| c.to)
     }
 
     /// True if unit A was in `mode` at some instant of `[from, to]`.
@@ -188,33 +194,34 @@ impl Timeline {
         self.first_change(from, |c| !test(c.to)).map_or(to, |c| c.at.min(to)).saturating_sub(from)
     }
 
-    /// Time at which unit A was last in `mode`, at `at` or before; the start of the run where it never was.
-    pub(crate) fn last_in(&self, mode: Mode, at: Micros) -> Micros {
-        if self.mode_at(at) == mode {
-            return at;
+    /// Time at which unit A was last in `mode`, at `time` or before; the start of the run where it never was.
+    pub(crate) fn last_in(&self, mode: Mode, time: Micros) -> Micros {
+        if self.mode_at(time) == mode {
+            return time;
         }
-        self.changes.iter().rev().find(|c| c.at <= at && c.from == mode).map_or(0, |c| c.at)
+        self.changes.iter().rev().find(|c| c.at <= time && c.from == mode).map_or(0, |c| c.at)
     }
 
     /// True if unit A judged by values that satisfy `test` at some instant of `[from, to]`.
     pub(crate) fn judged_by(&self, from: Micros, to: Micros, test: impl Fn(&Judgement) -> bool) -> bool {
-        let first = self.judgements.partition_point(|(at, _)| *at <= from).saturating_sub(1);
-        self.judgements[first..].iter().take_while(|(at, _)| *at <= to).any(|(_, judgement)| test(judgement))
+        let first = self.judgements.partition_point(|(time, _)| *time <= from).saturating_sub(1);
+        self.judgements[first..].iter().take_while(|(time, _)| *time <= to).any(|(_, judgement)| test(judgement))
     }
 
     /// True if unit A held authority over `track` at some instant of `[from, to]`.
     pub(crate) fn held_authority_over(&self, track: TrackId, from: Micros, to: Micros) -> bool {
-        let next = self.minted.iter().skip(1).map(|(at, ..)| *at).chain(std::iter::once(Micros::MAX));
-        let mut spans = self.minted.iter().zip(next).filter(|((.., over), _)| *over == track);
-        spans.any(|((at, ..), until)| {
-            let (first, last) = (from.max(*at), to.min(until));
+        // Authority over a track ends with the next that is minted, at the latest.
+        let next = self.minted.iter().skip(1).map(|(minted_at, ..)| *minted_at).chain(std::iter::once(Micros::MAX));
+        let mut spans = self.minted.iter().zip(next).filter(|((.., held_track), _)| *held_track == track);
+        spans.any(|((minted_at, ..), until)| {
+            let (first, last) = (from.max(*minted_at), to.min(until));
             first <= last && self.was_in(Mode::PrepareToAct, first, last)
         })
     }
 
-    /// True if unit A held authority at `at`.
-    pub(crate) fn held_authority_at(&self, at: Micros) -> bool {
-        self.mode_at(at) == Mode::PrepareToAct
+    /// True if unit A held authority at `time`.
+    pub(crate) fn held_authority_at(&self, time: Micros) -> bool {
+        self.mode_at(time) == Mode::PrepareToAct
     }
 
     /// The first change at or after `from` that satisfies `test`.
@@ -235,7 +242,7 @@ impl Timeline {
         self.truth.last().is_some_and(|t| !t.leased && t.safe)
     }
 
-    /// The first sample from `from` on after which `test` holds for good.
+    /// The first sample from `from` on after which `test` holds until the end of the run.
     pub(crate) fn truth_for_good(&self, from: Micros, test: impl Fn(&Truth) -> bool) -> Option<Micros> {
         let after = self.truth.iter().rev().take_while(|t| t.at >= from);
         after.take_while(|t| test(t)).last().map(|t| t.at)
@@ -248,9 +255,9 @@ impl Timeline {
         stays.map(|(c, until)| (c.at, until))
     }
 
-    /// Begin of the latest DEGRADED at `at` or before; the start of the run where there was none.
-    pub(crate) fn degraded_since(&self, at: Micros) -> Micros {
-        self.changes.iter().rev().find(|c| c.to == Mode::Degraded && c.at <= at).map_or(0, |c| c.at)
+    /// Begin of the latest DEGRADED at `time` or before; the start of the run where there was none.
+    pub(crate) fn degraded_since(&self, time: Micros) -> Micros {
+        self.changes.iter().rev().find(|c| c.to == Mode::Degraded && c.at <= time).map_or(0, |c| c.at)
     }
 
     /// The transitions as rows of a report.

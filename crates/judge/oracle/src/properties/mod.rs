@@ -2,7 +2,7 @@
 //!
 //! A check reads facts and no receipt, and reports what breaks its property. Every check has been seen to fail on a log in which its
 //! property is broken (`tests/properties/oracle`). Two modules serve several properties: `speed`, the limit of every mode (P2, P3, P4, P9), and
-//! `process_fault`, the responses owed when a process is killed (P2, P3, P10).
+//! `process_fault`, the responses required when a process is killed (P2, P3, P10).
 //!
 //! A new property takes a variant and a row here, and its file; the class of a trial, the approach to limits, the remarks of a bare guest's
 //! run, the rules of a report and the list of an open-loop assessment follow from the row.
@@ -76,7 +76,8 @@ pub struct Finding {
     /// Time, microseconds of trace time.
     pub at_us: Micros,
     /// Expected and seen, in words.
-    pub what: String,
+    #[serde(rename = "what")]
+    pub message: String,
 }
 
 /// Consequence of a broken property for the class of a trial.
@@ -267,8 +268,8 @@ pub(crate) fn limits() -> impl Iterator<Item = (&'static PropertyRow, &'static L
     PROPERTIES.iter().flat_map(|row| row.limits.iter().map(move |limit| (row, limit)))
 }
 
-pub(crate) fn finding(property: Property, at_us: Micros, what: impl Into<String>) -> Finding {
-    Finding { property, at_us, what: what.into() }
+pub(crate) fn finding(property: Property, at_us: Micros, message: impl Into<String>) -> Finding {
+    Finding { property, at_us, message: message.into() }
 }
 
 fn not_judged(_: &Facts) -> Vec<Finding> {

@@ -5,17 +5,17 @@
 use super::{BareGuest, Finding, Property, finding, process_fault};
 use crate::facts::Facts;
 
-pub(super) const BARE_GUEST: BareGuest = BareGuest { check: log, not_judged: None };
+pub(super) const BARE_GUEST: BareGuest = BareGuest { check: log_flaws, not_judged: None };
 
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
-    let mut found = log(facts);
+    let mut found = log_flaws(facts);
     found.extend(process_fault::findings(facts, Property::P10));
     found
 }
 
-fn log(facts: &Facts) -> Vec<Finding> {
+fn log_flaws(facts: &Facts) -> Vec<Finding> {
     let evidence = facts.evidence;
     let flaws = evidence.log_flaws.iter().map(ToString::to_string);
     let differences = evidence.differences.iter().chain(&evidence.broken_log).cloned();
-    flaws.chain(differences).map(|what| finding(Property::P10, evidence.duration, what)).collect()
+    flaws.chain(differences).map(|message| finding(Property::P10, evidence.duration, message)).collect()
 }

@@ -17,20 +17,20 @@ pub(super) const LIMITS: [LimitRow; 1] = [LimitRow {
 }];
 
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
-    let mut found = acts(facts);
-    found.extend(authority(facts));
+    let mut found = acts_on_wrong_object(facts);
+    found.extend(authority_over_wrong_track(facts));
     found
 }
 
 /// Acts on an object of another class, or too far from one of the designated class.
-fn acts(facts: &Facts) -> Vec<Finding> {
+fn acts_on_wrong_object(facts: &Facts) -> Vec<Finding> {
     let within_mm = facts.evidence.bounds.designation_mm;
     let wrong = facts.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::PlantAct { class, distance_mm, .. })
             if class != Some(Class::Vehicle) || distance_mm > within_mm =>
         {
-            let what = format!("act on {class:?} at {distance_mm} mm, vehicle within {within_mm} mm expected");
-            Some(finding(Property::P11, w.at, what))
+            let message = format!("act on {class:?} at {distance_mm} mm, vehicle within {within_mm} mm expected");
+            Some(finding(Property::P11, w.at, message))
         }
         _ => None,
     });
@@ -38,15 +38,15 @@ fn acts(facts: &Facts) -> Vec<Finding> {
 }
 
 /// Authority on another track than the one that was ordered.
-fn authority(facts: &Facts) -> Vec<Finding> {
+fn authority_over_wrong_track(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let mut found = Vec::new();
     for w in &evidence.entries {
         let Any::Service(Event::Minted { track, command, .. }) = w.entry.event else { continue };
         let ordered = timeline.executed.iter().any(|(_, id, kind)| *id == command && *kind == CommandKind::Arm(track));
         if w.entry.node == evidence.under.node() && !ordered {
-            let what = format!("authority on track {}, which {command} is not about", track.0);
-            found.push(finding(Property::P11, w.at, what));
+            let message = format!("authority on track {}, which {command} is not about", track.0);
+            found.push(finding(Property::P11, w.at, message));
         }
     }
     found

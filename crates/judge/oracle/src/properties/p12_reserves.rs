@@ -6,9 +6,9 @@ use crate::facts::Facts;
 use crate::facts::motion::Reserves;
 
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
-    let first_below = |test: &dyn Fn(&Reserves) -> bool, what: &str| {
+    let first_below = |test: &dyn Fn(&Reserves) -> bool, message: &str| {
         let below = facts.timeline.truth.iter().find(|t| t.reserves.as_ref().is_some_and(test))?;
-        Some(finding(Property::P12, below.at, what))
+        Some(finding(Property::P12, below.at, message))
     };
     let energy = first_below(&|reserves| reserves.energy < 0, "less energy than the way to safety takes");
     let clearance =

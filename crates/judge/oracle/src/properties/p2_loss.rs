@@ -1,4 +1,4 @@
-//! P2: after a sensor is lost for good, or shows only the past, no authority and no nominal mode beyond *Td*; and the speed of DEGRADED.
+//! P2: after a sensor is lost for longer than *Td*, or shows only the past, no authority and no nominal mode beyond *Td*; and the speed of DEGRADED.
 
 use super::limit::{Limit, LimitRow, longest};
 use super::{BareGuest, Finding, Property, finding, process_fault, speed};
@@ -29,6 +29,7 @@ fn nominal_without_sensor(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let td = evidence.bounds.to_degraded_ms * 1000;
     let losses = facts.sensor_faults.iter().filter(|f| f.is_loss());
+    // A sensor that is back within *Td* requires no other mode.
     let due = losses.filter(|f| f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration);
     let late = due.filter(|f| is_nominal(timeline.mode_at(f.start + td)));
     late.map(|SensorFault { sensor, start, .. }| {

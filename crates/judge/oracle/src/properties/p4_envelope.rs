@@ -13,7 +13,7 @@ use crate::facts::motion::STANDING;
 use crate::facts::timeline::Timeline;
 use crate::facts::{Facts, reaction_ms};
 
-pub(super) const BARE_GUEST: BareGuest = BareGuest { check: driven, not_judged: None };
+pub(super) const BARE_GUEST: BareGuest = BareGuest { check: motion_breaks, not_judged: None };
 
 pub(super) const LIMITS: [LimitRow; 1] = [LimitRow {
     limit: Limit::Fence,
@@ -26,16 +26,16 @@ pub(super) const LIMITS: [LimitRow; 1] = [LimitRow {
 const PUSHES: Micros = 2_000_000;
 
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
-    let mut found = driven(facts);
-    found.extend(settings(facts));
+    let mut found = motion_breaks(facts);
+    found.extend(settings_that_leave_fence(facts));
     found
 }
 
 /// Breaks by the motion of the plant.
-fn driven(facts: &Facts) -> Vec<Finding> {
+fn motion_breaks(facts: &Facts) -> Vec<Finding> {
     let mut found = speed::check(facts, Property::P4);
     found.extend(outside_fence(&facts.timeline));
-    found.extend(collision(&facts.timeline));
+    found.extend(drive_into_object(&facts.timeline));
     found
 }
 
@@ -46,19 +46,20 @@ fn outside_fence(timeline: &Timeline) -> Option<Finding> {
 
 /// Drive into an object. The unit's own speed along the contact counts, in either sense: an object that runs into a standing unit or
 /// into its side is no collision of the unit's, one that catches up with a driving unit is. One that pushes on is not: it has touched before.
-fn collision(timeline: &Timeline) -> Option<Finding> {
-    let pushes = |(at, object, speed): &(Micros, ObjectId, i32)| {
-        let before = timeline.collisions.iter().filter(|(first, other, _)| other == object && first < at);
-        *speed < 0 && before.map(|(first, ..)| at - first).min().is_some_and(|since| since <= PUSHES)
+fn drive_into_object(timeline: &Timeline) -> Option<Finding> {
+    let pushes = |(touched_at, object, speed): &(Micros, ObjectId, i32)| {
+        let before = timeline.collisions.iter().filter(|(first, other, _)| other == object && first < touched_at);
+        *speed < 0 && before.map(|(first, ..)| touched_at - first).min().is_some_and(|pause| pause <= PUSHES)
     };
     let counts = |touch: &&(Micros, ObjectId, i32)| touch.2.abs() > STANDING && !pushes(touch);
-    let (at, object, speed) = timeline.collisions.iter().find(counts)?;
-    Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))
+    let (touched_at, object, speed) = timeline.collisions.iter().find(counts)?;
+    Some(finding(Property::P4, *touched_at, format!("drives into object {} at {speed} mm/s", object.0)))
 }
 
 /// Accepted settings under which a unit that loses its place at the margin may leave the fence.
-fn settings(facts: &Facts) -> Vec<Finding> {
+fn settings_that_leave_fence(facts: &Facts) -> Vec<Finding> {
     let bounds = &facts.evidence.bounds;
+    // The way within the guard's own reaction is in the distance that the guard keeps.
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).saturating_sub(reaction_ms(bounds));
     let set = facts.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Service(Event::Executed { kind: CommandKind::Configure(values), refused: None, .. }) => {
@@ -67,7 +68,9 @@ fn settings(facts: &Facts) -> Vec<Finding> {
         _ => None,
     });
     let leaving = set.filter(|(_, v)| u64::from(v.speed_mm_s) * blind_ms / 1000 > u64::from(v.margin_mm));
-    leaving.map(|(at, v)| finding(Property::P4, at, format!("set to leave the fence when blind: {v:?}"))).collect()
+    leaving
+        .map(|(set_at, v)| finding(Property::P4, set_at, format!("set to leave the fence when blind: {v:?}")))
+        .collect()
 }
 
 /// Largest used-up part of the distance that is kept to the fence.

@@ -2,7 +2,7 @@
 //! processes' accounts.
 //!
 //! Datagrams from outside of the run are in none of them: each end counts those apart. The kernel drops datagrams at a socket
-//! unread, so that their sender is not known; a sum that does not add up beside both is INVALID and says so.
+//! unread, so that their sender is not known; a sum that does not add up beside both is INVALID, with a remark on the two numbers.
 
 use std::collections::BTreeMap;
 
@@ -20,12 +20,12 @@ type Accounts = BTreeMap<(NodeId, Account), u64>;
 /// Adds up the closing accounts. A killed process closes none, and its path is left out.
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let evidence = facts.evidence;
-    let accounts = accounts(evidence);
-    let at = evidence.duration;
+    let accounts = closing_accounts(evidence);
+    let end = evidence.duration;
     let mut found = Vec::new();
-    let mut equal = |what: &str, left: i128, right: i128| {
+    let mut equal = |balance: &str, left: i128, right: i128| {
         if left != right {
-            found.push(finding(Property::P6, at, format!("{what}: {left} on one side, {right} on the other")));
+            found.push(finding(Property::P6, end, format!("{balance}: {left} on one side, {right} on the other")));
         }
     };
     let alive = |nodes: &[NodeId]| nodes.iter().all(|n| !evidence.killed.contains(n));
@@ -45,9 +45,10 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
         let delivered = n(to, Account::Received(interface));
         equal(&format!("{to} delivered and judged"), delivered, judged_records(&accounts, to, interface));
     }
+    // Each of these sends to the gateway: without the account of one the sum has no sense.
     if alive(&[NodeId::RELAY_TELEMETRY, NodeId::INSIDER_B, NodeId::UNIT_C]) {
         for (from, to, side, _) in ends.into_iter().filter(|(from, to, ..)| alive(&[*from, *to])) {
-            let (left, arrived) = crossed(&accounts, to, side.opposite());
+            let (left, arrived) = crossed_datagrams(&accounts, to, side.opposite());
             let remark = outsiders_remark(&accounts, to);
             equal(&format!("datagrams of relay and others, {from} to {to}{remark}"), left, arrived);
         }
@@ -68,7 +69,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
 
 /// Number of datagrams that left for `to`, on `side` of the relay, and of those that came there: each was before its guard, or is
 /// counted where it was lost. Handshakes and unknown peers included; datagrams that others sent directly come in at the gateway.
-fn crossed(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
+fn crossed_datagrams(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
     let n = |node: NodeId, account: Account| i128::from(*accounts.get(&(node, account)).unwrap_or(&0));
     let relay = NodeId::RELAY_TELEMETRY;
     let mut left = n(relay, Account::RelayOut(side)) - n(NodeId::CAMPAIGN, Account::RelayUnsent(side));
@@ -92,7 +93,7 @@ fn outsiders_remark(accounts: &Accounts, to: NodeId) -> String {
     }
 }
 
-fn accounts(evidence: &Evidence) -> Accounts {
+fn closing_accounts(evidence: &Evidence) -> Accounts {
     let mut accounts = Accounts::new();
     for w in &evidence.entries {
         if let Any::Service(Event::Count { account, n }) = w.entry.event {

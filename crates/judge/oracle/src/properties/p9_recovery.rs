@@ -1,5 +1,5 @@
 //! P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only; DEGRADED lasts its least time; and the plant
-//! stands in IDLE.
+//! is at rest in IDLE.
 //!
 //! Consent takes both: the unit's execution of a command, and an operator's order of that kind.
 
@@ -33,30 +33,35 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
 fn changes_of_mode(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let consented = |wanted: fn(&CommandKind) -> bool, from: Micros, to: Micros| {
-        let mut near = timeline.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
-        near.any(|(at, id, kind)| wanted(kind) && timeline.operator_gave(*id, *kind, *at))
+        let mut near = timeline
+            .executed
+            .iter()
+            .filter(|(executed_at, ..)| *executed_at + SLACK >= from && *executed_at <= to + SLACK);
+        near.any(|(executed_at, id, kind)| wanted(kind) && timeline.operator_gave(*id, *kind, *executed_at))
     };
     let resume = |kind: &CommandKind| matches!(kind, CommandKind::Resume);
     let enable = |kind: &CommandKind| matches!(kind, CommandKind::Enable);
     let arm = |kind: &CommandKind| matches!(kind, CommandKind::Arm(_));
     let mut found = Vec::new();
     for change in &timeline.changes {
-        let near = change.at.saturating_sub(SLACK);
+        let earliest = change.at.saturating_sub(SLACK);
+        // A restarted unit is IDLE whatever it was before, and needs an order to leave IDLE.
         let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
-        if left_hold && !(change.cause == Cause::Operator && consented(resume, near, change.at)) {
+        if left_hold && !(change.cause == Cause::Operator && consented(resume, earliest, change.at)) {
             found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
         }
         let least = (evidence.bounds.hysteresis_ms * 1000).saturating_sub(SLACK);
         if change.cause == Cause::Recovered && change.at - timeline.degraded_since(change.at) < least {
-            let what = format!("DEGRADED left after less than {} ms", evidence.bounds.hysteresis_ms);
-            found.push(finding(Property::P9, change.at, what));
+            let message = format!("DEGRADED left after less than {} ms", evidence.bounds.hysteresis_ms);
+            found.push(finding(Property::P9, change.at, message));
         }
         // A stop is safe from any mode.
         let left_idle = change.from == Mode::Idle && !matches!(change.to, Mode::Idle | Mode::HoldSafe);
-        if left_idle && !(change.cause == Cause::Operator && consented(enable, near, change.at)) {
+        if left_idle && !(change.cause == Cause::Operator && consented(enable, earliest, change.at)) {
             found.push(finding(Property::P9, change.at, "IDLE left without an operator's enable"));
         }
-        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && consented(arm, near, change.at)) {
+        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && consented(arm, earliest, change.at))
+        {
             found.push(finding(Property::P9, change.at, "PREPARE_TO_ACT entered without an operator's arm"));
         }
     }

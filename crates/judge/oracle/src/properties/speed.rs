@@ -27,7 +27,11 @@ struct ModeStay {
 /// Speeds above the limit of the modes that `property` limits.
 pub(super) fn check(facts: &Facts, property: Property) -> Vec<Finding> {
     let stays = mode_stays(&facts.timeline);
-    stays.iter().filter(|stay| limits_speed_of(stay.mode) == property).flat_map(|stay| too_fast(facts, stay)).collect()
+    stays
+        .iter()
+        .filter(|stay| limits_speed_of(stay.mode) == property)
+        .flat_map(|stay| speeds_above_limit(facts, stay))
+        .collect()
 }
 
 /// The property that a higher speed in a mode breaks.
@@ -46,26 +50,27 @@ fn mode_stays(timeline: &Timeline) -> Vec<ModeStay> {
     starts.zip(ends).map(|((from, mode), until)| ModeStay { mode, from, until }).collect()
 }
 
-fn too_fast(facts: &Facts, stay: &ModeStay) -> Vec<Finding> {
+fn speeds_above_limit(facts: &Facts, stay: &ModeStay) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let ModeStay { mode, from, until } = *stay;
     let property = limits_speed_of(mode);
     let limit = largest_set_point(&evidence.bounds, timeline, stay);
     let first = |since: Micros, test: &dyn Fn(&Truth) -> bool| {
-        let mut within = timeline.truth.iter().filter(|t| t.at >= since && t.at < until);
-        within.find(|t| test(t))
+        let mut samples = timeline.truth.iter().filter(|t| t.at >= since && t.at < until);
+        samples.find(|t| test(t))
     };
+    // Until its lease ends the plant follows a set-point of the mode before.
     let due = set_point_lapsed(evidence, from);
     let name = mode.name();
     let set_too_fast = first(due, &|t| limit.map_or(!t.asked_safe, |limit| t.set_speed.abs() > limit)).map(|t| {
-        let what =
+        let message =
             format!("{name}, and the plant still follows {} mm/s, {} expected", t.set_speed, expected_speed(limit));
-        finding(property, t.at, what)
+        finding(property, t.at, message)
     });
     let slow = braked_to(evidence, due, limit.unwrap_or(STANDING));
     let driven_too_fast = first(slow, &|t| limit.map_or(!t.safe, |limit| t.speed > limit + OVERSPEED)).map(|t| {
-        let what = format!("{name}, and the plant moves at {} mm/s, {} expected", t.speed, expected_speed(limit));
-        finding(property, t.at, what)
+        let message = format!("{name}, and the plant moves at {} mm/s, {} expected", t.speed, expected_speed(limit));
+        finding(property, t.at, message)
     });
     set_too_fast.into_iter().chain(driven_too_fast).collect()
 }
@@ -85,11 +90,11 @@ fn largest_set_point(bounds: &Bounds, timeline: &Timeline, stay: &ModeStay) -> O
     }
 }
 
-/// The largest speed that an operator has set by `at`, mm/s; a unit that starts anew knows of none.
-fn settings_speed(timeline: &Timeline, at: Micros) -> Option<u32> {
-    let started = timeline.changes.iter().rev().find(|c| c.cause == Cause::Start && c.at <= at).map_or(0, |c| c.at);
-    timeline.executed.iter().rev().find_map(|(when, _, kind)| match kind {
-        CommandKind::Configure(values) if (started..=at).contains(when) => Some(u32::from(values.speed_mm_s)),
+/// The largest speed that an operator has set by `time`, mm/s; a restarted unit knows of none.
+fn settings_speed(timeline: &Timeline, time: Micros) -> Option<u32> {
+    let started = timeline.changes.iter().rev().find(|c| c.cause == Cause::Start && c.at <= time).map_or(0, |c| c.at);
+    timeline.executed.iter().rev().find_map(|(set_at, _, kind)| match kind {
+        CommandKind::Configure(values) if (started..=time).contains(set_at) => Some(u32::from(values.speed_mm_s)),
         _ => None,
     })
 }

@@ -32,19 +32,22 @@ pub(crate) fn receipt(evidence: &Evidence, wanted: Action, window: Window) -> Op
     });
     claims
         .into_iter()
-        .find(|(at, side, hash, delay)| {
+        .find(|(claimed_at, side, hash, delay)| {
             let seen: Vec<Micros> = delivered(evidence, *side, Some(*hash)).collect();
             match wanted {
                 Action::Drop => {
-                    let others = delivered(evidence, *side, None).next().is_some();
-                    others && seen.is_empty() && publisher_sent(evidence, *side, *at)
+                    // A stream on which nothing came out may be cut: that is no proof of one dropped publication.
+                    let passed_others = delivered(evidence, *side, None).next().is_some();
+                    passed_others && seen.is_empty() && publisher_sent(evidence, *side, *claimed_at)
                 }
-                Action::Delay => seen.iter().any(|s| s + delay / DRIFT >= at + delay),
-                Action::Duplicate | Action::Replay => seen.len() > 1 && seen.iter().any(|s| s >= at),
-                _ => seen.iter().any(|s| s >= at),
+                Action::Delay => seen.iter().any(|seen_at| seen_at + delay / DRIFT >= claimed_at + delay),
+                Action::Duplicate | Action::Replay => {
+                    seen.len() > 1 && seen.iter().any(|seen_at| seen_at >= claimed_at)
+                }
+                _ => seen.iter().any(|seen_at| seen_at >= claimed_at),
             }
         })
-        .map(|(at, ..)| at)
+        .map(|(claimed_at, ..)| claimed_at)
 }
 
 /// Times at which the ingress of the client on `side` saw this payload, or any, come out of its stream.
@@ -57,10 +60,10 @@ fn delivered(evidence: &Evidence, side: Side, wanted: Option<u64>) -> impl Itera
     at_client.filter(move |s| wanted.is_none_or(|wanted| wanted == s.hash)).map(|s| s.at)
 }
 
-/// True if the publisher towards `side` says that it had a message to publish just before. It may say so after
-/// the broker, by as much as an entry lags behind its event.
-fn publisher_sent(evidence: &Evidence, side: Side, at: Micros) -> bool {
-    let before = |w: &&Witnessed| w.at <= at + SLACK && at <= w.at + ON_THE_WAY;
+/// True if the publisher towards `side` says that it had a message to publish just before. Its entry may come after
+/// the broker's, by the time that an entry lags behind its event.
+fn publisher_sent(evidence: &Evidence, side: Side, claimed_at: Micros) -> bool {
+    let before = |w: &&Witnessed| w.at <= claimed_at + SLACK && claimed_at <= w.at + ON_THE_WAY;
     evidence.entries.iter().filter(before).any(|w| match (side, w.entry.event) {
         (Side::Client, Any::Service(Event::Staged { stage: CommandStage::Sent, .. })) => {
             w.entry.node == NodeId::GATEWAY

@@ -22,27 +22,28 @@ const NEAR_MM: f64 = 3_500.0;
 const TOWARDS_MRAD: f64 = 250.0;
 
 /// Time at which perception first took the object for the class of the paint that it bears, or doubted that it is one.
-pub(crate) fn painted(evidence: &Evidence, object: ObjectId, class: Class, window: Window) -> Option<Micros> {
-    let seen = sightings(evidence, object).filter(|s| s.class == class).map(|s| s.at);
-    seen.filter(|at| window.contains(*at)).min()
+pub(crate) fn paint_seen_at(evidence: &Evidence, object: ObjectId, class: Class, window: Window) -> Option<Micros> {
+    let sightings = sightings(evidence, object).filter(|s| s.class == class).map(|s| s.at);
+    sightings.filter(|seen_at| window.contains(*seen_at)).min()
 }
 
 /// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it
 /// followed it, or doubted its true class or the class aimed at.
-pub(crate) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
+pub(crate) fn print_seen_at(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let names_print = |w: &Witnessed| {
         w.entry.node == evidence.under.sim && w.entry.event == Any::Instrument(Note::Printed { object })
     };
     let since = evidence.entries.iter().find(|w| names_print(w))?.at;
+    // The scene's own entry is the claim: without the image at perception the print has one witness.
     if !altered_image_given(evidence, since..Micros::MAX) {
         return None;
     }
-    looks(evidence, object, aim).filter(|at| *at >= since && window.contains(*at)).min()
+    look_times(evidence, object, aim).filter(|seen_at| *seen_at >= since && window.contains(*seen_at)).min()
 }
 
 /// Time at which a perturbation began of which perception was given an image, by its hash, and that looked at an object of another class than
-/// the one aimed at before it ended: an object followed already is not told anew.
-pub(crate) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
+/// the one aimed at before it ended: an object that is followed already gives no new entry.
+pub(crate) fn perturbed_at(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Fault { kind: FaultKind::Perturbation, active, .. })
             if w.entry.node == evidence.under.sim =>
@@ -51,16 +52,17 @@ pub(crate) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
         }
         _ => None,
     });
-    let since = turned.find(|(at, active)| *active && window.contains(*at))?.0;
-    let until = turned.find(|(_, active)| !active).map_or(Micros::MAX, |(at, _)| at);
-    let mut seen = objects_not_of(evidence, aim).into_iter().flat_map(|object| looks(evidence, object, aim));
-    (altered_image_given(evidence, since..until) && seen.any(|at| at < until)).then_some(since)
+    let since = turned.find(|(turned_at, active)| *active && window.contains(*turned_at))?.0;
+    let until = turned.find(|(_, active)| !active).map_or(Micros::MAX, |(turned_at, _)| turned_at);
+    let mut seen = objects_not_of(evidence, aim).into_iter().flat_map(|object| look_times(evidence, object, aim));
+    (altered_image_given(evidence, since..until) && seen.any(|seen_at| seen_at < until)).then_some(since)
 }
 
 /// True if perception was given an image, to the last byte, that the sim says it altered in this span.
-fn altered_image_given(evidence: &Evidence, within: Range<Micros>) -> bool {
-    let given: BTreeSet<_> = pictures(evidence, evidence.under.perception).map(|(_, picture)| picture).collect();
-    pictures(evidence, evidence.under.sim).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
+fn altered_image_given(evidence: &Evidence, altered_span: Range<Micros>) -> bool {
+    let perceived: BTreeSet<_> = pictures(evidence, evidence.under.perception).map(|(_, picture)| picture).collect();
+    pictures(evidence, evidence.under.sim)
+        .any(|(pictured_at, picture)| altered_span.contains(&pictured_at) && perceived.contains(&picture))
 }
 
 /// Colour images that a node logs: time, frame, and hash.
@@ -72,19 +74,19 @@ fn pictures(evidence: &Evidence, node: NodeId) -> impl Iterator<Item = (Micros, 
 }
 
 /// Times at which perception followed an object, or doubted its true class or the class aimed at.
-fn looks(evidence: &Evidence, object: ObjectId, aim: Class) -> impl Iterator<Item = Micros> {
-    let own = objects(evidence).find_map(|(other, class)| (other == object).then_some(class));
-    let looked = move |s: &ObjectSighting| !s.doubted || s.class == aim || Some(s.class) == own;
+fn look_times(evidence: &Evidence, object: ObjectId, aim: Class) -> impl Iterator<Item = Micros> {
+    let true_class = object_classes(evidence).find_map(|(other, class)| (other == object).then_some(class));
+    let looked = move |s: &ObjectSighting| !s.doubted || s.class == aim || Some(s.class) == true_class;
     sightings(evidence, object).filter(looked).map(|s| s.at)
 }
 
 /// Objects that are not of this class.
 fn objects_not_of(evidence: &Evidence, aim: Class) -> BTreeSet<ObjectId> {
-    objects(evidence).filter(|(_, class)| *class != aim).map(|(object, _)| object).collect()
+    object_classes(evidence).filter(|(_, class)| *class != aim).map(|(object, _)| object).collect()
 }
 
 /// Classes of objects, by the sim.
-fn objects(evidence: &Evidence) -> impl Iterator<Item = (ObjectId, Class)> {
+fn object_classes(evidence: &Evidence) -> impl Iterator<Item = (ObjectId, Class)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Object { object, class, .. }) => Some((object, class)),
         _ => None,
@@ -140,8 +142,8 @@ fn sightings(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Obje
                 near.then_some(ObjectSighting { at: w.at, class, doubted: false })
             }
             Any::Service(Event::Doubted { class, bearing_mrad, .. }) => {
-                let apart = wrapped(f64::from(bearing_mrad) - bearing(&evidence.camera, unit?, (east, north)));
-                (apart.abs() <= TOWARDS_MRAD).then_some(ObjectSighting { at: w.at, class, doubted: true })
+                let deviation = wrapped(f64::from(bearing_mrad) - bearing(&evidence.camera, unit?, (east, north)));
+                (deviation.abs() <= TOWARDS_MRAD).then_some(ObjectSighting { at: w.at, class, doubted: true })
             }
             _ => None,
         }

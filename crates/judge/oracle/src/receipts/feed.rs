@@ -35,38 +35,46 @@ fn withheld_reports(evidence: &Evidence, window: Window) -> impl Iterator<Item =
         }
         _ => None,
     });
-    claims.filter(|(at, record)| gateway_accepted(evidence, *record, *at))
+    claims.filter(|(withheld_at, record)| gateway_accepted(evidence, *record, *withheld_at))
 }
 
 /// True if the display was without `record` in that time, when it had long been due.
 fn display_lacked(evidence: &Evidence, record: RecordId, (from, to): Span) -> bool {
-    displayed_reports(evidence).any(|(at, shown)| at >= from + AT_ONCE && at < to && shown < record)
+    displayed_reports(evidence)
+        .any(|(displayed_at, shown)| displayed_at >= from + AT_ONCE && displayed_at < to && shown < record)
 }
 
-/// The first report that was withheld for good: never shown.
+/// The first report that was withheld and never shown.
 fn withheld_for_good(evidence: &Evidence, window: Window) -> Option<Micros> {
     let mut withheld = withheld_reports(evidence, window);
     let never_shown = |wanted: RecordId| displayed_reports(evidence).all(|(_, shown)| shown != wanted);
     withheld
-        .find(|(at, record)| never_shown(*record) && display_lacked(evidence, *record, (*at, Micros::MAX)))
-        .map(|(at, _)| at)
+        .find(|(withheld_at, record)| {
+            never_shown(*record) && display_lacked(evidence, *record, (*withheld_at, Micros::MAX))
+        })
+        .map(|(withheld_at, _)| withheld_at)
 }
 
 /// The first report that was withheld for `delay` and then passed on: not shown before it was due, and the display was without
 /// it until then; the insider's message when it was due came in at the console.
-pub(crate) fn delayed(evidence: &Evidence, delay: Micros, window: Window) -> Option<Micros> {
+pub(crate) fn delayed_report_at(evidence: &Evidence, delay: Micros, window: Window) -> Option<Micros> {
     let taken_in = delivery::taken_in(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
-    let confirmed = |at: Micros, record: RecordId| {
-        let due = at + delay - delay / DRIFT;
-        let early = displayed_reports(evidence).any(|(when, shown)| shown == record && when < due);
-        let came = taken_in.iter().any(|seen| *seen >= due && *seen <= at + delay + AT_ONCE);
-        !early && came && (delay <= AT_ONCE || display_lacked(evidence, record, (at, due)))
+    let confirmed = |withheld_at: Micros, record: RecordId| {
+        let due = withheld_at + delay - delay / DRIFT;
+        let shown_early =
+            displayed_reports(evidence).any(|(displayed_at, shown)| shown == record && displayed_at < due);
+        let came_when_due =
+            taken_in.iter().any(|taken_at| *taken_at >= due && *taken_at <= withheld_at + delay + AT_ONCE);
+        // A delay that short leaves no time in which the display could be seen without the report.
+        !shown_early && came_when_due && (delay <= AT_ONCE || display_lacked(evidence, record, (withheld_at, due)))
     };
-    withheld_reports(evidence, window).find(|(at, record)| confirmed(*at, *record)).map(|(at, _)| at)
+    withheld_reports(evidence, window)
+        .find(|(withheld_at, record)| confirmed(*withheld_at, *record))
+        .map(|(withheld_at, _)| withheld_at)
 }
 
 /// The first command that the insider says it swallowed within `window`, that the operator gave and the gateway never heard of.
-pub(crate) fn swallowed(evidence: &Evidence, window: Window) -> Option<Micros> {
+pub(crate) fn swallowed_command_at(evidence: &Evidence, window: Window) -> Option<Micros> {
     let claims = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Swallowed { command })
             if w.entry.node == NodeId::INSIDER_GATEWAY && window.contains(w.at) =>
@@ -77,8 +85,10 @@ pub(crate) fn swallowed(evidence: &Evidence, window: Window) -> Option<Micros> {
     });
     claims
         .into_iter()
-        .find(|(at, command)| operator_gave(evidence, *command, *at) && !gateway_staged(evidence, *command))
-        .map(|(at, _)| at)
+        .find(|(swallowed_at, command)| {
+            operator_gave(evidence, *command, *swallowed_at) && !gateway_staged(evidence, *command)
+        })
+        .map(|(swallowed_at, _)| swallowed_at)
 }
 
 fn operator_gave(evidence: &Evidence, wanted: CommandId, until: Micros) -> bool {

@@ -41,6 +41,7 @@ pub(crate) fn obstacle(facts: &Facts, plan: &Plan, window: Window) -> Option<Mas
     let evidence = facts.evidence;
     let span = window.span(evidence.duration);
     let no_message = || {
+        // An actor that claims a message contradicts its absence: nothing is proven then.
         let takes = plan.needs.takes.filter(|_| !actor_claims(evidence, plan.what, window))?;
         without_message(evidence, takes, span)
     };
@@ -56,8 +57,9 @@ fn out_of_contact(evidence: &Evidence, planned: Planned, span: Span) -> bool {
     let on_datagrams = matches!(planned, Planned::Action(action) if LINK.contains(&action));
     let on_link = on_datagrams || matches!(planned, Planned::Stream(_) | Planned::Broker(_));
     let targets = [NodeId::GATEWAY, evidence.under.node()];
-    let silent =
-        || targets.iter().all(|target| !link::record_times(evidence, *target).iter().any(|at| within(span, *at)));
+    let silent = || {
+        targets.iter().all(|target| !link::record_times(evidence, *target).iter().any(|time| is_within(span, *time)))
+    };
     on_link
         && contact::contact_gaps(evidence).into_iter().any(|gap| covers_plan(gap, span))
         && silent()
@@ -66,11 +68,12 @@ fn out_of_contact(evidence: &Evidence, planned: Planned, span: Span) -> bool {
 
 /// True if an end of the command streams saw bytes or a publication come.
 fn stream_carried(evidence: &Evidence, span: Span) -> bool {
-    sightings(evidence).any(|s| within(span, s.at) && matches!(s.sight, Sight::Arrived | Sight::Delivered))
+    sightings(evidence).any(|s| is_within(span, s.at) && matches!(s.sight, Sight::Arrived | Sight::Delivered))
 }
 
 /// True if a span has begun in time and lasts for the whole rest of the plan's.
 fn covers_plan((from, to): Span, plan: Span) -> bool {
+    // Half of a short plan at most: an obstacle that began as the plan ended did not mask it.
     from <= plan.0 + NO_EFFECT_WITHIN.min((plan.1 - plan.0) / 2) && to >= plan.1
 }
 
@@ -174,16 +177,16 @@ fn without_message(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask
             (!was_published(evidence, to, asks, (since, span.1))).then_some(Mask::NothingPublished)
         }
         Takes::Orders(asks) => {
-            let asked = orders_given(evidence)
-                .any(|(at, _, kind)| within((since, span.1), at) && asks.is_none_or(|a| a == kind));
-            (!asked).then_some(Mask::NothingAsked)
+            let was_ordered = orders_given(evidence)
+                .any(|(given_at, _, kind)| is_within((since, span.1), given_at) && asks.is_none_or(|a| a == kind));
+            (!was_ordered).then_some(Mask::NothingAsked)
         }
         Takes::Reports => {
             let accepted = evidence.entries.iter().any(|w| match w.entry.event {
                 Any::Service(Event::Accepted { at: Interface::Uplink, record, .. }) => {
                     w.entry.node == NodeId::GATEWAY
                         && record.node == evidence.under.node()
-                        && within((since, span.1), w.at)
+                        && is_within((since, span.1), w.at)
                 }
                 _ => false,
             });
@@ -192,8 +195,8 @@ fn without_message(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask
     }
 }
 
-fn within((from, to): Span, at: Micros) -> bool {
-    (from..=to).contains(&at)
+fn is_within((from, to): Span, time: Micros) -> bool {
+    (from..=to).contains(&time)
 }
 
 /// Orders that the console says an operator gave: time, identity, command.
@@ -208,15 +211,15 @@ fn orders_given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId,
 
 /// True if a log names a publication on the command plane: the gateway to the unit, the unit's answers, or a rogue.
 fn was_published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Span) -> bool {
-    let about = |command: CommandId| {
+    let is_wanted = |command: CommandId| {
         asks.is_none_or(|asks| orders_given(evidence).all(|(_, id, kind)| id != command || kind == asks))
     };
-    evidence.entries.iter().filter(|w| within(span, w.at)).any(|w| match w.entry.event {
+    evidence.entries.iter().filter(|w| is_within(span, w.at)).any(|w| match w.entry.event {
         Any::Service(Event::Staged { command, stage: CommandStage::Sent }) => {
-            to != Some(Side::Server) && w.entry.node == NodeId::GATEWAY && about(command)
+            to != Some(Side::Server) && w.entry.node == NodeId::GATEWAY && is_wanted(command)
         }
         Any::Service(Event::Executed { command, .. } | Event::Stored { command, .. }) => {
-            to != Some(Side::Client) && w.entry.node == evidence.under.node() && about(command)
+            to != Some(Side::Client) && w.entry.node == evidence.under.node() && is_wanted(command)
         }
         Any::Instrument(Note::Rogue { .. }) => to != Some(Side::Server),
         _ => false,
@@ -225,7 +228,7 @@ fn was_published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span
 
 /// True if an ingress at either end of the command streams saw bytes come.
 fn bytes_arrived(evidence: &Evidence, span: Span) -> bool {
-    sightings(evidence).any(|s| within(span, s.at) && s.sight == Sight::Arrived)
+    sightings(evidence).any(|s| is_within(span, s.at) && s.sight == Sight::Arrived)
 }
 
 /// Obstacle, if no record of the link came to the guards that it was on its way to: no session stood yet, or one of the ends or the relay did
@@ -235,17 +238,18 @@ fn without_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<
     let mut last = None;
     for (_, target) in targets.into_iter().filter(|(side, _)| to.is_none_or(|to| to == *side)) {
         let times = link::record_times(evidence, target);
-        if times.iter().any(|at| within((span.0.saturating_sub(UNDER_WAY), span.1), *at)) {
+        if times.iter().any(|arrived_at| is_within((span.0.saturating_sub(UNDER_WAY), span.1), *arrived_at)) {
             return None;
         }
-        last = last.max(times.into_iter().filter(|at| *at < span.0).max());
+        last = last.max(times.into_iter().filter(|arrived_at| *arrived_at < span.0).max());
     }
+    // No record before the plan either: the ends had not yet begun a session.
     let Some(last) = last else { return Some(Mask::NoSession) };
     let began = (last, last + link::SILENCE);
     let ends = [NodeId::GATEWAY, evidence.under.node(), NodeId::RELAY_TELEMETRY];
-    let breaks = |span: &Span| within(began, span.0) || covers_plan(*span, began);
+    let breaks = |span: &Span| is_within(began, span.0) || covers_plan(*span, began);
     let stopped = ends.into_iter().find(|node| stopped_spans(evidence, *node).iter().any(breaks));
-    let dropped = || datagram::receipt(evidence, Action::Drop, Window::between(began)).map(|_| Mask::Dropped);
+    let dropped = || datagram::receipt(evidence, Action::Drop, Window::from_span(began)).map(|_| Mask::Dropped);
     stopped.map(Mask::Gone).or_else(dropped)
 }
 

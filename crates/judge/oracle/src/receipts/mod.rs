@@ -56,12 +56,12 @@ pub(crate) fn find(facts: &Facts) -> Receipts {
     let mut arrivals = Vec::new();
     let mut complete = true;
     for plan in &evidence.planned {
-        // The begin of a step is its actor's word; the actions of the step need receipts of their own, and only those count as the start.
+        // The begin of a step is its actor's word: each action of the step needs a receipt, and only these count as the start.
         if let Planned::Step(step) = plan.what {
             complete &= step_begun(evidence, step);
             continue;
         }
-        let arrival = Window::of_plan(evidence, plan).and_then(|window| {
+        let arrival = Window::from_plan(evidence, plan).and_then(|window| {
             let arrived = arrived_at(facts, plan.what, window).map(Ok);
             arrived.or_else(|| masked::obstacle(facts, plan, window).map(Err))
         });
@@ -86,19 +86,19 @@ fn arrived_at(facts: &Facts, planned: Planned, window: Window) -> Option<Micros>
         }
         Planned::Malformed => delivery::receipt(evidence, Action::Inject, window, &[NodeId::INSIDER_B]),
         Planned::Action(action) => datagram::receipt(evidence, action, window),
-        Planned::Kill(node) => process_fault::killed(evidence, node, window),
-        Planned::Suspend(node) => process_fault::suspended(evidence, node, window),
-        Planned::Fill(node) => process_fault::disk_filled(evidence, node, window),
-        Planned::Disguise(object, class) => disguise::painted(evidence, object, class, window),
-        Planned::Print(object, class) => disguise::printed(evidence, object, class, window),
-        Planned::Perturbation(class) => disguise::perturbed(evidence, class, window),
+        Planned::Kill(node) => process_fault::killed_at(evidence, node, window),
+        Planned::Suspend(node) => process_fault::suspended_at(evidence, node, window),
+        Planned::Fill(node) => process_fault::disk_filled_at(evidence, node, window),
+        Planned::Disguise(object, class) => disguise::paint_seen_at(evidence, object, class, window),
+        Planned::Print(object, class) => disguise::print_seen_at(evidence, object, class, window),
+        Planned::Perturbation(class) => disguise::perturbed_at(evidence, class, window),
         Planned::Rogue => rogue::receipt(evidence, window),
         Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),
         Planned::Broker(action) => broker::receipt(evidence, action, window),
         Planned::Feed(action) => feed::receipt(evidence, action, window),
-        Planned::Late(delay) => feed::delayed(evidence, delay, window),
-        Planned::Swallowed => feed::swallowed(evidence, window),
+        Planned::Late(delay) => feed::delayed_report_at(evidence, delay, window),
+        Planned::Swallowed => feed::swallowed_command_at(evidence, window),
         Planned::Fault(sensor, kind) => {
             let mut planned = facts.sensor_faults.iter().filter(|f| (f.sensor, f.kind) == (sensor, kind));
             planned.find(|f| window.contains(f.start)).map(|f| f.start)

@@ -20,8 +20,8 @@ pub(crate) fn receipt(evidence: &Evidence, window: Window) -> Option<Micros> {
     });
     orders
         .into_iter()
-        .find(|(at, command, certificate)| judged_by_another(evidence, *at, *command, *certificate))
-        .map(|(at, ..)| at)
+        .find(|(ordered_at, command, certificate)| judged_by_another(evidence, *ordered_at, *command, *certificate))
+        .map(|(ordered_at, ..)| ordered_at)
 }
 
 fn judged_by_another(evidence: &Evidence, from: Micros, order: CommandId, certificate: Option<PeerId>) -> bool {

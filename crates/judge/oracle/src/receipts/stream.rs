@@ -2,7 +2,7 @@
 //!
 //! The two share the name of the direction and the place in it (`wire::stream`). Held bytes must come in later by their delay;
 //! damaged ones must come in damaged, byte for byte; a direction that was ended must be over at the place where it was
-//! ended, without this end having hung up first. A relay that says so and does otherwise has no receipt.
+//! ended, without this end having hung up first. A relay whose entry does not fit the sightings has no receipt.
 
 use evidence::{Evidence, Micros};
 use ground_truth::{Any, Note, Sight, StreamEffect};

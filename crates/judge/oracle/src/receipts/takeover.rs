@@ -26,8 +26,9 @@ pub(crate) fn receipt(evidence: &Evidence, peer: PeerId, window: Window) -> Opti
         let mut entries = evidence.entries.iter().filter(|w| w.entry.node == node && w.entry.event == event);
         entries.any(|w| (from..from + DIALLED_WITHIN).contains(&w.at))
     };
-    let confirmed = |at: Micros| {
-        logged(at, NodeId::BROKER, Event::TakenOver { peer }) && logged(at, owner, Event::SessionLost { peer })
+    let confirmed = |joined_at: Micros| {
+        logged(joined_at, NodeId::BROKER, Event::TakenOver { peer })
+            && logged(joined_at, owner, Event::SessionLost { peer })
     };
-    joins.map(|w| w.at).find(|at| confirmed(*at))
+    joins.map(|w| w.at).find(|joined_at| confirmed(*joined_at))
 }

@@ -18,7 +18,7 @@ pub(crate) struct Window {
 
 impl Window {
     /// Window of a plan; none where its step never began.
-    pub(crate) fn of_plan(evidence: &Evidence, plan: &Plan) -> Option<Window> {
+    pub(crate) fn from_plan(evidence: &Evidence, plan: &Plan) -> Option<Window> {
         let Some(wanted) = plan.step else { return Some(Window { from: plan.from, until: plan.until }) };
         let step_entries = |begins: bool| {
             evidence.entries.iter().filter(move |w| {
@@ -33,7 +33,7 @@ impl Window {
     }
 
     /// Window over a span.
-    pub(crate) fn between((from, until): Span) -> Window {
+    pub(crate) fn from_span((from, until): Span) -> Window {
         Window { from, until }
     }
 
@@ -42,8 +42,8 @@ impl Window {
         (self.from, self.until.min(duration).max(self.from))
     }
 
-    /// True if an action at `at` is within it.
-    pub(crate) fn contains(self, at: Micros) -> bool {
-        at.saturating_add(EARLY) >= self.from && at <= self.until.saturating_add(LATE)
+    /// True if an action at `time` is within it.
+    pub(crate) fn contains(self, time: Micros) -> bool {
+        time.saturating_add(EARLY) >= self.from && time <= self.until.saturating_add(LATE)
     }
 }

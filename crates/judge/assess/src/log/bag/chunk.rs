@@ -5,6 +5,8 @@
 use std::borrow::Cow;
 use std::io::Read;
 
+use super::error::RecordError;
+
 /// A chunk as it describes itself, and its data as they are stored.
 struct Chunk<'a> {
     size: u64,
@@ -16,7 +18,7 @@ struct Chunk<'a> {
 /// A chunk cannot be read.
 pub(super) enum Unread {
     /// It is damaged, or packed in a way that is not known.
-    Damaged(String),
+    Damaged(RecordError),
     /// The budget is used up.
     Large,
 }
@@ -37,18 +39,15 @@ pub(super) fn open<'a>(body: &'a [u8], budget: &mut u64) -> Result<(Cow<'a, [u8]
     let (chunk, stored) = parse(body).map_err(Unread::Damaged)?;
     *budget = budget.checked_sub(body.len() as u64).ok_or(Unread::Large)?;
     if chunk.data.len() as u64 != stored {
-        let reason = format!("a chunk says {stored} bytes of data and has {}", chunk.data.len());
-        return Err(Unread::Damaged(reason));
+        return Err(Unread::Damaged(RecordError::ChunkData { stated: stored, got: chunk.data.len() }));
     }
     let records = expanded(&chunk, budget)?;
     if records.len() as u64 != chunk.size {
-        let reason = format!("a chunk says {} bytes of records and has {}", chunk.size, records.len());
-        return Err(Unread::Damaged(reason));
+        return Err(Unread::Damaged(RecordError::ChunkRecords { stated: chunk.size, got: records.len() }));
     }
     let got = crc32fast::hash(&records);
     if chunk.crc != 0 && got != chunk.crc {
-        let reason = format!("a chunk's CRC is {:08x}, that of its bytes {got:08x}", chunk.crc);
-        return Err(Unread::Damaged(reason));
+        return Err(Unread::Damaged(RecordError::ChunkCrc { stated: chunk.crc, got }));
     }
     Ok((records, chunk.crc != 0))
 }
@@ -66,8 +65,9 @@ pub(super) fn cut(body: &[u8], budget: u64) -> Cow<'_, [u8]> {
 }
 
 fn expanded<'a>(chunk: &Chunk<'a>, budget: &mut u64) -> Result<Cow<'a, [u8]>, Unread> {
-    let broken =
-        |error: std::io::Error| Unread::Damaged(format!("a chunk's {} data are broken: {error}", chunk.compression));
+    let broken = |error: std::io::Error| {
+        Unread::Damaged(RecordError::Packed { compression: chunk.compression.to_owned(), error })
+    };
     if chunk.compression.is_empty() {
         return Ok(Cow::Borrowed(chunk.data));
     }
@@ -77,10 +77,7 @@ fn expanded<'a>(chunk: &Chunk<'a>, budget: &mut u64) -> Result<Cow<'a, [u8]>, Un
     let (records, ended) = match chunk.compression {
         "zstd" => read(zstd::stream::read::Decoder::with_buffer(chunk.data).map_err(broken)?, most),
         "lz4" => read(lz4_flex::frame::FrameDecoder::new(chunk.data), most),
-        other => {
-            let shown = other.escape_debug();
-            return Err(Unread::Damaged(format!("a chunk is packed by `{shown}`, expected zstd, lz4 or nothing")));
-        }
+        other => return Err(Unread::Damaged(RecordError::Compression { got: other.to_owned() })),
     };
     ended.map(|()| Cow::Owned(records)).map_err(broken)
 }
@@ -93,15 +90,14 @@ pub(in crate::log) fn read(from: impl Read, most: u64) -> (Vec<u8>, std::io::Res
 }
 
 /// A chunk, and the length that it says its data have.
-fn parse(body: &[u8]) -> Result<(Chunk<'_>, u64), String> {
-    let short = || format!("a chunk's header has 40 bytes or more, got {}", body.len());
+fn parse(body: &[u8]) -> Result<(Chunk<'_>, u64), RecordError> {
+    let short = || RecordError::ChunkHeader { got: body.len() };
     let mut rest = body.get(16..).ok_or_else(short)?;
     let size = u64::from_le_bytes(take(&mut rest).ok_or_else(short)?);
     let crc = u32::from_le_bytes(take(&mut rest).ok_or_else(short)?);
     let length = u32::from_le_bytes(take(&mut rest).ok_or_else(short)?) as usize;
     let (name, mut rest) = rest.split_at_checked(length).ok_or_else(short)?;
-    let compression =
-        std::str::from_utf8(name).map_err(|_| "the name of a chunk's compression is no text".to_owned())?;
+    let compression = std::str::from_utf8(name).map_err(|_| RecordError::CompressionName)?;
     let stored = u64::from_le_bytes(take(&mut rest).ok_or_else(short)?);
     let data = usize::try_from(stored).ok().and_then(|stored| rest.get(..stored)).unwrap_or(rest);
     // What stands behind the data would be neither data nor the next record.

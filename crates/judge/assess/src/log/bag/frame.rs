@@ -3,6 +3,7 @@
 //! A header is a kind and a length. The meaning of records is left to `bag`; the inside of a chunk to `chunk`.
 
 use super::chunk;
+use super::error::RecordError;
 
 /// Kinds of records that are looked into.
 pub(super) const HEADER: u8 = 0x01;
@@ -33,16 +34,16 @@ pub(super) struct Frame<'a> {
 ///
 /// # Errors
 /// The reason that there is none.
-pub(super) fn read_frame(bytes: &[u8], at: usize) -> Result<Frame<'_>, String> {
+pub(super) fn read_frame(bytes: &[u8], at: usize) -> Result<Frame<'_>, RecordError> {
     let left = bytes.len().saturating_sub(at);
     let Some((kind, length)) = head(bytes, at) else {
-        return Err(format!("a record's header has {HEAD} bytes, {left} are left"));
+        return Err(RecordError::Header { left });
     };
     let body = usize::try_from(length).ok().and_then(|length| bytes.get(at + HEAD..)?.get(..length));
     match body {
         Some(body) if known(kind) => Ok(Frame { kind, body, next: at + HEAD + body.len() }),
-        Some(_) => Err(format!("no record is of the kind {kind:#04x}")),
-        None => Err(format!("a record of {length} bytes, {} are left", left - HEAD)),
+        Some(_) => Err(RecordError::Kind { kind }),
+        None => Err(RecordError::Short { length, left: left - HEAD }),
     }
 }
 

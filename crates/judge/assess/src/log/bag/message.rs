@@ -6,7 +6,8 @@ use std::cell::Cell;
 use serde_json::Value;
 
 use super::chunk::read;
-use crate::log::cdr::Schema;
+use super::error::Unreadable;
+use crate::log::cdr::{CdrError, Schema};
 use crate::log::path::{Path, Step};
 
 /// The longest message that is expanded, bytes. An image of 4 megapixels fits.
@@ -29,7 +30,26 @@ pub(super) enum Coded<'a> {
     Json,
     Cdr(&'a Schema),
     /// Reason that they cannot be read.
-    Not(&'a str),
+    Not(&'a Unreadable),
+}
+
+/// A message gives no numbers.
+#[derive(Debug, thiserror::Error)]
+pub(in crate::log) enum MessageError {
+    #[error("a message is no JSON: {0}")]
+    Json(serde_json::Error),
+    #[error("a message is a broken zstd frame: {0}")]
+    Packed(std::io::Error),
+    #[error("messages are zstd frames, and one has more than {most} bytes once expanded")]
+    Large { most: u64 },
+    #[error("no field `{field}` in a message")]
+    NoField { field: String },
+    #[error("`{field}` is no number")]
+    NoNumber { field: String },
+    #[error(transparent)]
+    Cdr(#[from] CdrError),
+    #[error(transparent)]
+    Unreadable(#[from] Unreadable),
 }
 
 impl Message<'_> {
@@ -39,39 +59,38 @@ impl Message<'_> {
     }
 
     /// The numbers at `paths`.
-    pub(in crate::log) fn numbers(&self, paths: &[Path]) -> Result<Vec<f64>, String> {
+    pub(in crate::log) fn numbers(&self, paths: &[Path]) -> Result<Vec<f64>, MessageError> {
         match self.coded {
             Coded::Json => {
-                let value: Value = serde_json::from_slice(&self.unpacked()?)
-                    .map_err(|error| format!("a message is no JSON: {error}"))?;
+                let value: Value = serde_json::from_slice(&self.unpacked()?).map_err(MessageError::Json)?;
                 paths.iter().map(|path| number(&value, path.steps())).collect()
             }
-            Coded::Cdr(schema) => schema.numbers(&self.unpacked()?, paths),
-            Coded::Not(why) => Err(why.to_owned()),
+            Coded::Cdr(schema) => Ok(schema.numbers(&self.unpacked()?, paths)?),
+            Coded::Not(error) => Err(error.clone().into()),
         }
     }
 
-    fn unpacked(&self) -> Result<Cow<'_, [u8]>, String> {
+    fn unpacked(&self) -> Result<Cow<'_, [u8]>, MessageError> {
         if !self.is_packed() {
             return Ok(Cow::Borrowed(self.data));
         }
-        let broken = |error: std::io::Error| format!("a message is a broken zstd frame: {error}");
         let most = self.budget.get().min(MAX_MESSAGE);
-        let (bytes, ended) = read(zstd::stream::read::Decoder::with_buffer(self.data).map_err(broken)?, most + 1);
-        ended.map_err(broken)?;
+        let (bytes, ended) =
+            read(zstd::stream::read::Decoder::with_buffer(self.data).map_err(MessageError::Packed)?, most + 1);
+        ended.map_err(MessageError::Packed)?;
         self.budget.set(self.budget.get().saturating_sub(bytes.len() as u64));
         match bytes.len() as u64 > most {
-            true => Err(format!("messages are zstd frames, and one has more than {most} bytes once expanded")),
+            true => Err(MessageError::Large { most }),
             false => Ok(Cow::Owned(bytes)),
         }
     }
 }
 
-fn number(value: &Value, steps: &[Step]) -> Result<f64, String> {
+fn number(value: &Value, steps: &[Step]) -> Result<f64, MessageError> {
     let mut node = value;
     for step in steps {
         let found = node.get(&step.name).and_then(|part| step.index.map_or(Some(part), |index| part.get(index)));
-        node = found.ok_or_else(|| format!("no field `{}` in a message", step.name))?;
+        node = found.ok_or_else(|| MessageError::NoField { field: step.name.clone() })?;
     }
     match node {
         // Writers give `null` for a number that is not finite.
@@ -79,7 +98,7 @@ fn number(value: &Value, steps: &[Step]) -> Result<f64, String> {
         Value::Bool(set) => Ok(f64::from(u8::from(*set))),
         Value::Number(number) => Ok(number.as_f64().unwrap_or(f64::NAN)),
         Value::String(_) | Value::Array(_) | Value::Object(_) => {
-            Err(format!("`{}` is no number", steps.last().map_or("", |step| &step.name)))
+            Err(MessageError::NoNumber { field: steps.last().map(|step| step.name.clone()).unwrap_or_default() })
         }
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use mcap::records::{Channel as ChannelRecord, Record};
 
+use super::error::{RecordError, Unreadable};
 use super::message::{Coded, Message};
 use super::{Each, frame};
 use crate::log::cdr::Schema;
@@ -12,7 +13,7 @@ use crate::log::found::Found;
 use crate::log::{MAX_TOPICS, Topic};
 
 /// Most schemas of one file.
-const MAX_SCHEMAS: usize = 1024;
+pub(super) const MAX_SCHEMAS: usize = 1024;
 
 /// Topics, channels and schemas of a file.
 #[derive(Default)]
@@ -36,13 +37,13 @@ enum Encoding {
     Json,
     Cdr,
     /// Reason that it is not read.
-    Other(String),
+    Other(Unreadable),
 }
 
 enum Definition {
     Ros(Schema),
     /// Reason that there is none to be read by.
-    Not(String),
+    Not(Unreadable),
 }
 
 /// Schemas and channels of the summary, which replace those that a damaged chunk had.
@@ -91,7 +92,7 @@ impl Tables {
         spare: Option<&Spare<'_>>,
         (part, budget): (u32, &Cell<u64>),
         each: &mut Each<'_>,
-    ) -> Result<(), String> {
+    ) -> Result<(), RecordError> {
         match record {
             Record::Schema { header, data } => self.define(header.id, &header.name, &header.encoding, data),
             Record::Channel(channel) => self.open(channel),
@@ -105,10 +106,10 @@ impl Tables {
                 };
                 let coded = match (&channel.encoding, self.schemas.get(&channel.schema)) {
                     (Encoding::Json, _) => Coded::Json,
-                    (Encoding::Other(why), _) => Coded::Not(why),
+                    (Encoding::Other(error), _) => Coded::Not(error),
                     (Encoding::Cdr, Some((_, Definition::Ros(schema)))) => Coded::Cdr(schema),
-                    (Encoding::Cdr, Some((_, Definition::Not(why)))) => Coded::Not(why),
-                    (Encoding::Cdr, None) => Coded::Not("its channel names no definition"),
+                    (Encoding::Cdr, Some((_, Definition::Not(error)))) => Coded::Not(error),
+                    (Encoding::Cdr, None) => Coded::Not(&Unreadable::NoDefinition),
                 };
                 let message = Message { log_us: header.log_time / 1000, data, coded, budget };
                 self.topics[channel.topic].records += 1;
@@ -132,26 +133,23 @@ impl Tables {
         }
     }
 
-    fn define(&mut self, id: u16, name: &str, encoding: &str, data: &[u8]) -> Result<(), String> {
+    fn define(&mut self, id: u16, name: &str, encoding: &str, data: &[u8]) -> Result<(), RecordError> {
         if self.schemas.len() == MAX_SCHEMAS && !self.schemas.contains_key(&id) {
-            return Err(format!("more than {MAX_SCHEMAS} schemas"));
+            return Err(RecordError::ManySchemas);
         }
         let definition = match encoding {
-            "ros2msg" => Schema::parse(name, data).map_or_else(Definition::Not, Definition::Ros),
-            other => Definition::Not(format!(
-                "the definition of its messages is in `{}`, expected `ros2msg`",
-                other.escape_debug()
-            )),
+            "ros2msg" => Schema::parse(name, data).map_or_else(|error| Definition::Not(error.into()), Definition::Ros),
+            other => Definition::Not(Unreadable::DefinitionEncoding { got: other.to_owned() }),
         };
         self.schemas.insert(id, (name.to_owned(), definition));
         Ok(())
     }
 
-    fn open(&mut self, channel: &ChannelRecord) -> Result<(), String> {
+    fn open(&mut self, channel: &ChannelRecord) -> Result<(), RecordError> {
         let kind = self.schemas.get(&channel.schema_id).map_or("", |(name, _)| name);
         let topic = match self.topics.iter().position(|topic| topic.name == channel.topic) {
             Some(topic) => topic,
-            None if self.topics.len() == MAX_TOPICS => return Err(format!("more than {MAX_TOPICS} topics")),
+            None if self.topics.len() == MAX_TOPICS => return Err(RecordError::ManyTopics),
             None => {
                 self.topics.push(Topic { name: channel.topic.clone(), kind: kind.to_owned(), records: 0 });
                 self.topics.len() - 1
@@ -160,24 +158,21 @@ impl Tables {
         let encoding = match channel.message_encoding.as_str() {
             "json" => Encoding::Json,
             "cdr" => Encoding::Cdr,
-            other => {
-                Encoding::Other(format!("its messages are in `{}`, expected `json` or `cdr`", other.escape_debug()))
-            }
+            other => Encoding::Other(Unreadable::Encoding { got: other.to_owned() }),
         };
         self.channels.insert(channel.id, Channel { topic, schema: channel.schema_id, encoding });
         Ok(())
     }
 
     /// Opens a channel that the summary has.
-    fn adopt(&mut self, id: u16, spare: Option<&Spare<'_>>) -> Result<(), String> {
+    fn adopt(&mut self, id: u16, spare: Option<&Spare<'_>>) -> Result<(), RecordError> {
         let Some((spare, body)) = spare.and_then(|spare| Some((spare, *spare.channels.get(&id)?))) else {
             return Ok(());
         };
-        let parsed = |kind: u8, body| mcap::parse_record(kind, body).map_err(|error| error.to_string());
-        let Record::Channel(channel) = parsed(frame::CHANNEL, body)? else { return Ok(()) };
+        let Record::Channel(channel) = mcap::parse_record(frame::CHANNEL, body)? else { return Ok(()) };
         if let (false, Some(body)) =
             (self.schemas.contains_key(&channel.schema_id), spare.schemas.get(&channel.schema_id))
-            && let Record::Schema { header, data } = parsed(frame::SCHEMA, body)?
+            && let Record::Schema { header, data } = mcap::parse_record(frame::SCHEMA, body)?
         {
             self.define(header.id, &header.name, &header.encoding, &data)?;
         }

@@ -15,6 +15,37 @@ const MAX_FIELDS: usize = 1024;
 /// Most of a line that an error shows, characters.
 const SHOWN: usize = 60;
 
+/// A line of a definition is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line} of its definition, `{}`: {fault}", shown.escape_debug())]
+pub(in crate::log) struct DefinitionError {
+    line: usize,
+    /// Its first characters.
+    shown: String,
+    fault: LineFault,
+}
+
+/// Fault of a line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+enum LineFault {
+    #[error("`MSG: package/Type` expected behind a line of `=`")]
+    NoType,
+    #[error("`MSG: package/Type` expected")]
+    TypeName,
+    #[error("`{name}` is defined twice")]
+    TypeTwice { name: String },
+    #[error("a definition of more than {MAX_TYPES} types")]
+    ManyTypes,
+    #[error("`{name}` has two fields of this name")]
+    FieldTwice { name: String },
+    #[error("a type of more than {MAX_FIELDS} fields")]
+    ManyFields,
+    #[error("neither a field (`type name`) nor a constant (`type NAME=value`)")]
+    Neither,
+    #[error("`{}` is no type", text.escape_debug())]
+    Kind { text: String },
+}
+
 /// The types of a definition by name.
 pub(super) type Types = BTreeMap<String, Vec<Field>>;
 
@@ -27,15 +58,14 @@ struct Reading {
 }
 
 /// Reads the definition of `root`.
-pub(super) fn parse(root: &str, text: &[u8]) -> Result<Types, String> {
+pub(super) fn parse(root: &str, text: &[u8]) -> Result<Types, DefinitionError> {
     let text = String::from_utf8_lossy(text);
     let types = BTreeMap::from([(root.to_owned(), Vec::new())]);
     let mut reading = Reading { types, current: root.to_owned(), separated: false };
     for (i, line) in text.lines().enumerate() {
         let bare = line.split('#').next().unwrap_or_default().trim();
-        if let Err(reason) = reading.line(bare) {
-            let shown: String = bare.chars().take(SHOWN).collect();
-            return Err(format!("line {} of its definition, `{}`: {reason}", i + 1, shown.escape_debug()));
+        if let Err(fault) = reading.line(bare) {
+            return Err(DefinitionError { line: i + 1, shown: bare.chars().take(SHOWN).collect(), fault });
         }
     }
     Ok(reading.types)
@@ -47,7 +77,7 @@ pub(super) fn short(name: &str) -> String {
 }
 
 impl Reading {
-    fn line(&mut self, line: &str) -> Result<(), String> {
+    fn line(&mut self, line: &str) -> Result<(), LineFault> {
         if line.is_empty() {
             return Ok(());
         }
@@ -57,51 +87,50 @@ impl Reading {
         }
         match (line.strip_prefix("MSG:"), self.separated) {
             (Some(name), _) => self.begin(name.trim()),
-            (None, true) => Err("`MSG: package/Type` expected behind a line of `=`".to_owned()),
+            (None, true) => Err(LineFault::NoType),
             (None, false) => self.field(line),
         }
     }
 
-    fn begin(&mut self, name: &str) -> Result<(), String> {
+    fn begin(&mut self, name: &str) -> Result<(), LineFault> {
         let parts: Vec<&str> = name.split('/').collect();
         if !(2..=3).contains(&parts.len()) || !parts.iter().all(|part| is_name(part)) {
-            return Err("`MSG: package/Type` expected".to_owned());
+            return Err(LineFault::TypeName);
         }
         (self.current, self.separated) = (short(name), false);
         if self.types.insert(self.current.clone(), Vec::new()).is_some_and(|before| !before.is_empty()) {
-            return Err(format!("`{}` is defined twice", self.current));
+            return Err(LineFault::TypeTwice { name: self.current.clone() });
         }
         match self.types.len() > MAX_TYPES {
-            true => Err(format!("a definition of more than {MAX_TYPES} types")),
+            true => Err(LineFault::ManyTypes),
             false => Ok(()),
         }
     }
 
-    fn field(&mut self, line: &str) -> Result<(), String> {
+    fn field(&mut self, line: &str) -> Result<(), LineFault> {
         let package = self.current.split('/').next().unwrap_or_default();
         let Some(field) = field(line, package)? else { return Ok(()) };
         let fields = self.types.entry(self.current.clone()).or_default();
         if fields.iter().any(|other| other.name == field.name) {
-            return Err(format!("`{}` has two fields of this name", self.current));
+            return Err(LineFault::FieldTwice { name: self.current.clone() });
         }
         fields.push(field);
         match fields.len() > MAX_FIELDS {
-            true => Err(format!("a type of more than {MAX_FIELDS} fields")),
+            true => Err(LineFault::ManyFields),
             false => Ok(()),
         }
     }
 }
 
 /// A line of a definition; none for a constant.
-fn field(line: &str, package: &str) -> Result<Option<Field>, String> {
-    let neither = || "neither a field (`type name`) nor a constant (`type NAME=value`)".to_owned();
-    let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(neither)?;
+fn field(line: &str, package: &str) -> Result<Option<Field>, LineFault> {
+    let (kind, rest) = line.split_once(char::is_whitespace).ok_or(LineFault::Neither)?;
     let rest = rest.trim_start();
     let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
     let (name, rest_of_line) = (&rest[..end], rest[end..].trim());
     let (kind, many) = kind_of(kind, package)?;
     if !is_name(name) {
-        return Err(neither());
+        return Err(LineFault::Neither);
     }
     let is_value = |value: &str| match (&kind, many) {
         (Kind::Number(_), Many::One) => {
@@ -116,16 +145,16 @@ fn field(line: &str, package: &str) -> Result<Option<Field>, String> {
     match rest_of_line.strip_prefix('=').map(str::trim) {
         // A text's value need not be quoted in a constant.
         Some(value) if is_value(value) || matches!(kind, Kind::Text) && !value.is_empty() => Ok(None),
-        Some(_) => Err(neither()),
+        Some(_) => Err(LineFault::Neither),
         None if rest_of_line.is_empty() || is_value(rest_of_line) => {
             Ok(Some(Field { name: name.to_owned(), kind, many }))
         }
-        None => Err(neither()),
+        None => Err(LineFault::Neither),
     }
 }
 
-fn kind_of(text: &str, package: &str) -> Result<(Kind, Many), String> {
-    let malformed = || format!("`{}` is no type", text.escape_debug());
+fn kind_of(text: &str, package: &str) -> Result<(Kind, Many), LineFault> {
+    let malformed = || LineFault::Kind { text: text.to_owned() };
     let bounded = |text: &str| text.strip_prefix("<=").is_some_and(|most| most.parse::<u32>().is_ok());
     let (kind, many) = match text.split_once('[') {
         Some((kind, size)) => {
@@ -156,7 +185,7 @@ mod tests {
     use super::*;
 
     fn parse_error(text: &str) -> String {
-        parse("a/A", text.as_bytes()).unwrap_err()
+        parse("a/A", text.as_bytes()).unwrap_err().to_string()
     }
 
     #[test]

@@ -2,6 +2,8 @@
 //!
 //! PX4 writes a sync record twice a second: eleven bytes that no message has by chance. Reading goes on there, as pyulog's does.
 
+use super::error::RecordError;
+
 /// Length of a record's own header: its size, its type.
 pub(super) const HEAD: usize = 3;
 /// A whole sync record.
@@ -28,27 +30,25 @@ pub(super) enum There<'a> {
 ///
 /// # Errors
 /// The reason that there is none.
-pub(super) fn read_record(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_>, String> {
+pub(super) fn read_record(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_>, RecordError> {
     let left = bytes.len() - at;
     if let (Some(start), true) = (cut, left < HEAD) {
         return Ok(There::Cut(start));
     }
     let [low, high, kind, ..] = bytes[at..] else {
-        return Err(format!("a record's header has {HEAD} bytes, {left} are left"));
+        return Err(RecordError::Header { left });
     };
     let size = usize::from(u16::from_le_bytes([low, high]));
     let next = at + HEAD + size;
     if let Some(start) = cut.filter(|start| next > *start && *start < bytes.len()) {
         return Ok(There::Cut(start));
     }
-    let shown = char::from(kind).escape_default();
     // Records of types from after this program are skipped, as the format wants; anything but a capital letter is damage.
     if !kind.is_ascii_uppercase() {
-        return Err(format!("a record's type is a capital letter, got `{shown}`"));
+        return Err(RecordError::Type { got: kind });
     }
-    let body = bytes.get(at + HEAD..next);
-    let body =
-        body.ok_or_else(|| format!("a record `{shown}` of {size} bytes, {} are left", left.saturating_sub(HEAD)))?;
+    let short = || RecordError::Short { kind, size, left: left.saturating_sub(HEAD) };
+    let body = bytes.get(at + HEAD..next).ok_or_else(short)?;
     Ok(There::Record(Record { kind, body, next }))
 }
 
@@ -62,16 +62,15 @@ pub(super) fn find(bytes: &[u8], from: usize) -> Option<usize> {
 ///
 /// # Errors
 /// When a sync record begins within it, or none of any kind behind it: its length is false, or bytes of it are missing.
-pub(super) fn check(bytes: &[u8], at: usize, record: &Record<'_>, cut: Option<usize>) -> Result<(), String> {
-    let shown = char::from(record.kind).escape_default();
-    let size = record.body.len();
-    if let Some(inside) = find_sync(bytes, at, record) {
-        return Err(format!("a record `{shown}` of {size} bytes reaches into the sync record at byte {inside}"));
+pub(super) fn check(bytes: &[u8], at: usize, record: &Record<'_>, cut: Option<usize>) -> Result<(), RecordError> {
+    let (kind, size) = (record.kind, record.body.len());
+    if let Some(sync) = find_sync(bytes, at, record) {
+        return Err(RecordError::OverSync { kind, size, sync });
     }
     let cut = cut.is_some_and(|start| record.next + HEAD > start);
     match cut || plausible(bytes, record.next) || find(bytes, record.next).is_none() {
         true => Ok(()),
-        false => Err(format!("behind a record `{shown}` of {size} bytes stands none")),
+        false => Err(RecordError::NoneBehind { kind, size }),
     }
 }
 

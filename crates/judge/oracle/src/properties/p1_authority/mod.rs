@@ -35,14 +35,14 @@ pub(super) const LIMITS: [LimitRow; 2] = [
 ];
 
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
-    let mut found = acts(facts);
+    let mut found = acts_without_authority(facts);
     found.extend(authority_outlives(facts));
     found.extend(guards::check(facts));
     found
 }
 
 /// Acts without authority, without a confirmation in time, or with a failing guard by the unit's own word.
-fn acts(facts: &Facts) -> Vec<Finding> {
+fn acts_without_authority(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let mut found = Vec::new();
     let guards_held: BTreeMap<u32, bool> = evidence
@@ -56,8 +56,9 @@ fn acts(facts: &Facts) -> Vec<Finding> {
     let mut used = BTreeSet::new();
     for w in &evidence.entries {
         let Any::Instrument(Note::PlantAct { authority, command, .. }) = w.entry.event else { continue };
-        let minted = timeline.minted.iter().any(|(at, serial, _)| *serial == authority && *at <= w.at);
-        let revoked = timeline.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
+        let minted = timeline.minted.iter().any(|(minted_at, serial, _)| *serial == authority && *minted_at <= w.at);
+        let revoked = timeline.revoked.iter().any(|(revoked_at, serial)| *serial == authority && *revoked_at <= w.at);
+        // Authority is for one act: a second under the same is one without authority.
         if !minted || revoked || !used.insert(authority) {
             found.push(finding(
                 Property::P1,
@@ -69,8 +70,8 @@ fn acts(facts: &Facts) -> Vec<Finding> {
             found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
         }
         let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-        let confirmed = timeline.intended.iter().any(|(at, id, kind)| {
-            *id == command && matches!(kind, CommandKind::Confirm(_)) && *at <= w.at && w.at - *at <= limit
+        let confirmed = timeline.intended.iter().any(|(given_at, id, kind)| {
+            *id == command && matches!(kind, CommandKind::Confirm(_)) && *given_at <= w.at && w.at - *given_at <= limit
         });
         if !confirmed {
             found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
@@ -89,8 +90,8 @@ fn authority_outlives(facts: &Facts) -> Vec<Finding> {
     let limit = (evidence.bounds.authority_ms + evidence.bounds.control_period_ms) * 1000 + SLACK;
     let long = timeline.authority_spans(evidence.duration).filter(|(from, to)| to.saturating_sub(*from) > limit);
     long.map(|(from, _)| {
-        let what = format!("authority is held for longer than {} ms", evidence.bounds.authority_ms);
-        finding(Property::P1, from + limit, what)
+        let message = format!("authority is held for longer than {} ms", evidence.bounds.authority_ms);
+        finding(Property::P1, from + limit, message)
     })
     .collect()
 }
@@ -98,7 +99,7 @@ fn authority_outlives(facts: &Facts) -> Vec<Finding> {
 fn confirmation_ages(facts: &Facts) -> impl Iterator<Item = u64> {
     facts.evidence.entries.iter().filter(|w| w.at <= facts.evidence.duration).filter_map(|w| match w.entry.event {
         Any::Instrument(Note::PlantAct { command, .. }) => {
-            facts.timeline.given_at(command).map(|given| w.at.saturating_sub(given))
+            facts.timeline.given_at(command).map(|given_at| w.at.saturating_sub(given_at))
         }
         _ => None,
     })

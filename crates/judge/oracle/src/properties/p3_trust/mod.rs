@@ -59,7 +59,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     found
 }
 
-/// Loss of the localisation for good after which the unit goes on.
+/// Loss of the localisation for longer than *Th* after which the unit goes on.
 fn without_localisation(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let th = evidence.bounds.to_hold_safe_ms * 1000;
@@ -69,8 +69,8 @@ fn without_localisation(facts: &Facts) -> Vec<Finding> {
     });
     due.filter_map(|f| {
         let mode = timeline.mode_at(process::can_judge(evidence, evidence.under.node(), f.start + th));
-        let what = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
-        (!is_resting(mode)).then(|| finding(Property::P3, f.start + th, what))
+        let message = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
+        (!is_resting(mode)).then(|| finding(Property::P3, f.start + th, message))
     })
     .collect()
 }
@@ -85,17 +85,17 @@ fn without_timely_records(facts: &Facts) -> Vec<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let mut found = Vec::new();
     for node in [NodeId::GATEWAY, evidence.under.node()] {
-        for (before, at) in link::silences(facts, node) {
-            let due = contact::may_go_on_until(evidence, before).unwrap_or(before + th);
-            if at <= due {
+        for (begin, end) in link::silences(facts, node) {
+            let due = contact::may_go_on_until(evidence, begin).unwrap_or(begin + th);
+            if end <= due {
                 continue;
             }
-            // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
+            // A unit that did not run judges when it runs again; until then the lease of its plant limits it.
             let mode = timeline.mode_at(process::can_judge(evidence, evidence.under.node(), due));
             if !is_resting(mode) {
-                let silent = (due - before) / 1000;
-                let what = format!("nothing timely at {node} for {silent} ms and still {}", mode.name());
-                found.push(finding(Property::P3, due, what));
+                let silent = (due - begin) / 1000;
+                let message = format!("nothing timely at {node} for {silent} ms and still {}", mode.name());
+                found.push(finding(Property::P3, due, message));
             }
         }
     }
@@ -110,13 +110,14 @@ fn hold_not_obeyed(facts: &Facts) -> Vec<Finding> {
     let lived = |from: Micros, to: Micros| dead.iter().all(|(died, restarted)| to < *died || from > *restarted);
     let th = evidence.bounds.to_hold_safe_ms * 1000 + SLACK;
     let holds = timeline.intended.iter().filter(|(.., kind)| *kind == CommandKind::Hold);
-    let due = holds.map(|(given, id, _)| (timeline.order_due(*id, *given), id));
-    let due = due.filter(|(at, _)| at + th <= evidence.duration && lived(*at, at + th));
-    let late = due
-        .filter(|(at, _)| !timeline.was_in(Mode::HoldSafe, *at, at + th) && !timeline.was_in(Mode::Idle, *at, at + th));
-    late.map(|(at, id)| {
-        let what = format!("{id}, a hold, was due and {} ms later the unit had not held", th / 1000);
-        finding(Property::P3, at + th, what)
+    let due = holds.map(|(given_at, id, _)| (timeline.order_due(*id, *given_at), id));
+    let due = due.filter(|(due_at, _)| due_at + th <= evidence.duration && lived(*due_at, due_at + th));
+    let late = due.filter(|(due_at, _)| {
+        !timeline.was_in(Mode::HoldSafe, *due_at, due_at + th) && !timeline.was_in(Mode::Idle, *due_at, due_at + th)
+    });
+    late.map(|(due_at, id)| {
+        let message = format!("{id}, a hold, was due and {} ms later the unit had not held", th / 1000);
+        finding(Property::P3, due_at + th, message)
     })
     .collect()
 }
@@ -129,7 +130,7 @@ fn blind_times(facts: &Facts) -> impl Iterator<Item = u64> {
 
 fn unheard_times(facts: &Facts, node: NodeId) -> impl Iterator<Item = u64> {
     let beyond_contact =
-        |(last, at): &(Micros, Micros)| contact::may_go_on_until(facts.evidence, *last).is_none_or(|due| *at > due);
+        |(begin, end): &(Micros, Micros)| contact::may_go_on_until(facts.evidence, *begin).is_none_or(|due| *end > due);
     let silences = link::silences(facts, node).into_iter().filter(beyond_contact);
     silences.map(|silence| facts.timeline.stayed(silence, |mode| !is_resting(mode)))
 }

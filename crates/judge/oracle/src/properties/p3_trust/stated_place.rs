@@ -10,7 +10,7 @@ use wire::event::Event;
 use super::{Finding, Property, finding};
 use crate::facts::Facts;
 use crate::facts::braking::braked_to;
-use crate::facts::guest::drives;
+use crate::facts::guest::is_driving;
 use crate::facts::place::{length, minus, stated_poses, true_places};
 use crate::facts::timeline::is_resting;
 
@@ -27,8 +27,9 @@ pub(super) fn unit_astray(facts: &Facts) -> Option<Finding> {
         since = (off > margin).then_some(since.unwrap_or(s.at));
         let mode = timeline.mode_at(s.at);
         if since.is_some_and(|since| s.at - since > th) && !is_resting(mode) {
-            let what = format!("{off:.0} mm from where it takes itself to be for {} ms and {}", th / 1000, mode.name());
-            return Some(finding(Property::P3, s.at, what));
+            let message =
+                format!("{off:.0} mm from where it takes itself to be for {} ms and {}", th / 1000, mode.name());
+            return Some(finding(Property::P3, s.at, message));
         }
     }
     None
@@ -48,24 +49,24 @@ pub(super) fn guest_astray(facts: &Facts) -> Option<Finding> {
     });
     // Begin of the time astray, and begin of a stop meanwhile: a short stop clears no false place.
     let (mut since, mut stood): (Option<Micros>, Option<Micros>) = (None, None);
-    for (at, stamp, place) in places {
+    for (time, stamp, place) in places {
         let Some([x, y]) = truth.last_before(stamp) else { continue };
         let off = length(minus(place, (x, y)));
-        let moves = timeline.truth.iter().rev().find(|t| t.at <= at).is_some_and(drives);
-        stood = if moves { None } else { stood.or(Some(at)) };
-        if off <= margin || stood.is_some_and(|stood| at - stood >= th) {
+        let moves = timeline.truth.iter().rev().find(|t| t.at <= time).is_some_and(is_driving);
+        stood = if moves { None } else { stood.or(Some(time)) };
+        if off <= margin || stood.is_some_and(|stood| time - stood >= th) {
             since = None;
         } else if moves {
-            since = since.or(Some(at));
+            since = since.or(Some(time));
         }
-        let Some(from) = since.filter(|since| moves && at - since > th) else { continue };
+        let Some(from) = since.filter(|since| moves && time - since > th) else { continue };
         let due = braked_to(evidence, from + th, 0);
-        if at > due {
-            let what = format!(
+        if time > due {
+            let message = format!(
                 "drives {off:.0} mm from the place that it goes by, {} ms after that began",
-                (at - from) / 1000
+                (time - from) / 1000
             );
-            return Some(finding(Property::P3, at, what));
+            return Some(finding(Property::P3, time, message));
         }
     }
     None

@@ -45,6 +45,7 @@ fn unaccepted_content(facts: &Facts) -> Vec<Finding> {
     let mut rogues: BTreeMap<CommandId, Vec<RogueCommand>> = BTreeMap::new();
     let mut accepted_by_unit: BTreeSet<RecordId> = BTreeSet::new();
     let mut found = Vec::new();
+    // Entries are in the order of time: a record or a rogue command counts from its entry on, never for earlier ones.
     for w in &evidence.entries {
         match w.entry.event {
             Any::Service(Event::Accepted { record, .. }) if w.entry.node == NodeId::GATEWAY => {
@@ -56,8 +57,8 @@ fn unaccepted_content(facts: &Facts) -> Vec<Finding> {
             Any::Service(Event::Inconsistent { unit, record, .. })
                 if w.entry.node == evidence.under.node() && !accepted_by_unit.contains(&record) =>
             {
-                let what = format!("{} is found out by {record}, which the unit never accepted", unit.node());
-                found.push(finding(Property::P5, w.at, what));
+                let message = format!("{} is found out by {record}, which the unit never accepted", unit.node());
+                found.push(finding(Property::P5, w.at, message));
             }
             Any::Service(Event::Displayed { unit, report, freshness, .. })
                 if freshness != Freshness::Lost && report.node != unit.node() =>
@@ -76,10 +77,11 @@ fn unaccepted_content(facts: &Facts) -> Vec<Finding> {
                 if !timeline.operator_gave(command, kind, w.at) =>
             {
                 let rogues = rogues.get(&command).map_or(&[][..], Vec::as_slice);
+                // An id alone could be that of another command: kind and key decide too.
                 let excused = rogues.iter().any(|rogue| stops_as_operator(evidence, command, kind, *rogue, w.at));
                 if !excused {
-                    let what = format!("{} {command} was executed and no operator gave it", kind.name());
-                    found.push(finding(Property::P5, w.at, what));
+                    let message = format!("{} {command} was executed and no operator gave it", kind.name());
+                    found.push(finding(Property::P5, w.at, message));
                 }
             }
             _ => {}
@@ -95,26 +97,26 @@ fn stops_as_operator(
     command: CommandId,
     executed: CommandKind,
     rogue: RogueCommand,
-    at: Micros,
+    executed_at: Micros,
 ) -> bool {
     let (kind, key) = rogue;
-    executed == kind && kind.towards_safe() && command.operator == key && is_admitted(evidence, key, at)
+    executed == kind && kind.towards_safe() && command.operator == key && is_admitted(evidence, key, executed_at)
 }
 
 /// True if `operator` was one still within its validity, and the unit did not know of its revocation and need not have
 /// known: the gateway has *Th* to bring it, after which a unit without messages holds.
-fn is_admitted(evidence: &Evidence, operator: NodeId, at: Micros) -> bool {
+fn is_admitted(evidence: &Evidence, operator: NodeId, time: Micros) -> bool {
     let until = evidence.operators.iter().find(|(known, _)| *known == operator).map(|(_, until)| *until);
     let th = evidence.bounds.to_hold_safe_ms * 1000;
-    let struck = evidence.entries.iter().take_while(|w| w.at <= at).any(|w| match w.entry.event {
+    let struck = evidence.entries.iter().take_while(|w| w.at <= time).any(|w| match w.entry.event {
         Any::Service(Event::Struck { who }) if who == operator => match w.entry.node {
-            node if node == evidence.under.node() => w.at < at,
-            NodeId::GATEWAY => at - w.at > th,
+            node if node == evidence.under.node() => w.at < time,
+            NodeId::GATEWAY => time - w.at > th,
             _ => false,
         },
         _ => false,
     });
-    until.is_some_and(|until| at <= until.saturating_add(SLACK)) && !struck
+    until.is_some_and(|until| time <= until.saturating_add(SLACK)) && !struck
 }
 
 fn accepted_ages(evidence: &Evidence) -> impl Iterator<Item = u64> {

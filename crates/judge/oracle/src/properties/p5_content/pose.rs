@@ -30,7 +30,7 @@ fn odometry_faults(evidence: &Evidence) -> Vec<Span> {
 }
 
 /// Pose that moves under fixes that the unit says it distrusts: only odometry may move it then, which goes as the unit
-/// goes. While odometry has a fault of its own the pose may lag behind by all that the unit can go.
+/// goes. While odometry has a fault itself the pose may lag behind by all that the unit can go.
 pub(super) fn moved_by_distrusted_fixes(evidence: &Evidence) -> Option<Finding> {
     let truth = true_places(evidence);
     let faults = odometry_faults(evidence);
@@ -49,16 +49,16 @@ pub(super) fn moved_by_distrusted_fixes(evidence: &Evidence) -> Option<Finding> 
         let (since, pose, place) = *distrusted.get_or_insert((s.at, s.pose, (x, y)));
         way += length(minus((x, y), last));
         last = (x, y);
-        let (moved, went) = (minus(s.pose, pose), minus((x, y), place));
-        let off = length(minus(moved, went));
+        let (moved, driven) = (minus(s.pose, pose), minus((x, y), place));
+        let off = length(minus(moved, driven));
         let lasted = (s.at - since) as f64 / 1e6;
         let overlap = |(from, to): &Span| s.at.min(*to).saturating_sub(since.max(*from)) as f64 / 1e6;
         let fastest = f64::from(evidence.bounds.max_speed_mm_s) + f64::from(OVERSPEED);
         let unseen = faults.iter().map(overlap).sum::<f64>() * fastest;
         let allowed = ODOMETRY.0 + ODOMETRY.1 * way + ODOMETRY.2 * lasted + unseen;
         if length(moved) > ODOMETRY.0 && off > allowed {
-            let what = format!("a pose moved by {off:.0} mm under fixes that the unit distrusts");
-            return Some(finding(Property::P5, s.at, what));
+            let message = format!("a pose moved by {off:.0} mm under fixes that the unit distrusts");
+            return Some(finding(Property::P5, s.at, message));
         }
     }
     None

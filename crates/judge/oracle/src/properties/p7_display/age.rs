@@ -41,17 +41,17 @@ fn accepted_too_old(facts: &Facts, node: NodeId, interface: Interface) -> Option
         .entries
         .iter()
         .filter(|w| {
-            w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Accepted { at, .. }) if at == interface)
+            w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Accepted { at: accepted_on, .. }) if accepted_on == interface)
         })
         .map(|w| w.at)
         .collect();
     let near = |a: Micros, b: Micros| a.abs_diff(b) <= JUDGED_WITHIN;
-    passed.iter().enumerate().find_map(|(i, (at, hash))| {
-        let age = at.checked_sub(*facts.relayed.taken.get(hash)?).filter(|age| *age > limit)?;
-        let alone = i.checked_sub(1).is_none_or(|before| !near(passed[before].0, *at))
-            && passed.get(i + 1).is_none_or(|after| !near(after.0, *at));
-        let next = accepted.get(accepted.partition_point(|a| a < at)).filter(|next| near(**next, *at))?;
-        let what = format!("{node} accepted a record that was at least {} ms old", age / 1000);
-        alone.then(|| finding(Property::P7, *next, what))
+    passed.iter().enumerate().find_map(|(i, (seen_at, hash))| {
+        let age = seen_at.checked_sub(*facts.relayed.taken.get(hash)?).filter(|age| *age > limit)?;
+        let came_alone = i.checked_sub(1).is_none_or(|before| !near(passed[before].0, *seen_at))
+            && passed.get(i + 1).is_none_or(|after| !near(after.0, *seen_at));
+        let next = accepted.get(accepted.partition_point(|a| a < seen_at)).filter(|next| near(**next, *seen_at))?;
+        let message = format!("{node} accepted a record that was at least {} ms old", age / 1000);
+        came_alone.then(|| finding(Property::P7, *next, message))
     })
 }

@@ -18,15 +18,16 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let mut found = Vec::new();
     let mut due: BTreeMap<CommandId, Micros> = BTreeMap::new();
-    let within = ANSWER_WITHIN + SLACK;
+    let answer_limit = ANSWER_WITHIN + SLACK;
     for w in evidence.entries.iter().filter(|w| w.entry.node == NodeId::CONSOLE) {
         let Any::Service(Event::CommandShown { command, shown }) = w.entry.event else { continue };
         let one_step = timeline.intended.iter().any(|(_, id, kind)| *id == command && kind.towards_safe());
         match shown {
             ShownAs::Requested | ShownAs::Released => {
-                due.insert(command, w.at + within);
+                due.insert(command, w.at + answer_limit);
             }
             ShownAs::Sent => {}
+            // An order towards safe has one step: staged, it waits for no second act of the operator.
             ShownAs::Staged if one_step => {}
             // It waits for the operator, who is in no hurry; or it is answered, or shown as not answered.
             ShownAs::Staged
@@ -40,14 +41,16 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
                 }
             }
         }
-        let executed = || timeline.executed.iter().any(|(at, id, _)| *id == command && *at <= w.at + SLACK);
+        let executed =
+            || timeline.executed.iter().any(|(executed_at, id, _)| *id == command && *executed_at <= w.at + SLACK);
         if shown == ShownAs::Executed && !executed() {
-            let what = format!("{command} is shown as executed and the unit did not execute it");
-            found.push(finding(Property::P7, w.at, what));
+            let message = format!("{command} is shown as executed and the unit did not execute it");
+            found.push(finding(Property::P7, w.at, message));
         }
     }
     let end = evidence.duration;
     let alive = !evidence.killed.contains(&NodeId::CONSOLE);
+    // A dead console shows nothing, and a run that ends within the limit shows no overdue command.
     let left = due.into_iter().filter(|(_, until)| alive && *until < end);
     found.extend(left.map(|(command, until)| shown_under_way(command, until)));
     found

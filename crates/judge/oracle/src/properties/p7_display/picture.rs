@@ -26,22 +26,25 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let limit = (evidence.bounds.freshness_ms + evidence.bounds.telemetry_period_ms) * 1000 + SLACK;
     let mut accepted: BTreeMap<RecordId, Micros> = BTreeMap::new();
-    for (at, record) in &timeline.accepted {
-        accepted.entry(*record).or_insert(*at);
+    for (accepted_at, record) in &timeline.accepted {
+        // A record counts from its first acceptance: to accept it again makes it no fresher.
+        accepted.entry(*record).or_insert(*accepted_at);
     }
     let mut found = Vec::new();
     for w in &evidence.entries {
         let Any::Service(Event::Displayed { unit, freshness: Freshness::Fresh, report, .. }) = w.entry.event else {
             continue;
         };
-        if let Some(at) = accepted.get(&report).filter(|at| w.at.saturating_sub(**at) > limit) {
-            let what = format!("{report} shown fresh {} ms after it was accepted", (w.at - at) / 1000);
-            found.push(finding(Property::P7, w.at, what));
+        if let Some(accepted_at) =
+            accepted.get(&report).filter(|accepted_at| w.at.saturating_sub(**accepted_at) > limit)
+        {
+            let message = format!("{report} shown fresh {} ms after it was accepted", (w.at - accepted_at) / 1000);
+            found.push(finding(Property::P7, w.at, message));
         }
         if unit == evidence.under.unit {
             let speed = f64::from(evidence.bounds.max_speed_mm_s);
             let wrong = wrong_part(timeline, &w.entry.event, w.at.saturating_sub(limit), w.at, speed);
-            found.extend(wrong.map(|what| finding(Property::P7, w.at, what)));
+            found.extend(wrong.map(|difference| finding(Property::P7, w.at, difference)));
         }
     }
     found

@@ -20,6 +20,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let mut found = Vec::new();
     for w in &evidence.entries {
         let Any::Service(Event::SessionLost { peer }) = w.entry.event else { continue };
+        // The display shows the number of losses, so that one that was shown before hides no later one.
         let count = counts.entry(peer).or_default();
         *count += 1;
         let due = w.at + SHOWN_WITHIN;
@@ -38,15 +39,15 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     found
 }
 
-/// True if the display last said by `at` that its picture of the owner's unit is fresh; the gateway's word on itself is of
+/// True if the display last said by `time` that its picture of the owner's unit is fresh; the gateway's word on itself is of
 /// no unit, and due as long as that of the unit under test comes through. A dead console has no window.
-fn shown_fresh_at(evidence: &Evidence, owner: NodeId, at: Micros) -> bool {
-    if process::is_dead(evidence, NodeId::CONSOLE, at) {
+fn shown_fresh_at(evidence: &Evidence, owner: NodeId, time: Micros) -> bool {
+    if process::is_dead(evidence, NodeId::CONSOLE, time) {
         return false;
     }
     let shown_unit = owner.unit().unwrap_or(evidence.under.unit);
     let shown = evidence.entries.iter().rev().find_map(|w| match w.entry.event {
-        Any::Service(Event::Displayed { unit, freshness, .. }) if unit == shown_unit && w.at <= at => Some(freshness),
+        Any::Service(Event::Displayed { unit, freshness, .. }) if unit == shown_unit && w.at <= time => Some(freshness),
         _ => None,
     });
     shown == Some(Freshness::Fresh)

@@ -13,52 +13,55 @@ use super::limit::{Limit, LimitRow, longest};
 use super::{BareGuest, Finding, Property, finding};
 use crate::facts::{Facts, SLACK};
 
-pub(super) const BARE_GUEST: BareGuest = BareGuest { check: executions, not_judged: None };
+pub(super) const BARE_GUEST: BareGuest = BareGuest { check: wrong_executions, not_judged: None };
 
 pub(super) const LIMITS: [LimitRow; 1] = [LimitRow {
     limit: Limit::Order,
     name: "lateness of an order",
     length_ms: Some(|bounds| bounds.command_limit_ms),
-    approach: |facts, length_us| longest(delays(facts), length_us),
+    approach: |facts, length_us| longest(execution_delays(facts), length_us),
 }];
 
 pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     let mut found = effect::check(facts);
-    found.extend(executions(facts));
+    found.extend(wrong_executions(facts));
     found.extend(orders_before_lost_session(facts.evidence));
     found
 }
 
 /// Executions that are repeated, late, early, or of an order that is void.
-fn executions(facts: &Facts) -> Vec<Finding> {
+fn wrong_executions(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-    let mut once = BTreeSet::new();
+    let mut executed_ids = BTreeSet::new();
     let mut found = Vec::new();
-    for (at, id, kind) in &timeline.executed {
-        if !once.insert(*id) {
-            found.push(finding(Property::P8, *at, format!("{} {id} executed again", kind.name())));
+    for (executed_at, id, kind) in &timeline.executed {
+        if !executed_ids.insert(*id) {
+            found.push(finding(Property::P8, *executed_at, format!("{} {id} executed again", kind.name())));
         }
-        let Some(given) = timeline.given_at(*id) else { continue };
-        let due = timeline.order_due(*id, given);
+        let Some(given_at) = timeline.given_at(*id) else { continue };
+        let due = timeline.order_due(*id, given_at);
         // A time tag counts from a nonce that may have been issued earlier than the order was given, by the limit at most.
-        let within = timeline.time_tags.get(id).map_or(limit, |(_, within)| within.saturating_add(SLACK));
+        let window = timeline.time_tags.get(id).map_or(limit, |(_, window)| window.saturating_add(SLACK));
         // A stored order to stop is made up for, and P3 judges its delay.
-        let within = if timeline.stored.contains_key(id) && kind.towards_safe() { Micros::MAX } else { within };
-        if at.saturating_sub(due) > within {
-            let what = format!("{} {id} executed more than {} ms late", kind.name(), within / 1000);
-            found.push(finding(Property::P8, *at, what));
+        let window = if timeline.stored.contains_key(id) && kind.towards_safe() { Micros::MAX } else { window };
+        if executed_at.saturating_sub(due) > window {
+            let message = format!("{} {id} executed more than {} ms late", kind.name(), window / 1000);
+            found.push(finding(Property::P8, *executed_at, message));
         }
         let mut stored = timeline.stored.get(id).into_iter().filter(|_| !kind.towards_safe());
-        let holds = timeline.executed.iter().filter(|(.., kind)| *kind == CommandKind::Hold).map(|(at, ..)| *at);
+        let holds =
+            timeline.executed.iter().filter(|(.., kind)| *kind == CommandKind::Hold).map(|(held_at, ..)| *held_at);
         let voided: Vec<Micros> = timeline.changes.iter().map(|c| c.at).chain(holds).collect();
-        if stored.any(|stored| voided.iter().any(|change| change > stored && change + SLACK < *at)) {
-            let what = format!("{} {id} executed though the mode has changed or a hold has come since", kind.name());
-            found.push(finding(Property::P8, *at, what));
+        if stored
+            .any(|stored_at| voided.iter().any(|voided_at| voided_at > stored_at && voided_at + SLACK < *executed_at))
+        {
+            let message = format!("{} {id} executed though the mode has changed or a hold has come since", kind.name());
+            found.push(finding(Property::P8, *executed_at, message));
         }
-        if at.saturating_add(limit) < due {
-            let what = format!("{} {id} executed {} ms before it was due", kind.name(), (due - at) / 1000);
-            found.push(finding(Property::P8, *at, what));
+        if executed_at.saturating_add(limit) < due {
+            let message = format!("{} {id} executed {} ms before it was due", kind.name(), (due - executed_at) / 1000);
+            found.push(finding(Property::P8, *executed_at, message));
         }
     }
     found
@@ -66,20 +69,22 @@ fn executions(facts: &Facts) -> Vec<Finding> {
 
 /// Orders away from safe that were given before the unit's session was lost, and executed after.
 fn orders_before_lost_session(evidence: &Evidence) -> Vec<Finding> {
-    let mut given = BTreeMap::new();
+    let mut intended_at = BTreeMap::new();
     let mut found = Vec::new();
     let mut last_loss = None;
     for w in &evidence.entries {
         match w.entry.event {
             Any::Service(Event::Intended { command, .. }) => {
-                given.insert(command, w.at);
+                intended_at.insert(command, w.at);
             }
             Any::Service(Event::SessionLost { .. }) if w.entry.node == evidence.under.node() => last_loss = Some(w.at),
             Any::Service(Event::Executed { command, kind, refused: None }) if w.entry.node == evidence.under.node() => {
-                let before = given.get(&command).zip(last_loss).is_some_and(|(given, lost)| *given < lost);
+                // A session may be lost to a thief, and its owner cannot tell that from a cut: every order under way is void.
+                let before =
+                    intended_at.get(&command).zip(last_loss).is_some_and(|(intended_at, lost)| *intended_at < lost);
                 if before && !kind.towards_safe() {
-                    let what = format!("{command} was given before the session was lost, and is executed after");
-                    found.push(finding(Property::P8, w.at, what));
+                    let message = format!("{command} was given before the session was lost, and is executed after");
+                    found.push(finding(Property::P8, w.at, message));
                 }
             }
             _ => {}
@@ -89,8 +94,10 @@ fn orders_before_lost_session(evidence: &Evidence) -> Vec<Finding> {
 }
 
 /// Delay of each executed order, microseconds.
-fn delays(facts: &Facts) -> impl Iterator<Item = u64> {
+fn execution_delays(facts: &Facts) -> impl Iterator<Item = u64> {
     let timeline = &facts.timeline;
-    let executed = timeline.executed.iter().filter(|(at, ..)| *at <= facts.evidence.duration);
-    executed.filter_map(|(at, id, _)| Some(at.saturating_sub(timeline.order_due(*id, timeline.given_at(*id)?))))
+    let executed = timeline.executed.iter().filter(|(executed_at, ..)| *executed_at <= facts.evidence.duration);
+    executed.filter_map(|(executed_at, id, _)| {
+        Some(executed_at.saturating_sub(timeline.order_due(*id, timeline.given_at(*id)?)))
+    })
 }

@@ -1,9 +1,9 @@
-//! Responses that the platform owes when one of its processes is killed, hangs, is slow or finds its disk full (`response`, stated
+//! Responses required of the platform when one of its processes is killed, hangs, is slow or finds its disk full (`response`, stated
 //! before any run), and those that a log shows: parts of P2 and P3. Where a log does not allow a conclusion it is no evidence (P10).
 //!
 //! A process that dies writes no more, so each row is read from the others: the mode from the unit's own log, and
 //! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/reference/bounds.md`). A
-//! process that does not run for a time owes what a dead one does, as far as its bounds end within that time; and a unit
+//! process that does not run for a time requires the response to a dead one, as far as its bounds end within that time; and a unit
 //! that did not run for as long as its lease holds as soon as it runs again.
 
 mod response;
@@ -20,7 +20,7 @@ use crate::facts::timeline::{Change, Timeline, is_nominal, is_resting};
 use crate::facts::{Facts, SLACK, process};
 
 use evidence::process_fault::{From, PlantResponse, ProcessFault, Response};
-pub use response::{OWED_RESPONSES, OwedResponse, owed_response};
+pub use response::{REQUIRED_RESPONSES, RequiredResponse, required_response};
 
 /// Time between two samples of the plant's truth.
 const TRUTH_PERIOD: Micros = 100_000;
@@ -28,7 +28,7 @@ const TRUTH_PERIOD: Micros = 100_000;
 /// A process fault under judgement.
 struct JudgedFault<'a> {
     node: NodeId,
-    owed: &'static OwedResponse,
+    required: &'static RequiredResponse,
     fate: ProcessFault,
     killed: Micros,
     /// Time at which it ran again after its longest stop; never for one that is dead.
@@ -64,18 +64,18 @@ fn judged_faults<'a>(facts: &'a Facts<'a>) -> Vec<JudgedFault<'a>> {
             Any::Instrument(Note::DiskFull { node, on: true }) => (node, ProcessFault::Full),
             _ => continue,
         };
-        let Some(owed) = owed_response(evidence.under, node) else { continue };
+        let Some(required) = required_response(evidence.under, node) else { continue };
         if matches!(w.entry.event, Any::Instrument(Note::Suspended { .. })) && process::is_dead(evidence, node, w.at) {
-            continue; // A process that has ended is not stopped: its end owes the response.
+            continue; // A process that has ended is not stopped: its end requires the response.
         }
         let runs_again = process::runs_again(evidence, w);
-        let meanwhile = |at: Micros| at >= w.at && at < runs_again;
+        let while_stopped = |time: Micros| time >= w.at && time < runs_again;
         let hold_given = || {
             let mut holds = timeline.intended.iter().filter(|(.., kind)| *kind == CommandKind::Hold);
-            holds.find(|(at, ..)| meanwhile(*at)).map(|(at, ..)| *at)
+            holds.find(|(given_at, ..)| while_stopped(*given_at)).map(|(given_at, ..)| *given_at)
         };
-        let zero = if owed.from == From::Kill { Some(w.at) } else { hold_given() };
-        faults.push(JudgedFault { node, owed, fate, killed: w.at, runs_again, zero, evidence, timeline });
+        let zero = if required.from == From::Kill { Some(w.at) } else { hold_given() };
+        faults.push(JudgedFault { node, required, fate, killed: w.at, runs_again, zero, evidence, timeline });
     }
     faults
 }
@@ -97,6 +97,7 @@ impl JudgedFault<'_> {
 
     fn lease_ended(&self) -> Option<Micros> {
         if self.runs_again < Micros::MAX {
+            // A unit that runs again gives its plant leases again: only the samples of its stop count.
             let mut stopped = self.timeline.truth.iter().filter(|t| t.at >= self.killed && t.at < self.runs_again);
             return stopped.find(|t| !t.leased).map(|t| t.at);
         }
@@ -108,19 +109,20 @@ impl JudgedFault<'_> {
     }
 
     fn response(&self) -> Response {
-        let ms = |at: Option<Micros>| Some(at?.saturating_sub(self.zero?) as f64 / 1000.0);
+        let ms = |time: Option<Micros>| Some(time?.saturating_sub(self.zero?) as f64 / 1000.0);
         let change = |test: &dyn Fn(Mode) -> bool| {
-            let own = |c: &Change| test(c.to) && c.cause != Cause::Operator;
-            self.timeline.first_change(self.zero?, own).map(|c| c.at)
+            let by_platform = |c: &Change| test(c.to) && c.cause != Cause::Operator;
+            self.timeline.first_change(self.zero?, by_platform).map(|c| c.at)
         };
         let after = self.mode_after();
         let speed = self.timeline.truth.iter().rev().find(|t| t.at <= self.killed).map_or(0, |t| t.speed);
         let (restricted, settled, cause) = if self.is_of_unit() {
             (self.lease_ended(), self.lease_ended(), self.lease_ended().map(|_| "set-point lease".to_owned()))
         } else {
-            let own = self.timeline.changes.iter().rev().find(|c| c.at >= self.killed && c.cause != Cause::Operator);
+            let last_change =
+                self.timeline.changes.iter().rev().find(|c| c.at >= self.killed && c.cause != Cause::Operator);
             let restricted = change(&|to| matches!(to, Mode::Degraded | Mode::HoldSafe));
-            (restricted, change(&|to| to == after), own.map(|c| c.cause.label()))
+            (restricted, change(&|to| to == after), last_change.map(|c| c.cause.label()))
         };
         let plant = PlantResponse {
             speed_mm_s: speed,
@@ -134,7 +136,7 @@ impl JudgedFault<'_> {
             before: self.timeline.mode_at(self.killed),
             after,
             cause,
-            from: self.owed.from,
+            from: self.required.from,
             restricted_ms: ms(restricted),
             settled_ms: ms(settled),
             plant: (self.node != self.evidence.under.sim).then_some(plant),
@@ -143,21 +145,22 @@ impl JudgedFault<'_> {
         }
     }
 
-    /// Responses that were owed and did not come. Of a platform that was not in nominal control when the process died
+    /// Required responses that did not come. Of a platform that was not in nominal control when the process died
     /// no conclusion can be drawn: that is no evidence, never a pass.
     fn findings(&self) -> Vec<Finding> {
         let before = self.timeline.mode_at(self.killed);
         // A kill that is a named step was put where it is on purpose.
         if !is_nominal(before) && !self.is_named_step() {
-            let what = format!("the unit was {} when {} was killed", before.name(), self.node);
-            return vec![finding(Property::P10, self.killed, what)];
+            let message = format!("the unit was {} when {} was killed", before.name(), self.node);
+            return vec![finding(Property::P10, self.killed, message)];
         }
+        // A kill after which its bound never began shows nothing; a stop without a HOLD requires nothing.
         let Some(zero) = self.zero else {
             if self.fate != ProcessFault::Kill {
                 return Vec::new();
             }
-            let what = format!("no HOLD was given after {} was killed", self.node);
-            return vec![finding(Property::P10, self.killed, what)];
+            let message = format!("no HOLD was given after {} was killed", self.node);
+            return vec![finding(Property::P10, self.killed, message)];
         };
         let mut found = Vec::new();
         if self.is_of_unit() {
@@ -165,7 +168,7 @@ impl JudgedFault<'_> {
             found.extend(self.goes_on_after_lapse());
         } else {
             found.extend(self.late_modes(zero));
-            let holds = self.owed.ends_in == Mode::HoldSafe && self.node != self.evidence.under.sim;
+            let holds = self.required.ends_in == Mode::HoldSafe && self.node != self.evidence.under.sim;
             found.extend(if holds { self.moves_too_long(zero) } else { None });
         }
         found.extend(if self.fate == ProcessFault::Full { self.holds_up_others() } else { None });
@@ -177,23 +180,25 @@ impl JudgedFault<'_> {
         let (from, to) = (self.killed, self.runs_again.min(self.evidence.duration));
         let limit = self.evidence.bounds.freshness_ms * 1000;
         let by_unit = self.timeline.accepted.iter().filter(|(_, record)| record.node == self.evidence.under.node());
-        let reports = by_unit.map(|(at, _)| *at).filter(|at| (from..to).contains(at));
+        let reports =
+            by_unit.map(|(accepted_at, _)| *accepted_at).filter(|accepted_at| (from..to).contains(accepted_at));
         let marks: Vec<Micros> = std::iter::once(from).chain(reports).chain([to]).collect();
         let silent = marks.windows(2).find(|pair| pair[1] - pair[0] > limit);
         let unleased =
             || self.timeline.truth.iter().find(|t| (from..to).contains(&t.at) && !t.leased && self.drives(t.at));
-        let missing =
-            |at: Micros, part: &str| finding(Property::P2, at, format!("{part} while no log could be written"));
+        let missing = |missed_at: Micros, part: &str| {
+            finding(Property::P2, missed_at, format!("{part} while no log could be written"))
+        };
         silent.map(|pair| missing(pair[1], "no report")).or_else(|| unleased().map(|t| missing(t.at, "no set-point")))
     }
 
-    fn drives(&self, at: Micros) -> bool {
-        matches!(self.timeline.mode_at(at), Mode::Ready | Mode::PrepareToAct | Mode::Degraded)
+    fn drives(&self, time: Micros) -> bool {
+        matches!(self.timeline.mode_at(time), Mode::Ready | Mode::PrepareToAct | Mode::Degraded)
     }
 
     /// End of a bound that counts from `zero`, if the process does not run again before.
     fn due(&self, zero: Micros, bound: Option<fn(&Bounds) -> u64>) -> Option<Micros> {
-        Some(zero + bound?(&self.evidence.bounds) * 1000).filter(|at| *at <= self.runs_again)
+        Some(zero + bound?(&self.evidence.bounds) * 1000).filter(|end| *end <= self.runs_again)
     }
 
     /// True if there was a cause for a response.
@@ -205,7 +210,7 @@ impl JudgedFault<'_> {
         if self.is_of_unit() {
             return self.due(zero, Some(response::th)).is_some() || self.supervision_lapsed();
         }
-        self.due(zero, self.owed.restricted).is_some() || self.due(zero, self.owed.settled).is_some()
+        self.due(zero, self.required.restricted).is_some() || self.due(zero, self.required.settled).is_some()
     }
 
     /// True if the unit did not run for as long as its supervision lease, and runs again.
@@ -218,40 +223,41 @@ impl JudgedFault<'_> {
     fn late_modes(&self, zero: Micros) -> Vec<Finding> {
         let due = |bound: Option<fn(&Bounds) -> u64>| self.due(zero, bound);
         let mut found = Vec::new();
-        if let Some(at) =
-            due(self.owed.restricted).max(due(self.owed.settled)).filter(|at| *at > self.evidence.duration)
+        // A run that ends before the bound shows neither that it was kept nor that it was missed.
+        if let Some(end) =
+            due(self.required.restricted).max(due(self.required.settled)).filter(|end| *end > self.evidence.duration)
         {
-            let what = format!("the run ends before what {}'s death owes at {} ms is due", self.node, at / 1000);
-            return vec![finding(Property::P10, self.evidence.duration, what)];
+            let message = format!("the run ends before what {}'s death owes at {} ms is due", self.node, end / 1000);
+            return vec![finding(Property::P10, self.evidence.duration, message)];
         }
-        let mut late = |property: Property, at: Micros, mode: Mode| {
-            let after = (at - zero) / 1000;
-            let what = format!("{after} ms after {} was killed still {}", self.node, mode.name());
-            found.push(finding(property, at, what));
+        let mut late = |property: Property, time: Micros, mode: Mode| {
+            let after = (time - zero) / 1000;
+            let message = format!("{after} ms after {} was killed still {}", self.node, mode.name());
+            found.push(finding(property, time, message));
         };
-        if let Some(at) = due(self.owed.restricted).and_then(|at| self.mode_shows_at(at))
-            && is_nominal(self.timeline.mode_at(at))
+        if let Some(shown_at) = due(self.required.restricted).and_then(|shown_at| self.mode_shows_at(shown_at))
+            && is_nominal(self.timeline.mode_at(shown_at))
         {
-            late(Property::P2, at, self.timeline.mode_at(at));
+            late(Property::P2, shown_at, self.timeline.mode_at(shown_at));
         }
-        if let Some(at) = due(self.owed.settled).and_then(|at| self.mode_shows_at(at))
-            && self.owed.ends_in == Mode::HoldSafe
-            && !is_resting(self.timeline.mode_at(at))
+        if let Some(shown_at) = due(self.required.settled).and_then(|shown_at| self.mode_shows_at(shown_at))
+            && self.required.ends_in == Mode::HoldSafe
+            && !is_resting(self.timeline.mode_at(shown_at))
         {
-            late(Property::P3, at, self.timeline.mode_at(at));
+            late(Property::P3, shown_at, self.timeline.mode_at(shown_at));
         }
         found
     }
 
-    /// Time at which the unit's mode shows the result of a bound that ends at `at`: where it hung then, once it runs again; never of a
+    /// Time at which the unit's mode shows the result of a bound that ends at `time`: where it hung then, once it runs again; never of a
     /// unit that is dead itself: the plant is looked at for that.
-    fn mode_shows_at(&self, at: Micros) -> Option<Micros> {
-        let dead = process::is_dead(self.evidence, self.evidence.under.node(), at);
-        let judges = process::can_judge(self.evidence, self.evidence.under.node(), at);
-        (!dead && judges <= self.evidence.duration).then_some(judges)
+    fn mode_shows_at(&self, time: Micros) -> Option<Micros> {
+        let dead = process::is_dead(self.evidence, self.evidence.under.node(), time);
+        let judges_from = process::can_judge(self.evidence, self.evidence.under.node(), time);
+        (!dead && judges_from <= self.evidence.duration).then_some(judges_from)
     }
 
-    /// True if the kill was a step of its own.
+    /// True if the kill was a named step of the attack.
     fn is_named_step(&self) -> bool {
         let near = self.evidence.entries.iter().filter(|w| w.at <= self.killed && self.killed - w.at < TRUTH_PERIOD);
         near.filter(|w| w.entry.node == NodeId::CAMPAIGN)
@@ -261,21 +267,22 @@ impl JudgedFault<'_> {
     /// Unit that did not run for as long as its supervision lease, and does not hold at its first judgement; one that was started
     /// again is idle.
     fn goes_on_after_lapse(&self) -> Option<Finding> {
-        let at = self
+        let judged_at = self
             .runs_again
             .checked_add(process::judgement_after_stop(self.evidence))
-            .filter(|at| *at <= self.evidence.duration)?;
-        let mode = self.timeline.mode_at(at);
+            .filter(|judged_at| *judged_at <= self.evidence.duration)?;
+        let mode = self.timeline.mode_at(judged_at);
         let goes_on = self.supervision_lapsed() && !is_resting(mode);
-        let what =
+        let message =
             || format!("{} after {} ms in which it did not run", mode.name(), (self.runs_again - self.killed) / 1000);
-        goes_on.then(|| finding(Property::P3, at, what()))
+        goes_on.then(|| finding(Property::P3, judged_at, message()))
     }
 
     /// Plant that goes on under a dead unit. It has no lease beyond that of its last set-point nor beyond *Th*, and is at rest when the brakes have
     /// had their time.
     fn plant_goes_on(&self, zero: Micros) -> Vec<Finding> {
         let due = zero + self.evidence.bounds.to_hold_safe_ms * 1000;
+        // While its world hung no plant braked and no lease ended in it: that time is in the bound.
         let due = due + self.world_stood_still(zero, due);
         let leased = self.leased_beyond(zero);
         let mut found = Vec::from_iter(leased.clone());
@@ -288,8 +295,8 @@ impl JudgedFault<'_> {
         let driven =
             self.timeline.truth.iter().find(|t| t.at > due && t.at < self.runs_again && (t.leased || t.set_speed != 0));
         found.extend(driven.filter(|_| leased.is_none()).map(|t| {
-            let what = format!("the plant still follows {} mm/s after its unit was killed", t.set_speed);
-            finding(Property::P3, t.at, what)
+            let message = format!("the plant still follows {} mm/s after its unit was killed", t.set_speed);
+            finding(Property::P3, t.at, message)
         }));
         found.extend(self.moves_too_long(zero));
         found
@@ -302,8 +309,8 @@ impl JudgedFault<'_> {
         let due = due + self.world_stood_still(zero, due);
         let held = self.timeline.truth.iter().find(|t| t.at > due && t.at < self.runs_again && t.leased)?;
         let after = (held.at - zero) / 1000;
-        let what = format!("the plant is still leased {after} ms after its unit was killed, {lease} ms expected");
-        Some(finding(Property::P3, held.at, what))
+        let message = format!("the plant is still leased {after} ms after its unit was killed, {lease} ms expected");
+        Some(finding(Property::P3, held.at, message))
     }
 
     fn moves_too_long(&self, zero: Micros) -> Option<Finding> {
@@ -312,8 +319,8 @@ impl JudgedFault<'_> {
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
         let due = due + self.world_stood_still(zero, due);
         let moving = self.timeline.truth.iter().find(|t| t.at > due && t.at < self.runs_again && !t.safe)?;
-        let what = format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
-        Some(finding(Property::P3, moving.at, what))
+        let message = format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
+        Some(finding(Property::P3, moving.at, message))
     }
 
     /// Time from `from` on for which the plant's world did not go on, of stops that began until `to`: no plant brakes in it meanwhile.

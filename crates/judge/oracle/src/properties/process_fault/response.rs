@@ -1,4 +1,4 @@
-//! Table of the owed responses, stated before any run.
+//! Table of the required responses, stated before any run.
 
 use wire::bounds::Bounds;
 use wire::id::NodeId;
@@ -7,10 +7,10 @@ use wire::mode::Mode;
 use evidence::Under;
 use evidence::process_fault::From;
 
-/// Response owed when one process is killed while the platform is READY or holds authority.
+/// Response required when one process is killed while the platform is READY or holds authority.
 #[derive(Clone, Copy, Debug)]
-pub struct OwedResponse {
-    /// The process; those of the unit under test by the names that they have if it is unit A.
+pub struct RequiredResponse {
+    /// The process; a process of the unit under test by its name in unit A.
     pub node: NodeId,
     /// Mode that the platform ends in.
     pub ends_in: Mode,
@@ -39,8 +39,8 @@ fn unsealed(b: &Bounds) -> u64 {
 }
 
 /// Every process that can be killed.
-pub const OWED_RESPONSES: [OwedResponse; 8] = [
-    OwedResponse {
+pub const REQUIRED_RESPONSES: [RequiredResponse; 8] = [
+    RequiredResponse {
         node: NodeId::SIM,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -49,7 +49,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         reason: "no localisation and no frames: degraded after the product limit, held when driving blind is not made \
                  good; the plant dies with its world",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::PERCEPTION,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -57,7 +57,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         settled: Some(th),
         reason: "every stage and all tracks are lost at once: degraded, and with no measured range left, held",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::UNIT_A,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -65,7 +65,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         settled: Some(th),
         reason: "nobody renews the set-point: the plant brakes when its lease ends; read from ground truth",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::GATEWAY,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -73,7 +73,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         settled: Some(th),
         reason: "no more grants: the supervision lease lapses",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::RELAY_TELEMETRY,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -81,7 +81,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         settled: Some(th),
         reason: "the telemetry link is cut both ways: the supervision lease lapses",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::BROKER,
         ends_in: Mode::HoldSafe,
         from: From::Hold,
@@ -90,7 +90,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         reason: "commands do not come through, telemetry and grants do: READY goes on, unused authority expires, and a \
                  HOLD that stays unacknowledged ends the grants",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::RECORDER,
         ends_in: Mode::Degraded,
         from: From::Kill,
@@ -98,7 +98,7 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
         settled: Some(unsealed),
         reason: "no sealed log for the seal limit: no authority, reduced speed; driving does not depend on it",
     },
-    OwedResponse {
+    RequiredResponse {
         node: NodeId::CONSOLE,
         ends_in: Mode::Ready,
         from: From::Kill,
@@ -109,13 +109,13 @@ pub const OWED_RESPONSES: [OwedResponse; 8] = [
     },
 ];
 
-/// Response owed for `node` in a run with this unit under test.
-pub fn owed_response(under: Under, node: NodeId) -> Option<&'static OwedResponse> {
-    let process = |owed: &OwedResponse| match owed.node {
-        NodeId::UNIT_A => under.node(),
-        NodeId::SIM => under.sim,
-        NodeId::PERCEPTION => under.perception,
+/// Response required for `node` in a run with this unit under test.
+pub fn required_response(tested: Under, node: NodeId) -> Option<&'static RequiredResponse> {
+    let process = |response: &RequiredResponse| match response.node {
+        NodeId::UNIT_A => tested.node(),
+        NodeId::SIM => tested.sim,
+        NodeId::PERCEPTION => tested.perception,
         other => other,
     };
-    OWED_RESPONSES.iter().find(|owed| process(owed) == node)
+    REQUIRED_RESPONSES.iter().find(|response| process(response) == node)
 }
