@@ -17,8 +17,10 @@ const OBSERVED: &[&str] = &["wire", "config", "ground_truth", "link"];
 /// Every crate with our crates that it may depend on, from the bottom up.
 const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("wire", &[]),
+    // Orbits and attitudes: pure functions, with no message of ours.
+    ("spacecraft", &[]),
     // What a core is made of: it crosses no link.
-    ("config", &["wire"]),
+    ("config", &["wire", "spacecraft"]),
     // A process's own confinement.
     ("sandbox", &[]),
     // Programs of others: the pure part, and their processes.
@@ -30,8 +32,6 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("stats", &[]),
     ("ground_truth", &["wire"]),
     ("link", &["wire", "config", "ground_truth", "sandbox"]),
-    // Orbits and attitudes: pure functions, with no message of ours.
-    ("spacecraft", &[]),
     ("sim", &["wire", "config", "ground_truth", "link", "spacecraft"]),
     ("perception", &["wire", "config", "link", "spacecraft"]),
     ("autonomy", SERVICE),
@@ -48,18 +48,7 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("recording", &["wire", "ground_truth", "link", "evidence"]),
     (
         "scenario",
-        &[
-            "wire",
-            "config",
-            "guest",
-            "ground_truth",
-            "spacecraft",
-            "sim",
-            "perception",
-            "adversary",
-            "parallel",
-            "evidence",
-        ],
+        &["wire", "config", "guest", "ground_truth", "spacecraft", "perception", "adversary", "parallel", "evidence"],
     ),
     // Other people's recordings before the product's own guards: no run, no judge.
     ("assess", &["wire", "config", "autonomy", "scenario"]),

@@ -6,8 +6,8 @@
 use wire::codec::List;
 use wire::sensor::{Camera, Class, Detection, PixelBox};
 
-use crate::fault::MAX_CHAFF;
 use crate::noise::Noise;
+use ground_truth::MAX_CHAFF;
 
 /// Scores of a weak detection, permille: not so low that the stage passes it over.
 const SCORES: (f32, f32) = (500.0, 650.0);

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use ground_truth::{FaultKind, Sensor, StepName};
+use ground_truth::{FaultKind, MAX_CHAFF, MAX_SKEW, MAX_STRENGTH, Sensor, StepName};
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 
@@ -16,13 +16,6 @@ use crate::wander::Way;
 
 /// Most faults of one run.
 pub const MAX_FAULTS: usize = 32;
-
-/// The most frames by which a camera's content may be late.
-pub const MAX_SKEW: u8 = 32;
-/// The most weak detections that one frame can be given: as many as a stage's list has room for.
-pub const MAX_CHAFF: u8 = 32;
-/// Largest change of a byte by a perturbation, of 255.
-pub const MAX_STRENGTH: u8 = 100;
 
 /// The greatest factor on a speed, permille, however many faults multiply it.
 pub const MAX_SCALE: u16 = 10_000;

@@ -14,10 +14,10 @@ use crate::fault::Faults;
 use crate::fidelity::Fidelity;
 use crate::limits::SceneError;
 use crate::plant::Plant;
-use crate::print::Skin;
 use crate::scene::{Scene, StartPose};
 use crate::sensor::{Imagers, rgb};
 use crate::world::{STEP, Surface, World};
+use ground_truth::print::Skin;
 
 /// Steps in which the vehicle settles on its springs before the picture is taken.
 const SETTLE: u64 = 40;
@@ -116,7 +116,7 @@ fn labels(imagers: &Imagers, world: &World) -> Vec<Label> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::print::{COLUMNS, Print, ROWS};
+    use ground_truth::print::{COLUMNS, Print, ROWS};
 
     fn plain(plane: &[u8]) -> Vec<i32> {
         plane.chunks_exact(2).map(|b| i32::from(u16::from_le_bytes([b[0], b[1]]))).collect()

@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
 
 use crate::limits::{SceneError, check_range, count};
-use crate::perturbation::{self, Perturbation};
-use crate::print::{self, Print};
 use crate::weather::Weather;
 use crate::wind::Wind;
+use ground_truth::perturbation::{self, Perturbation};
+use ground_truth::print::{self, Print};
 
 /// Most objects a scene may have.
 pub const MAX_OBJECTS: usize = 64;

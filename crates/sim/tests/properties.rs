@@ -5,10 +5,10 @@
 
 use std::collections::BTreeMap;
 
+use ground_truth::perturbation::{COLUMNS, Perturbation, ROWS};
 use ground_truth::{Any, Entry, FaultKind, Note, Sensor, StepName};
 use sim::fault::{Disturbance, Fault, Faults};
 use sim::limits::SceneError;
-use sim::perturbation::{COLUMNS, Perturbation, ROWS};
 use sim::plant::STANDSTILL;
 use sim::scene::{Scene, StartPose};
 use sim::{ChannelKeys, Sim, SimConfig};

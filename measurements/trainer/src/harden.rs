@@ -11,7 +11,7 @@ use dataset::draw::uniform;
 use perception::letterbox::{HEIGHT, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use sim::Label;
-use sim::print::{COLUMNS, ROWS};
+use ground_truth::print::{COLUMNS, ROWS};
 use wire::sensor::Class;
 
 use crate::data::{Example, Target, target};

@@ -22,7 +22,7 @@ use perception::stages::Stages;
 use perception::thermal::blobs;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use sim::print::{COLUMNS, ROWS};
+use ground_truth::print::{COLUMNS, ROWS};
 use wire::sensor::{Class, Detection};
 
 use crate::data::{Example, target};

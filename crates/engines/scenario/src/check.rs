@@ -195,11 +195,11 @@ fn times(s: &Scenario) -> Vec<Finding> {
 }
 
 /// Frames by which a camera may be late so that perception can tell, and a given number of weak detections.
-const SKEW: (u8, u8) = (perception::content::REPEATS, sim::fault::MAX_SKEW);
-const CHAFF: (u8, u8) = (perception::CROWD as u8, sim::fault::MAX_CHAFF);
+const SKEW: (u8, u8) = (perception::content::REPEATS, ground_truth::MAX_SKEW);
+const CHAFF: (u8, u8) = (perception::CROWD as u8, ground_truth::MAX_CHAFF);
 
 /// Range of a change to a byte, of 255.
-const STRENGTH: (u8, u8) = (0, sim::fault::MAX_STRENGTH);
+const STRENGTH: (u8, u8) = (0, ground_truth::MAX_STRENGTH);
 
 /// True if this is a whole number within these.
 fn counts(number: f64, (least, most): (u8, u8)) -> bool {

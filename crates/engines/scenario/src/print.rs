@@ -8,7 +8,7 @@ use super::value::Whole;
 use wire::sensor::Class;
 
 /// Fields in a row, as many as the sim prints.
-const COLUMNS: usize = sim::print::COLUMNS;
+const COLUMNS: usize = ground_truth::print::COLUMNS;
 
 /// A print on the four sides of an object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -21,7 +21,7 @@ pub struct Print {
     pub strength: Whole<0, 127>,
     /// Rows from the top: red, green and blue of each field from the object's end to its front, two digits each; `80` leaves the coat as
     /// it is, `ff` is the brightest shift and `00` the darkest.
-    pub rows: [Hex<{ 3 * COLUMNS }>; sim::print::ROWS],
+    pub rows: [Hex<{ 3 * COLUMNS }>; ground_truth::print::ROWS],
     /// Heat of its fields; without it the object is as warm as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heat: Option<Heat>,
@@ -36,7 +36,7 @@ pub struct Heat {
     pub strength_k: Whole<0, 63>,
     /// Rows from the top: how many quarters of a kelvin each field is warmer than the ground, from the object's end to its front, two
     /// digits each.
-    pub rows: [Hex<COLUMNS>; sim::print::ROWS],
+    pub rows: [Hex<COLUMNS>; ground_truth::print::ROWS],
 }
 
 fn any() -> Whole<0, 63> {
@@ -49,12 +49,12 @@ fn whole() -> Whole<0, 127> {
 
 impl Print {
     /// As the sim takes it, each field cut to the strength.
-    pub fn cut(&self) -> Option<sim::print::Print> {
+    pub fn cut(&self) -> Option<ground_truth::print::Print> {
         let most = self.strength.get() as i8;
         let cut = |field: [i8; 3]| field.map(|shift| shift.clamp(-most, most));
-        let print = sim::print::Print::new(self.rows.iter().flat_map(Hex::shifts).map(cut).collect())?;
+        let print = ground_truth::print::Print::new(self.rows.iter().flat_map(Hex::shifts).map(cut).collect())?;
         let Some(heat) = &self.heat else { return Some(print) };
-        let most = (heat.strength_k.get() as f32 * sim::print::STEPS_PER_K) as u8;
+        let most = (heat.strength_k.get() as f32 * ground_truth::print::STEPS_PER_K) as u8;
         print.heated(heat.rows.iter().flat_map(Hex::bytes).map(|steps| *steps.min(&most)).collect())
     }
 }

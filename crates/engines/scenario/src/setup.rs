@@ -203,7 +203,7 @@ fn orbits(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
         return Ok(());
     }
     if let Body::Satellite(numbers) = platform.body() {
-        let pass = sim::plant::pass(&numbers);
+        let pass = numbers.pass();
         let until_s = pass.start_s + scenario.duration_s.get();
         let sees =
             |orbit: &Orbit| stations.iter().any(|station| !station.sees(orbit, pass.start_s, until_s).is_empty());

@@ -97,7 +97,7 @@ impl Company<'_> {
             Some(Catalogued { class: object.class, place_m: [f64::from(east), f64::from(north)] })
         });
         Some(SkyConfig {
-            pass: sim::plant::pass(&numbers),
+            pass: numbers.pass(),
             started_us: sim::sensor::localisation::EPOCH_US,
             catalogue: catalogued.collect(),
             view_m: numbers.view_m,

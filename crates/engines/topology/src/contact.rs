@@ -27,7 +27,7 @@ pub(super) struct Contacted {
 /// The plan of a trial; one that always carries where the scenario has no stations.
 pub(super) fn plan(scenario: &Scenario, setup: &Setup) -> Contacted {
     let Body::Satellite(numbers) = setup.platform.body() else { return Contacted::default() };
-    let pass = sim::plant::pass(&numbers);
+    let pass = numbers.pass();
     let Ok(orbit) = Orbit::new(&pass.elements) else { return Contacted::default() };
     let stations = &scenario.conditions.station;
     let until_s = scenario.duration_s.get() + BEYOND_S;

@@ -58,6 +58,13 @@ pub enum Action {
     Confuse,
 }
 
+/// The most frames by which a camera's content may be late.
+pub const MAX_SKEW: u8 = 32;
+/// The most weak detections that one frame can be given: as many as a stage's list has room for.
+pub const MAX_CHAFF: u8 = 32;
+/// Largest change of a byte by a perturbation, of 255.
+pub const MAX_STRENGTH: u8 = 100;
+
 /// A sensor that a fault can befall.
 #[derive(
     Clone,

@@ -5,8 +5,14 @@
 //! with [`wire::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
 
 use serde::{Deserialize, Serialize};
+use spacecraft::orbit::Elements;
+use spacecraft::region::Pass;
+use wire::time::Span;
 
 use wire::sensor::{Camera, Lidar};
+
+/// The longest lease of a set-point that is honoured, counted from arrival.
+pub const MAX_LEASE: Span = Span::ms(1000);
 
 /// A platform's body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -225,6 +231,15 @@ pub struct Satellite {
     pub scale_m: f64,
     /// Distance from the line of sight to a catalogued place that is still in view, m of the map.
     pub view_m: f64,
+}
+
+impl Satellite {
+    /// The pass that the numbers state, as simulation and flight software know it.
+    pub fn pass(&self) -> Pass {
+        let [one, two] = self.elements.map(String::from);
+        let [start_s, overhead_s] = self.start_overhead_s;
+        Pass { elements: Elements::new(&one, &two), start_s, overhead_s, scale_m: self.scale_m }
+    }
 }
 
 /// Length of a line of orbital elements.

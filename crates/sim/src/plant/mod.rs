@@ -14,6 +14,7 @@ mod multirotor;
 mod satellite;
 mod wheeled;
 
+use config::platform::MAX_LEASE;
 use std::collections::BTreeMap;
 
 use config::platform::{Body, Vehicle};
@@ -21,7 +22,7 @@ use rapier3d::prelude::*;
 use spacecraft::region::Sky;
 use wire::drive;
 use wire::id::ObjectId;
-use wire::time::{Instant, Span};
+use wire::time::Instant;
 
 use crate::fidelity::Fidelity;
 use crate::limits::SceneError;
@@ -32,11 +33,8 @@ use air::Air;
 use fixed_wing::FixedWing;
 use multirotor::Multirotor;
 use satellite::Satellite;
-pub use satellite::pass;
 use wheeled::Wheeled;
 
-/// The longest lease that is honoured, counted from arrival.
-pub const MAX_LEASE: Span = Span::ms(1000);
 /// Below this speed, m/s, a body counts as standing.
 pub const STANDSTILL: f32 = 0.05;
 
@@ -337,6 +335,8 @@ impl Plant {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+
+    use wire::time::Span;
 
     use super::*;
     use crate::scene::Scene;

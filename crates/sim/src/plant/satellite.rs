@@ -9,10 +9,10 @@
 use config::platform::Satellite as Numbers;
 use rapier3d::prelude::*;
 use spacecraft::attitude::{self, Body, Environment, State as Attitude, Wheel};
-use spacecraft::orbit::{Elements, OrbitError};
+use spacecraft::orbit::OrbitError;
 use spacecraft::pointing::{Controller, Reference, TurnLimits, desaturation, sun_pointing};
 use spacecraft::power::{Power, lit};
-use spacecraft::region::{Pass, Region, Sky};
+use spacecraft::region::{Region, Sky};
 use spacecraft::vector::{dot, norm};
 
 use super::{BodyMotion, Flight, Moves, SafetyMargins, State};
@@ -77,7 +77,7 @@ impl Satellite {
     pub(super) fn new(world: &mut World, start: &StartPose, numbers: &Numbers) -> Result<Self, OrbitError> {
         let handle = world.physics.bodies.insert(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, 1000.0)));
         let shell = world.physics.insert_collider(ColliderBuilder::ball(0.1).sensor(true), Some(handle));
-        let region = Region::new(&pass(numbers))?;
+        let region = Region::new(&numbers.pass())?;
         let (aim, heading) = ([f64::from(start.east), f64::from(start.north)], f64::from(start.heading));
         let (before, now) = (region.moment_at(-STEP_S), region.moment_at(0.0));
         let goal = |moment| region.looking_at(moment, aim, heading);
@@ -302,13 +302,6 @@ impl Moves for Satellite {
     fn margin(&self, _world: &World, fence: f32) -> f32 {
         if self.phase == Phase::Led { fence } else { NO_LIMIT }
     }
-}
-
-/// The pass of a satellite's numbers, as simulation and flight software know it.
-pub fn pass(numbers: &Numbers) -> Pass {
-    let [one, two] = numbers.elements.map(String::from);
-    let [start_s, overhead_s] = numbers.start_overhead_s;
-    Pass { elements: Elements::new(&one, &two), start_s, overhead_s, scale_m: numbers.scale_m }
 }
 
 fn body(numbers: &Numbers) -> Body {

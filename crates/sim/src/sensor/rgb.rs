@@ -9,13 +9,13 @@ use wire::sensor::Class;
 
 use crate::fault::Effect;
 use crate::noise::Noise;
-use crate::print::{self, Skin};
 use crate::scene::Object;
 use crate::sensor::camera::{Pixel, REACH, Sweep};
 use crate::sensor::{covered, thermal};
 use crate::terrain::{lattice, smooth};
 use crate::weather::Weather;
 use crate::world::{Hit, Placement, Surface, World};
+use ground_truth::print::{self, Skin};
 
 /// Unit vector to the sun.
 const SUN: Vector = Vector::new(0.48, -0.36, 0.8);

@@ -6,7 +6,6 @@ use wire::sensor::Class;
 
 use crate::fault::Effect;
 use crate::noise::Noise;
-use crate::print;
 use crate::scene::Object;
 use crate::sensor::camera::{Pixel, Sweep};
 use crate::sensor::covered;
@@ -14,6 +13,7 @@ use crate::sensor::rgb::on_object;
 use crate::terrain::smooth;
 use crate::weather::Weather;
 use crate::world::{Surface, World};
+use ground_truth::print;
 
 /// Temperature of the sky below the ground's, kelvin.
 const SKY_BELOW: f32 = 30.0;

@@ -114,7 +114,7 @@ fn periods(b: &BoundsTable) -> Vec<Finding> {
     );
     let honoured = at_most(
         &b.set_point_lease_ms,
-        (b.set_point_lease_ms.get() as f64, sim::plant::MAX_LEASE.0 as f64 / 1000.0),
+        (b.set_point_lease_ms.get() as f64, config::platform::MAX_LEASE.0 as f64 / 1000.0),
         "ms",
         "the plant honours no longer lease",
         "shorten the lease",

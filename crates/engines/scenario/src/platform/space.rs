@@ -5,7 +5,6 @@
 use config::platform::{Line, Satellite};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sim::plant::pass;
 use spacecraft::region::Region;
 
 use super::Platform;
@@ -103,7 +102,7 @@ pub(super) fn check(platform: &Platform, table: &SatelliteTable) -> Vec<Finding>
     ) {
         return vec![found];
     }
-    let Ok(region) = Region::new(&pass(&body)) else {
+    let Ok(region) = Region::new(&body.pass()) else {
         let none =
             unless(&table.elements, false, || "the elements are those of no orbit".to_owned(), "check the lines");
         return none.into_iter().collect();

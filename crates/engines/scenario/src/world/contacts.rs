@@ -5,7 +5,6 @@
 //! times, and its station is put where the orbit makes it so.
 
 use config::platform::Body;
-use sim::plant::pass;
 use spacecraft::earth::{GeodeticPlace, place_of, seen_from_ground};
 use spacecraft::orbit::Orbit;
 
@@ -51,7 +50,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
 /// end of the pass.
 pub(super) fn stations(seed: u64, platform: &Platform) -> List<Station, MAX_STATIONS> {
     let Body::Satellite(numbers) = platform.body() else { return List::default() };
-    let pass = pass(&numbers);
+    let pass = numbers.pass();
     let Ok(orbit) = Orbit::new(&pass.elements) else { return List::default() };
     let mut chance = Chance::new(STATIONS, seed, 0);
     let station_at = |contact| station(&mut chance, &orbit, pass.start_s, contact);

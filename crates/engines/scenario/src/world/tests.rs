@@ -193,7 +193,7 @@ fn is_structure(object: &crate::scene::Object) -> bool {
 fn pass_has_the_contacts_that_were_drawn() {
     let space = shipped("space");
     let config::platform::Body::Satellite(numbers) = space.body() else { panic!("a satellite") };
-    let pass = sim::plant::pass(&numbers);
+    let pass = numbers.pass();
     let orbit = spacecraft::orbit::Orbit::new(&pass.elements).unwrap();
     for seed in 1..=40 {
         let wanted = contacts::contacts(seed);

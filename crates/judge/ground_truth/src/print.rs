@@ -49,19 +49,19 @@ impl Print {
     }
 
     /// Temperature of a field, or of the unprinted rest, above the ground, kelvin; `None` where the print is not heated.
-    pub(crate) fn warmth(&self, field: Option<usize>) -> Option<f32> {
+    pub fn warmth(&self, field: Option<usize>) -> Option<f32> {
         let steps = field.and_then(|field| self.heat.get(field)).copied().unwrap_or(0);
         (!self.heat.is_empty()).then(|| f32::from(steps) / STEPS_PER_K)
     }
 
     /// The shift in a field; none beyond the last, which a scene that was not checked might have.
-    pub(crate) fn shift(&self, field: usize) -> [f32; 3] {
+    pub fn shift(&self, field: usize) -> [f32; 3] {
         self.fields.get(field).map_or([0.0; 3], |shift| shift.map(f32::from))
     }
 }
 
 /// The field that a point of an object shows; places along its length, width and height are in about −1..1.
-pub(crate) fn field([along, across, up]: [f32; 3]) -> Option<usize> {
+pub fn field([along, across, up]: [f32; 3]) -> Option<usize> {
     let (long, broad) = (along.abs(), across.abs());
     if up.abs() > long.max(broad) {
         return None;
