@@ -16,8 +16,8 @@ pub(super) const MEASUREMENTS: [&str; 4] = ["dataset", "lab", "mavlink_relay", "
 /// link, with none of our messages.
 const MAY_KNOW: [(&str, &[&str]); 3] = [
     ("mavlink_relay", &[]),
-    ("dataset", &["wire", "sim", "perception"]),
-    ("trainer", &["wire", "sim", "perception", "dataset", "parallel"]),
+    ("dataset", &["wire", "config", "sim", "perception"]),
+    ("trainer", &["wire", "config", "ground_truth", "sim", "perception", "dataset", "parallel"]),
 ];
 
 /// The one registry that packages come from.
