@@ -3,7 +3,7 @@
 //! The gateway and the units are scripted; the console is the real one, and its pictures are its model's.
 
 use console::shown::Shown;
-use console::site::{Block, Relief, Site};
+use console::site::{Relief, Site, SiteBox};
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
 use wire::codec::List;
@@ -311,7 +311,7 @@ fn tracks(first: u32, (x, y): (i32, i32)) -> Vec<ReportedTrack> {
 
 /// The yard as planned.
 pub(crate) fn site() -> Site {
-    let block = |at, half, yaw| Block { at, half, yaw };
+    let block = |at, half, yaw| SiteBox { at, half, yaw };
     Site {
         fence: vec![[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]],
         route: vec![[8.0, -6.0], [10.0, 4.0], [0.0, 8.0], [-10.0, 6.0], [-12.0, -4.0]],

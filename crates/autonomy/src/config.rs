@@ -34,7 +34,7 @@ pub struct AutonomyConfig {
     pub geofence: Vec<(i32, i32)>,
     /// Obstacles on the map.
     #[serde(default)]
-    pub obstacles: Vec<Block>,
+    pub obstacles: Vec<MapBox>,
     /// Other units whose claims this one hears.
     #[serde(default)]
     pub teammates: Vec<UnitId>,
@@ -74,7 +74,7 @@ pub struct GuestConfig {
 /// Something on the map that stands: a box on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Block {
+pub struct MapBox {
     /// East of its middle, millimetres.
     pub x_mm: i32,
     /// North of its middle, millimetres.

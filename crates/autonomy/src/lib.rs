@@ -76,7 +76,7 @@ use wire::policy::Waived;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Windows};
 
-pub use config::{AutonomyConfig, Block, ConfigError, GuestConfig};
+pub use config::{AutonomyConfig, ConfigError, GuestConfig, MapBox};
 pub use transition::{authority, state};
 
 use authority::Mint;

@@ -127,11 +127,11 @@ impl Pilot {
 /// The mission, as a guest is informed of it at `now`.
 pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Output {
     let place = |(x, y): &(i32, i32)| Place(*x, *y);
-    let disc = |block: &crate::Block| {
+    let disc = |block: &crate::MapBox| {
         let radius_mm = block.half_mm[0].max(block.half_mm[1]);
         Disc { at: Place(block.x_mm, block.y_mm), radius_mm }
     };
-    let block = |block: &crate::Block| Block {
+    let block = |block: &crate::MapBox| Block {
         at: Place(block.x_mm, block.y_mm),
         half_mm: block.half_mm,
         heading_mrad: block.heading_mrad,

@@ -12,7 +12,7 @@ use wire::sensor::Class;
 use wire::time::Instant;
 use wire::track::{NEARBY, Track};
 
-use crate::config::Block;
+use crate::config::MapBox;
 use crate::extent::Extent;
 use crate::geofence::{Motion, Point, distance};
 use crate::picture::Picture;
@@ -84,7 +84,7 @@ pub struct Things {
 
 impl Thing {
     /// A block of the map.
-    pub fn of_map(block: &Block) -> Self {
+    pub fn of_map(block: &MapBox) -> Self {
         let place = (f64::from(block.x_mm), f64::from(block.y_mm));
         let half = (f64::from(block.half_mm[0]), f64::from(block.half_mm[1]));
         let extent = Extent::new(place, f64::from(block.heading_mrad) / 1000.0, half);
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn track_of_a_mapped_thing_is_that_thing() {
-        let block = Block { x_mm: 8000, y_mm: 0, heading_mrad: 0, half_mm: [2100, 900], top_mm: 1500 };
+        let block = MapBox { x_mm: 8000, y_mm: 0, heading_mrad: 0, half_mm: [2100, 900], top_mm: 1500 };
         let mut things = Things::new(Arc::from([Thing::of_map(&block)]), Instant(0));
         things.update(
             &shows(&[track(Class::Decoy, (6200, 500), Instant(0))], None, Instant(0)),
@@ -315,7 +315,7 @@ mod tests {
     /// Without a product of the camera, and as long as LiDAR shows it.
     #[test]
     fn what_lidar_shows_behind_is_kept_clear_of() {
-        let block = Block { x_mm: 8000, y_mm: 0, heading_mrad: 0, half_mm: [2100, 900], top_mm: 1500 };
+        let block = MapBox { x_mm: 8000, y_mm: 0, heading_mrad: 0, half_mm: [2100, 900], top_mm: 1500 };
         let mut things = Things::new(Arc::from([Thing::of_map(&block)]), Instant(0));
         let [rear, side_of_the_car] = [nearby(1, (-3000, 0), 1400), nearby(2, (6100, -1000), 0)];
         things.update(&shows(&[], Some(&[rear, side_of_the_car]), Instant(0)), &AT_THE_ORIGIN, Instant(0));

@@ -27,7 +27,7 @@ pub struct Site {
     pub looped: bool,
     /// Known obstacles.
     #[serde(default)]
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<SiteBox>,
     /// Heights of the ground, where it was surveyed.
     #[serde(default)]
     pub relief: Option<Relief>,
@@ -77,7 +77,7 @@ impl Relief {
 /// Something that stands on the site.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Block {
+pub struct SiteBox {
     /// Centre.
     pub at: GroundPoint,
     /// Half its length and half its width, metres.
@@ -94,7 +94,7 @@ mod tests {
     /// Values that are no numbers are left out.
     #[test]
     fn site_is_drawn_within_bounds_only() {
-        let block = |x: f32, half: f32, yaw: f32| Block { at: [x, 0.0], half: [half, 1.0], yaw };
+        let block = |x: f32, half: f32, yaw: f32| SiteBox { at: [x, 0.0], half: [half, 1.0], yaw };
         let site = Site {
             fence: vec![[1.0, f32::NAN], [2.0, 3.0], [f32::INFINITY, 0.0]],
             route: vec![[0.0, 0.0]; MAX_POINTS + 1],

@@ -5,7 +5,7 @@ use eframe::egui::{Align2, FontId, Painter, Pos2, Rect, Shape, Stroke, vec2};
 use super::contour;
 use super::map::View;
 use super::theme::Palette;
-use crate::site::{Block, GroundPoint, Relief, Site};
+use crate::site::{GroundPoint, Relief, Site, SiteBox};
 
 /// Steps of the grid, metres: the first that is wide enough on screen is drawn.
 const STEPS: [f32; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
@@ -79,7 +79,7 @@ fn grid_name(line: i32, step: f32) -> String {
     format!("{:.0}", line as f32 * step)
 }
 
-fn paint_block(painter: &Painter, palette: &Palette, view: &View, block: &Block) {
+fn paint_block(painter: &Painter, palette: &Palette, view: &View, block: &SiteBox) {
     let (sin, cos) = libm::sincosf(block.yaw);
     let corner = |x: f32, y: f32| {
         let (x, y) = (x * block.half[0], y * block.half[1]);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use adversary::AdversaryConfig;
 use console::process::ProcessConfig;
-use console::site::{Block, MAX_SIDE, Relief, Site};
+use console::site::{MAX_SIDE, Relief, Site, SiteBox};
 use link::bus::enclave::{Enclaves, Rights, SignedEnclaves, channel};
 use link::clock::{HostClock, trace_us};
 use link::guard::GuardMode;
@@ -377,7 +377,7 @@ pub(crate) fn site(topology: &Topology) -> Site {
     let Some(mission) = mission else { return Site::default() };
     let metres = |mm: i32| mm as f32 / 1000.0;
     let place = |(x_mm, y_mm): &(i32, i32)| [metres(*x_mm), metres(*y_mm)];
-    let block = |block: &autonomy::Block| Block {
+    let block = |block: &autonomy::MapBox| SiteBox {
         at: place(&(block.x_mm, block.y_mm)),
         half: block.half_mm.map(|mm| mm as f32 / 1000.0),
         yaw: block.heading_mrad as f32 / 1000.0,

@@ -97,14 +97,14 @@ fn wind(wind: &scenario::Wind) -> Wind {
 }
 
 /// Map of a unit: everything that stands still.
-pub(super) fn map(world: &Scene) -> Vec<autonomy::Block> {
+pub(super) fn map(world: &Scene) -> Vec<autonomy::MapBox> {
     let objects = world.objects.iter().filter(|o| o.speed == 0.0);
     objects
         .filter_map(|o| {
             let (x_mm, y_mm) = millimetres(*o.path.first()?);
             let [length, width, height] = o.size.map(|edge| (edge * 1000.0) as u32);
             let heading_mrad = (o.heading * 1000.0) as i32;
-            Some(autonomy::Block { x_mm, y_mm, heading_mrad, half_mm: [length / 2, width / 2], top_mm: height })
+            Some(autonomy::MapBox { x_mm, y_mm, heading_mrad, half_mm: [length / 2, width / 2], top_mm: height })
         })
         .collect()
 }
