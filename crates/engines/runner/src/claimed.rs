@@ -79,7 +79,7 @@ impl Place {
     fn against(&self, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
         let (file, claims) = match self.claims() {
             Ok((file, claims)) => (file, claims),
-            Err(told) => return Some(told),
+            Err(unreadable) => return Some(unreadable),
         };
         let file = file?;
         let named: Vec<&Claim> = claims.iter().filter(|claim| claim.held.is_some()).collect();
@@ -124,17 +124,17 @@ impl Place {
 
     /// Those of the finished trials, which lie in a file for each variation, mode, policy and program.
     fn of_shelf(&self, shelf: &Path) -> Result<(Option<String>, Vec<Claim>), String> {
-        let told = |why: &dyn std::fmt::Display| format!("kept: {why}: nothing is known of this trial");
+        let unreadable = |why: &dyn std::fmt::Display| format!("kept: {why}: nothing is known of this trial");
         let (before, mode) = (format!("{}.", self.scenario), format!(".{}.", self.mode.name()));
         let mut claims = Vec::new();
-        for entry in fs::read_dir(shelf).map_err(|why| told(&why))?.take(MAX_FILES) {
-            let path = entry.map_err(|why| told(&why))?.path();
+        for entry in fs::read_dir(shelf).map_err(|why| unreadable(&why))?.take(MAX_FILES) {
+            let path = entry.map_err(|why| unreadable(&why))?.path();
             let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             if !name.starts_with(&before) || !name.contains(&mode) || !name.ends_with(".jsonl") {
                 continue;
             }
-            let text = files::read(&path, MAX_BYTES).map_err(|why| told(&why))?;
-            for trial in kept::finished(&text).map_err(|why| told(&why))?.into_values() {
+            let text = files::read(&path, MAX_BYTES).map_err(|why| unreadable(&why))?;
+            for trial in kept::finished(&text).map_err(|why| unreadable(&why))?.into_values() {
                 let claim = Claim { seed: trial.seed, cell: trial.cell, outcome: trial.outcome, held: trial.held };
                 if self.is_of(&claim) {
                     claims.push(claim);
@@ -149,8 +149,8 @@ impl Place {
 mod tests {
     use super::*;
 
-    /// A recording's folder below a command's, and a result that names it with this class and digest.
-    fn told(class: &str, digest: &str, held: &str) -> Option<String> {
+    /// The contradiction between a recording's folder below a command's, and a result that names it with this class and digest.
+    fn contradiction_of(class: &str, digest: &str, held: &str) -> Option<String> {
         let folder = tempfile::tempdir().unwrap();
         let trial = folder.path().join("twin/teammate/verbatim.present/7");
         fs::create_dir_all(&trial).unwrap();
@@ -166,10 +166,10 @@ mod tests {
 
     #[test]
     fn class_and_digest_of_a_result_are_compared() {
-        assert_eq!(told("HOLD_SAFE", "ab", "ab"), None);
-        assert_eq!(told("UNSAFE", "ab", "ab").unwrap(), "result.json says UNSAFE, the recording HOLD_SAFE");
-        assert!(told("HOLD_SAFE", "cd", "ab").unwrap().contains("names another recording"));
-        assert!(told("HOLD_SAFE", "", "ab").unwrap().contains("names another recording"));
+        assert_eq!(contradiction_of("HOLD_SAFE", "ab", "ab"), None);
+        assert_eq!(contradiction_of("UNSAFE", "ab", "ab").unwrap(), "result.json says UNSAFE, the recording HOLD_SAFE");
+        assert!(contradiction_of("HOLD_SAFE", "cd", "ab").unwrap().contains("names another recording"));
+        assert!(contradiction_of("HOLD_SAFE", "", "ab").unwrap().contains("names another recording"));
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(in crate::command) struct Args {
 }
 
 #[derive(Serialize)]
-struct Told {
+struct VerifyObject {
     schema_version: u32,
     /// The evidence holds.
     holds: bool,
@@ -87,7 +87,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             (false, _) => {}
         }
     } else {
-        out::print_json("verify", &Told { schema_version: SCHEMA_VERSION, holds, valid, ended, verified })?;
+        out::print_json("verify", &VerifyObject { schema_version: SCHEMA_VERSION, holds, valid, ended, verified })?;
     }
     Ok(if valid { Exit::Fine } else { Exit::NoEvidence })
 }
