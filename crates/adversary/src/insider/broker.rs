@@ -8,6 +8,7 @@
 mod tests;
 
 use std::collections::VecDeque;
+use wire::command::OrderKind;
 
 use config::setup::Setup;
 use ground_truth::Action;
@@ -19,7 +20,7 @@ use wire::time::{Instant, Span};
 use super::forgery::Forger;
 use crate::opening::Opening;
 use crate::outbox::Outbox;
-use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, OrderKind, PlanError, Timed};
+use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, PlanError, Timed};
 
 /// Most publications remembered; the oldest goes first.
 const MAX_SEEN: usize = 256;

@@ -3,8 +3,10 @@
 //!
 //! All of them are well formed, so that the schema is not the check that refuses them. The time of sending is left to the insiders.
 
+use crate::plan::order::command;
 use sha2::{Digest, Sha256};
 use wire::codec::{self, Text};
+use wire::command::OrderKind;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
 use wire::core::Subject;
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
@@ -12,7 +14,7 @@ use wire::mode::Mode;
 use wire::sign::{Key, Purpose, Signed};
 
 use super::voice::under_signature;
-use crate::plan::{AckForgery, OrderForgery, OrderKind};
+use crate::plan::{AckForgery, OrderForgery};
 
 /// Most orders remembered with their kind, for telling the subject of an acknowledgement.
 const MAX_KINDS: usize = 64;
@@ -92,7 +94,7 @@ impl Forger {
             id: CommandId { sequence: id.sequence.next(), ..id },
             unit: UnitId::A,
             nonce: self.newest.map_or(Nonce(1), |newest| newest.nonce),
-            kind: kind.command(self.track, self.track, None),
+            kind: command(kind, self.track, self.track, None),
             reason: Text::new("invented"),
             tag: None,
             shown: self.newest.and_then(|newest| newest.shown),

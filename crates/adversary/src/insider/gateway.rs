@@ -9,6 +9,7 @@
 mod tests;
 
 use std::collections::VecDeque;
+use wire::command::OrderKind;
 
 use config::setup::Setup;
 use ground_truth::{Action, Note};
@@ -25,7 +26,7 @@ use wire::time::{Instant, Span};
 use super::voice::under_signature;
 use crate::opening::Opening;
 use crate::outbox::Outbox;
-use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, OrderKind, PlanError, Timed};
+use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, PlanError, Timed};
 
 /// Most messages of the feed held back at once; further ones are withheld.
 const MAX_HELD: usize = 256;

@@ -4,6 +4,7 @@
 //! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
 //! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
+use crate::plan::order::command;
 use std::collections::BTreeMap;
 
 use config::setup::Setup;
@@ -156,7 +157,7 @@ impl InsiderOperator {
         let vehicles = tracks.filter(|track| track.class == Class::Vehicle && wanted(track.id));
         let best = vehicles.max_by_key(|track| track.confidence).map_or(TrackId(0), |track| track.id);
         let confirm = if run.track == OrderTrack::Seen { held.unwrap_or(TrackId(0)) } else { best };
-        run.order.command(best, confirm, run.values)
+        command(run.order, best, confirm, run.values)
     }
 }
 

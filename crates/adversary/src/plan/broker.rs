@@ -2,8 +2,9 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::command::OrderKind;
 
-use super::{Direction, MAX_COPIES, MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, check_range, repeats};
+use super::{Direction, MAX_COPIES, MAX_HOLD_MS, PlanError, Timed, at_most, check_range, repeats};
 
 /// Plan of the holder of the broker's certificate and key. Without actions it is an honest broker.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -2,9 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::command::OrderKind;
 use wire::mode::Mode;
 
-use super::{MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, check_range};
+use super::{MAX_HOLD_MS, PlanError, Timed, at_most, check_range};
 
 /// Plan of the holder of the gateway's keys. Without actions it passes everything.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

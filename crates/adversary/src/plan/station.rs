@@ -2,11 +2,12 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::command::OrderKind;
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::settings::Settings;
 use wire::sign::Secret;
 
-use super::{MAX_MS, OrderKind, PlanError, PlanStep, at_most, check_range, repeats, step};
+use super::{MAX_MS, PlanError, PlanStep, at_most, check_range, repeats, step};
 
 /// Plan of the rogue station.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -53,7 +53,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use accepted::Accepted;
-pub use adversary::plan::{Direction, Form, OrderKind};
+pub use adversary::plan::{Direction, Form};
 pub use attack::forge::Saying;
 pub use attack::inject::Content;
 pub use attack::rogue::Way;

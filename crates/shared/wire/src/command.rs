@@ -31,8 +31,15 @@ pub struct TimeTag {
 }
 
 /// Commands that an operator may give a unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, strum::EnumDiscriminants)]
 #[serde(rename_all = "snake_case")]
+#[strum_discriminants(
+    name(OrderKind),
+    doc = "Kind of a command, without its track or values.",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema, strum::IntoStaticStr),
+    serde(rename_all = "kebab-case"),
+    strum(serialize_all = "kebab-case")
+)]
 pub enum CommandKind {
     /// Stop and stay stopped. Towards safe: one step.
     #[n(0)]
@@ -55,6 +62,13 @@ pub enum CommandKind {
     /// Set these values; in IDLE only.
     #[n(6)]
     Configure(#[n(0)] Settings),
+}
+
+impl OrderKind {
+    /// Its name in files and logs.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
 }
 
 impl CommandKind {

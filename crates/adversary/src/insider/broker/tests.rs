@@ -2,6 +2,7 @@
 
 use ground_truth::{Action, Any};
 use wire::codec;
+use wire::command::OrderKind;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
 use wire::core::{Core, Input, Output, Subject};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId};
@@ -9,7 +10,7 @@ use wire::mode::Mode;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 
 use super::InsiderBroker;
-use crate::plan::{AckForgery, BrokerAction, Direction, InsiderBrokerConfig, OrderForgery, OrderKind, Timed};
+use crate::plan::{AckForgery, BrokerAction, Direction, InsiderBrokerConfig, OrderForgery, Timed};
 use crate::testing::{at_ms, setup, times, turn};
 
 const COMMAND: Subject = Subject::Command(UnitId::A);

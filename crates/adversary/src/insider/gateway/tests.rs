@@ -4,6 +4,7 @@ use config::setup::Channel;
 use ground_truth::{Action, Any, Note};
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, Text};
+use wire::command::OrderKind;
 use wire::command::{CommandKind, Intent, Request};
 use wire::core::{Core, Input, Output, Topic};
 use wire::feed::{AcceptedReport, Feed};
@@ -17,7 +18,7 @@ use wire::time::{PeerStamp, Span};
 use wire::trust::BusGate;
 
 use super::InsiderGateway;
-use crate::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, OrderKind, Timed};
+use crate::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, Timed};
 use crate::testing::{at_ms, setup, turn};
 
 const FEED: ChannelKey = ChannelKey([4; 32]);

@@ -3,9 +3,10 @@
 use adversary::plan::BrokerAction;
 use evidence::Planned;
 use ground_truth::Action;
+use wire::command::OrderKind;
 
 use super::{Act, Attack, Injection, attacks, during, publications};
-use crate::{Millis, OrderKind};
+use crate::Millis;
 
 attacks! {
     /// Publications are passed on later.

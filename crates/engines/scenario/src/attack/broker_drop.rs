@@ -3,9 +3,9 @@
 use adversary::plan::BrokerAction;
 use evidence::Planned;
 use ground_truth::Action;
+use wire::command::OrderKind;
 
 use super::{Act, Attack, Injection, attacks, during, publications};
-use crate::OrderKind;
 
 attacks! {
     /// Publications are not passed on.

@@ -1,8 +1,9 @@
 //! `[[broker_invent]]`: the hostile broker publishes orders that it made itself.
 
-use adversary::plan::{BrokerAction, Direction, OrderForgery, OrderKind};
+use adversary::plan::{BrokerAction, Direction, OrderForgery};
 use evidence::Planned;
 use ground_truth::Action;
+use wire::command::OrderKind;
 
 use super::{Act, Attack, Injection, captured, during};
 use crate::timed::timed;

@@ -2,10 +2,11 @@
 
 use adversary::plan::FeedAction;
 use evidence::{Planned, Takes};
+use wire::command::OrderKind;
 
 use super::{Act, Attack, Injection, during};
 use crate::timed::timed;
-use crate::{Direction, OrderKind, Seconds};
+use crate::{Direction, Seconds};
 
 timed! {
     /// Requests of the operator do not reach the gateway.
@@ -25,6 +26,6 @@ impl Attack for IntentDrop {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::new(Planned::Swallowed).taking(Takes::Orders(self.only.map(OrderKind::request))))
+        Some(Injection::new(Planned::Swallowed).taking(Takes::Orders(self.only.map(OrderKind::name))))
     }
 }

@@ -51,11 +51,12 @@ use adversary::plan::{
     Resend, RogueMove, RogueOrders, StreamAction, Takeover as TakenSession, Timed,
 };
 use evidence::{Planned, Takes};
+use wire::command::OrderKind;
 use wire::core::Topic;
 use wire::id::NodeId;
 
 use super::finding::Finding;
-use super::{Direction, Holder, OrderKind, Scenario, Windowed};
+use super::{Direction, Holder, Scenario, Windowed};
 
 /// Appends a list of tables for each attack to [`Scenario`]: key, type, most tables, and a line for the schema. Actors and
 /// receipts come in the order of the rows.
@@ -264,7 +265,7 @@ fn during<A>(windowed: &dyn Windowed, direction: Direction, phase_ms: u64, actio
 
 /// Publications that come by while a broker acts: all of a direction, or those about one order.
 fn publications(direction: Direction, only: Option<OrderKind>) -> Takes {
-    Takes::Publications { to: direction.side(), asks: only.map(OrderKind::request), ever: false }
+    Takes::Publications { to: direction.side(), asks: only.map(OrderKind::name), ever: false }
 }
 
 /// Publications that a broker has captured at any time before.

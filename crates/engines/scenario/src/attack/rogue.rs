@@ -3,10 +3,11 @@
 //! It holds another identity's signing key and gives orders with it: through its own station at the gateway, or under a
 //! certificate at the broker. It is its own identity; no service knows that it is a rogue.
 
-use adversary::plan::{OrderId, OrderKind, OrderTrack, RogueOrders};
+use adversary::plan::{OrderId, OrderTrack, RogueOrders};
 use evidence::Planned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::command::OrderKind;
 use wire::id::NodeId;
 
 use super::{Act, Attack, Injection};
