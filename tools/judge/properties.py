@@ -1,4 +1,4 @@
-"""The properties, P1 to P11, of the platform under test: one function each, from the text of ARCHITECTURE.md and docs/.
+"""The properties, P1 to P12, of the platform under test: one function each, from the text of ARCHITECTURE.md and docs/.
 
 Each gives (property, when, what). What processes owe that were killed is `owed`'s, where the unit takes itself to be `place`'s,
 what is shown of commands and sessions `control`'s, what the plant does `plant`'s, what others know of P1's guards `guards`'s.
