@@ -82,8 +82,8 @@ impl Machine {
         let topology = lay_out(&nominal.scenario, &nominal.setup, 1, &secret).seating(Role::Supervise);
         let keep = self.folder.path().join(format!("run-{confinement:?}"));
         // Another service's journal that exists whichever process starts first.
-        fs::create_dir_all(keep.join("mouth")).unwrap();
-        fs::write(keep.join("mouth/stranger.cbor"), "another's").unwrap();
+        fs::create_dir_all(keep.join("inputs")).unwrap();
+        fs::write(keep.join("inputs/stranger.cbor"), "another's").unwrap();
         let options = Options {
             keep: Some(keep),
             services: Services::Folder(self.folder.path().to_owned()),

@@ -70,7 +70,7 @@ fn config(root: &Path, weakness: &Weakness) -> SearchConfig {
     let scenario = scenario::load(&file).expect("a valid scenario");
     let mut setup = Setup::load(root, &scenario, None, false).expect("its setup");
     weakness.waive.iter().for_each(|check| check.waive(&mut setup.policy));
-    let space = AttackSpace::load(&root.join(format!("scenarios/alphabets/{}.toml", weakness.space.as_str())))
+    let space = AttackSpace::load(&root.join(format!("scenarios/spaces/{}.toml", weakness.space.as_str())))
         .expect("a valid attack space");
     SearchConfig::new(scenario, setup, 1, space).expect("it runs")
 }

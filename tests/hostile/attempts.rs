@@ -82,7 +82,7 @@ pub(crate) fn attempt(name: &str, service: &str, spec: &ServiceSpec, targets: &T
 
 fn tried(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> io::Result<()> {
     let run = &spec.run_dir;
-    let other = run.join("mouth").join(format!("{}.cbor", targets.journal));
+    let other = run.join("inputs").join(format!("{}.cbor", targets.journal));
     let victim = std::env::args().nth(2).and_then(|pid| pid.parse().ok()).unwrap_or(1);
     let pid = Pid::from_raw(victim);
     let of_victim = |file: &str| PathBuf::from(format!("/proc/{victim}/{file}"));
@@ -133,7 +133,7 @@ fn tried(name: &str, service: &str, spec: &ServiceSpec, targets: &Targets) -> io
             wanted.try_reserve_exact((row.memory_mib as usize) << 20).map_err(io::Error::other)
         }
         "fill the disk by its journal" => {
-            let own_path = run.join("mouth").join(format!("{}.cbor", spec.node));
+            let own_path = run.join("inputs").join(format!("{}.cbor", spec.node));
             let own_file = File::options().write(true).create(true).truncate(false).open(own_path)?;
             own_file.write_at(&[0], 5 << 30).and_then(|_| own_file.set_len(0))
         }

@@ -61,7 +61,7 @@ const MOVES: [Moved; 19] = [
 ];
 
 fn space(name: &str) -> AttackSpace {
-    AttackSpace::load(&root().join("scenarios/alphabets").join(format!("{name}.toml"))).expect("a shipped attack space")
+    AttackSpace::load(&root().join("scenarios/spaces").join(format!("{name}.toml"))).expect("a shipped attack space")
 }
 
 /// The first loss of `ready` with these moves in it.

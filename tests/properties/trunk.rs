@@ -43,7 +43,7 @@ fn run_following_its_own_trunk_computes_nothing() {
 #[ignore = "long: every attack space"]
 fn run_along_a_trunk_is_unchanged_under_attack() {
     let ready = shipped("nominal");
-    for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
+    for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/spaces")).expect("the folder").flatten() {
         let space = AttackSpace::load(&file.path()).expect("a shipped attack space");
         let empty_scenario = AttackSequence::default().in_scenario(&space, &ready.scenario).expect("it fits");
         let known = Arc::new(baseline(&empty_scenario, &ready.setup, 1).expect("it runs"));

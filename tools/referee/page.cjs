@@ -37,7 +37,7 @@ async function address(watch) {
   fs.writeFileSync(scenario, longer);
   const live = spawn(program, ["run", scenario, "--live", "--watch", "--out", run], { stdio: "ignore" });
   const ended = new Promise((done) => live.on("exit", done));
-  const mouth = path.join(run, "mouth", "console.cbor");
+  const mouth = path.join(run, "inputs", "console.cbor");
   while (!fs.existsSync(mouth) || fs.statSync(mouth).size < 64) await wait(20);
   const watch = spawn(program, ["watch", run, "--web"], { stdio: ["ignore", "pipe", "inherit"] });
   const at = await address(watch);

@@ -74,7 +74,7 @@ def main():
     if len(sys.argv) != 3 or sys.argv[2] not in SPACES.get(sys.argv[1], []):
         sys.exit(f"usage: {sys.argv[0]} " + ", ".join(f"{kind} {'|'.join(spaces)}" for kind, spaces in SPACES.items()))
     for name, line in candidates(*sys.argv[1:]):
-        print(f'[[weakness]]\nname = "{name}"\nscenario = "nominal"\nalphabet = "{sys.argv[2]}"\n{line}\nfind = ["UNSAFE", "LATE"]\n')
+        print(f'[[weakness]]\nname = "{name}"\nscenario = "nominal"\nspace = "{sys.argv[2]}"\n{line}\nfind = ["UNSAFE", "LATE"]\n')
 
 
 main()

@@ -1,7 +1,7 @@
 //! The `holdsafe` command: its verbs, one a file or a folder, and its exit codes.
 //!
-//! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `renamed` maps
-//! the former verbs, `help` groups the verbs by their users.
+//! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `misspelt`
+//! answers a word that is no verb, `help` groups the verbs by their users.
 
 mod ablate;
 mod assess;
@@ -16,7 +16,7 @@ mod help;
 mod inspect;
 mod man;
 mod matrix;
-mod renamed;
+mod misspelt;
 mod report;
 mod run;
 mod scenario;
@@ -128,11 +128,10 @@ pub fn service(name: &str) -> Option<Exit> {
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let command = help::grouped(Cli::command());
-    let typed: Vec<OsString> = arguments.into_iter().collect();
-    let arguments = match renamed::current(&command, typed) {
-        Ok(arguments) => arguments,
-        Err(exit) => return exit,
-    };
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if let Some(message) = misspelt::suggestion(&command, &arguments) {
+        return Failure::new(Exit::Usage, message).tell(start::asks_for_json(&arguments));
+    }
     let cli: Cli = match start::parse(command, &arguments) {
         Ok(cli) => cli,
         Err(exit) => return exit,

@@ -142,7 +142,7 @@ fn unsuitable_scenario_file_is_refused_unread() {
         let text = object["files"][0]["problems"][0]["message"].as_str().unwrap().to_owned();
         assert!(text.contains(message), "{text}");
     }
-    let output = holdsafe(&["replay", none.to_str().unwrap()]);
+    let output = holdsafe(&["inspect", "replay", none.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -283,7 +283,7 @@ fn search_finds_an_attack_that_a_waiver_admits() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().to_str().unwrap();
     let search = |jobs: &str| {
-        let waive = ["search", "nominal", "--alphabet", "display", "--waive", "display.signature", "--first"];
+        let waive = ["search", "nominal", "--attack-space", "display", "--waive", "display.signature", "--first"];
         let more = ["--budget", "400", "--draws", "1", "--jobs", jobs, "--json", "--out", out];
         let output = holdsafe(&[&waive[..], &more].concat());
         assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
@@ -316,7 +316,7 @@ fn a_search_that_cannot_begin_says_why() {
     let unfit = file.to_str().unwrap();
     for (arguments, message) in [
         (
-            &["search", "nominal", "--alphabet", "paths"][..],
+            &["search", "nominal", "--attack-space", "paths"][..],
             "no attack space `paths`; there are: broker, display, memory, path",
         ),
         (
@@ -328,7 +328,7 @@ fn a_search_that_cannot_begin_says_why() {
         (&["search", "nominal", "--find", "INVALID"], "no class that can be found"),
         (&["search", "nominal", "--exhaust", "6"], "exhaust fewer actions"),
         (
-            &["search", "localisation_drift", "--alphabet", unfit],
+            &["search", "localisation_drift", "--attack-space", unfit],
             "action type odd of attack space odd does not fit `localisation_drift`",
         ),
     ] {

@@ -73,7 +73,7 @@ fn assertions_hold_against_perceptions_keys() {
 /// Every file among the attack spaces is fuzzed with: the name of each is in a test above.
 #[test]
 fn every_shipped_space_has_its_test() {
-    let folder = holdsafe_tests::root().join("scenarios/alphabets");
+    let folder = holdsafe_tests::root().join("scenarios/spaces");
     let files = std::fs::read_dir(&folder).expect("the folder").flatten().map(|e| e.path());
     let named = files.map(|file| format!("    fuzz({:?});", file.file_stem().expect("a name").to_string_lossy()));
     let untested: Vec<String> = named.filter(|call| !include_str!("mod.rs").contains(call.as_str())).collect();

@@ -18,7 +18,7 @@ pub(super) struct Transitions {
 impl Transitions {
     /// Transitions of the shipped attack space of that name, during the null attack, under every check.
     pub(super) fn for_space(space: &str) -> Self {
-        let file = holdsafe_tests::root().join("scenarios/alphabets").join(format!("{space}.toml"));
+        let file = holdsafe_tests::root().join("scenarios/spaces").join(format!("{space}.toml"));
         let space = AttackSpace::load(&file).expect("a shipped attack space");
         let ready = holdsafe_tests::shipped("nominal");
         let budget = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);

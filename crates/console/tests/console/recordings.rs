@@ -17,13 +17,13 @@ use crate::bench::{Bench, making};
 /// The recording of `bench`, in a folder of this name.
 fn recorded(bench: &Bench, name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    fs::create_dir_all(folder.join("mouth")).unwrap();
+    fs::create_dir_all(folder.join("inputs")).unwrap();
     let (setup, config) =
         making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, vec![], Bench::revocations());
     let config = ProcessConfig { setup, config, window: None };
     fs::write(folder.join(READING), serde_json::to_vec(&config.to_read()).unwrap()).unwrap();
     let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: bench.journal[0].0 };
-    let log = File::create(folder.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE))).unwrap();
+    let log = File::create(folder.join("inputs").join(format!("{}.cbor", NodeId::CONSOLE))).unwrap();
     let mut log = Writer::new(log, header, 1 << 24).unwrap();
     for (now, input, outputs) in &bench.journal {
         log.input(*now, input).unwrap();

@@ -67,11 +67,11 @@ pub fn space(context: &Context, name: &str) -> Result<AttackSpace, Failure> {
     if name.ends_with(".toml") || name.contains('/') {
         return Ok(AttackSpace::load(Path::new(name))?);
     }
-    let path = context.root()?.join("scenarios").join("alphabets").join(format!("{name}.toml"));
+    let path = context.root()?.join("scenarios").join("spaces").join(format!("{name}.toml"));
     if path.is_file() {
         return Ok(AttackSpace::load(&path)?);
     }
-    let known = shipped(context, "alphabets")?.join(", ");
+    let known = shipped(context, "spaces")?.join(", ");
     Err(Failure::new(Exit::Usage, format!("no attack space `{name}`; there are: {known}")))
 }
 

@@ -31,7 +31,7 @@ pub struct Weakness {
     /// The scenario that runs meanwhile, of one cell.
     pub scenario: Name,
     /// The attack space.
-    #[serde(rename = "alphabet")]
+    #[serde(alias = "alphabet")]
     pub space: Name,
     /// Checks that are waived.
     #[serde(default)]
@@ -181,9 +181,9 @@ mod tests {
     use super::*;
     use crate::find_root;
 
-    const TEXT: &str = "[[weakness]]\nname = \"a\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
+    const TEXT: &str = "[[weakness]]\nname = \"a\"\nscenario = \"nominal\"\nspace = \"path\"\n\
                         waive = [\"boundary.freshness\"]\nfind = [\"UNSAFE\"]\n\
-                        [[weakness]]\nname = \"b\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
+                        [[weakness]]\nname = \"b\"\nscenario = \"nominal\"\nspace = \"path\"\n\
                         waive = [\"guards.lease\"]\nfind = [\"LATE\"]\n";
 
     const LEASE_TWICE: &str = "misset = [{ bound = \"lease_ms\", to_ms = 1 }, { bound = \"lease_ms\", to_ms = 2 }]";

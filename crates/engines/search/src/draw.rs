@@ -301,7 +301,7 @@ mod tests {
 
     fn space() -> AttackSpace {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        AttackSpace::load(&root.join("scenarios/alphabets/sensors.toml")).unwrap()
+        AttackSpace::load(&root.join("scenarios/spaces/sensors.toml")).unwrap()
     }
 
     fn guided(space: &AttackSpace) -> Drawer<'_> {

@@ -262,7 +262,7 @@ mod tests {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
-        let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let space = AttackSpace::load(&root.join("scenarios/spaces/path.toml")).unwrap();
         SearchConfig::new(scenario, setup, 1, space).unwrap()
     }
 

@@ -209,7 +209,7 @@ mod tests {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
-        let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let space = AttackSpace::load(&root.join("scenarios/spaces/path.toml")).unwrap();
         let interval =
             |seconds: f64| SearchConfig::new(scenario.soak(seconds, 0.0), setup.clone(), 1, space.clone()).unwrap();
         let (short, long) = (interval(LONGEST_BASELINE_S), interval(LONGEST_BASELINE_S + 1.0));

@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn sequence_short_of_a_limit_moves_to_it() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let space = AttackSpace::load(&root.join("scenarios/spaces/path.toml")).unwrap();
         let bounds = Bounds::GROUND;
         let mut drawer = Drawer::new(&space, &bounds, Strategy::Guided, 1, Moments::default(), &Approaches::new());
         // Held up for 1 s by 500 ms, 2.5 s into the run, 100 ms short of the limit.

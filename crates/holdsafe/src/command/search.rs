@@ -33,7 +33,7 @@ pub(super) struct Args {
     /// A scenario of the twin, by name or by file: the mission during which the sequences are tried.
     #[arg(value_name = "SCENARIO")]
     scenario: String,
-    /// The attack space: a file of scenarios/alphabets, by name or by path.
+    /// The attack space: a file of scenarios/spaces, by name or by path.
     #[arg(long = "attack-space", alias = "alphabet", value_name = "SPACE", default_value = "path")]
     space: String,
     /// Most trials.

@@ -14,7 +14,8 @@ use sha2::{Digest, Sha256};
 use super::{holdsafe, mistaken, root};
 
 /// Two variations, each trial with its own moment.
-const SMALL: [&str; 6] = ["campaign", "loss", "--grid", "loss.0.share=0.9,1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
+const SMALL: [&str; 7] =
+    ["campaign", "run", "loss", "--grid", "loss.0.share=0.9,1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
 
 struct Place(tempfile::TempDir);
 
@@ -38,7 +39,10 @@ impl Place {
         let parts: Vec<String> = parts.iter().map(|part| self.dir(part).to_str().unwrap().to_owned()).collect();
         let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
         let into = self.dir(into);
-        holdsafe(&[&["merge"], parts.as_slice(), &["--out", into.to_str().unwrap(), "--quiet", "--json"]].concat())
+        holdsafe(
+            &[&["campaign", "merge"], parts.as_slice(), &["--out", into.to_str().unwrap(), "--quiet", "--json"]]
+                .concat(),
+        )
     }
 
     /// The campaign's object, and the bytes of its table.
@@ -348,7 +352,7 @@ fn exit_code_gives_the_verdict_on_a_claim() {
     let claimed = |claim: &str, more: &[&str]| {
         let place = Place::new();
         let out = place.dir("out");
-        let line = ["campaign", "loss", "--claim", claim, "--quiet", "--json", "--out", out.to_str().unwrap()];
+        let line = ["campaign", "run", "loss", "--claim", claim, "--quiet", "--json", "--out", out.to_str().unwrap()];
         let output = holdsafe(&[line.as_slice(), more].concat());
         (output.status.code(), object(&output))
     };
@@ -368,7 +372,7 @@ fn exit_code_gives_the_verdict_on_a_claim() {
 #[test]
 fn reproducing_line_sets_the_drawn_values() {
     let place = Place::new();
-    let share = ["campaign", "loss", "--grid", "loss.0.share=0.1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
+    let share = ["campaign", "run", "loss", "--grid", "loss.0.share=0.1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
     let draw = ["--draw", "loss.0.direction=choice:up|both", "--trials", "1", "--seed", "5", "--quiet", "--json"];
     let out = place.dir("drawn");
     let output = holdsafe(&[share.as_slice(), &draw, &["--out", out.to_str().unwrap()]].concat());
@@ -387,7 +391,8 @@ fn sequential_campaign_ends_independently_of_threads() {
     let place = Place::new();
     let run = |name: &str, jobs: &str| {
         let out = place.dir(name);
-        let line = ["campaign", "record_damage", "--cell", "truncate", "--claim", "unsafe<20%@95", "--sequential"];
+        let line =
+            ["campaign", "run", "record_damage", "--cell", "truncate", "--claim", "unsafe<20%@95", "--sequential"];
         fine(&holdsafe(
             &[line.as_slice(), &["--jobs", jobs, "--quiet", "--json", "--out", out.to_str().unwrap()]].concat(),
         ))
@@ -405,7 +410,7 @@ fn values_that_do_not_fit_are_refused_first() {
     let place = Place::new();
     let refuse = |more: &[&str]| {
         let out = place.dir("out");
-        let line = [&["campaign", "loss", "--out", out.to_str().unwrap(), "--json"], more].concat();
+        let line = [&["campaign", "run", "loss", "--out", out.to_str().unwrap(), "--json"], more].concat();
         let output = holdsafe(&line);
         assert!(!Path::new(&out).exists(), "{more:?}");
         let text = String::from_utf8(output.stderr.clone()).unwrap();

@@ -197,7 +197,7 @@ fn interrupted_live_run_is_sealed_so_far() {
         .unwrap();
     // Entries are recorded before the run begins, and the console's journal grows with it.
     let run = out.join("live/nominal/1");
-    let begun = || fs::metadata(run.join("mouth/console.cbor")).is_ok_and(|log| log.len() > 20_000);
+    let begun = || fs::metadata(run.join("inputs/console.cbor")).is_ok_and(|log| log.len() > 20_000);
     while !begun() {
         assert_eq!(child.try_wait().unwrap(), None, "it ended before it was interrupted");
         std::thread::yield_now();

@@ -102,7 +102,7 @@ fn changed_or_unusable_detector_is_refused() {
     ];
     for (name, labels, said) in cases {
         let file = seed(name);
-        for verb in [&["run", "nominal", "--trials", "1"][..], &["live", "nominal"]] {
+        for verb in [&["run", "nominal", "--trials", "1"][..], &["run", "--live", "--watch", "nominal"]] {
             let output = holdsafe(&[verb, &["--detector", file.to_str().unwrap(), "--labels", labels]].concat());
             let screen = String::from_utf8(output.stderr).unwrap();
             assert_eq!(output.status.code(), Some(2), "{name}: {screen}");

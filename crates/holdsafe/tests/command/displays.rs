@@ -70,7 +70,7 @@ fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<Packet>)> {
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     live.args(["--root", root().to_str().unwrap(), "live", scenario, "--out", run, "--json"]).stdout(Stdio::piped());
     let mut live = live.spawn().unwrap();
-    let log = out.join("mouth/console.cbor");
+    let log = out.join("inputs/console.cbor");
     while !log.exists() {
         assert!(live.try_wait().unwrap().is_none(), "the run ended before there was anything to watch");
         std::thread::yield_now();
@@ -112,12 +112,12 @@ fn live_run_is_watched_and_shown_again() {
     let once = holdsafe(&["watch", run, "--once"]);
     let text = String::from_utf8(once.stdout).unwrap();
     assert!(once.status.success() && text.contains("SIMULATION") && text.contains("IDLE"), "{text}");
-    let (code, words) = blind(&["console", run]);
+    let (code, words) = blind(&["watch", run, "--window"]);
     assert_eq!(code, Some(5), "{words}");
 
     // The cores' inputs have been replayed; after that one in five sets of frames is enough to look at.
     let file = folder.path().join("run.mcap");
-    let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
+    let exported = object(&holdsafe(&["report", "--format", "mcap", run, "--out", file.to_str().unwrap(), "--json"]));
     let (exported_count, not_kept) = (message_counts(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
     assert!(
         not_kept > 0 && exported_count == (exported_count + not_kept).div_ceil(5),
@@ -130,7 +130,12 @@ fn live_run_is_watched_and_shown_again() {
     assert_eq!(marked(&player), None);
     assert_eq!(marked(&player.invalid("event 7".to_owned())).as_deref(), Some("event 7"));
     flip_a_bit(&out);
-    for line in [&["replay", run][..], &["watch", run, "--once"], &["explain", run], &["diff", run, run]] {
+    for line in [
+        &["inspect", "replay", run][..],
+        &["watch", run, "--once"],
+        &["inspect", "explain", run],
+        &["inspect", "diff", run, run],
+    ] {
         let output = holdsafe(line);
         assert_eq!(output.status.code(), Some(4), "{line:?}: {output:?}");
         assert!(String::from_utf8_lossy(&output.stdout).starts_with("INVALID: "), "{line:?}: {output:?}");
@@ -142,7 +147,7 @@ fn live_run_is_watched_and_shown_again() {
 fn window_without_a_display_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let (code, text) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
+    let (code, text) = blind(&["run", "--live", "--watch", "nominal", "--console", "--out", out.to_str().unwrap()]);
     assert_eq!(code, Some(5));
     assert!(text.contains("holdsafe watch") && text.trim().lines().count() == 1, "{text}");
     let (code, text) = blind(&["run", "demo", "--live", "--console", "--out", out.to_str().unwrap()]);
@@ -177,7 +182,7 @@ fn a_confined_window_opens_and_stays() {
     live.args(["--out", out.to_str().unwrap()]).env_remove("WAYLAND_DISPLAY");
     live.env("DISPLAY", display).env("LIBGL_ALWAYS_SOFTWARE", "1").env("HOME", folder.path());
     let mut live = live.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    let journal = out.join("live/short/1/mouth/console.cbor");
+    let journal = out.join("live/short/1/inputs/console.cbor");
     while !fs::metadata(&journal).is_ok_and(|meta| meta.len() > 0) && live.try_wait().unwrap().is_none() {
         std::thread::yield_now();
     }
@@ -214,7 +219,7 @@ fn a_window_is_for_one_live_trial() {
 fn folder_without_a_run_is_not_watched() {
     let folder = tempfile::tempdir().unwrap();
     let none = folder.path().to_str().unwrap();
-    for arguments in [&["watch", none][..], &["console", none], &["sensors", none]] {
+    for arguments in [&["watch", none][..], &["watch", none, "--window"], &["watch", "--sensors", none]] {
         let output = holdsafe(arguments);
         let text = String::from_utf8(output.stderr).unwrap();
         assert!(matches!(output.status.code(), Some(2 | 4 | 5)), "{arguments:?}: {text}");

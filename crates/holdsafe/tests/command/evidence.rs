@@ -23,11 +23,12 @@ pub(super) fn object(output: &Output) -> serde_json::Value {
 fn recording_and_run_have_the_same_explanation() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
-    let recording = object(&holdsafe(&["explain", run.to_str().unwrap(), "--json"]));
-    let twin = object(&holdsafe(&["explain", "thermal_loss", "--json"]));
+    let recording = object(&holdsafe(&["inspect", "explain", run.to_str().unwrap(), "--json"]));
+    let twin = object(&holdsafe(&["inspect", "explain", "thermal_loss", "--json"]));
     assert_eq!(recording["explanations"], twin["explanations"]);
     assert_eq!(twin["explanations"][0]["origin"]["place"]["sensor"], "thermal", "{twin}");
-    let value = object(&holdsafe(&["explain", run.to_str().unwrap(), "--why-not", "READY", "--at", "6", "--json"]));
+    let value =
+        object(&holdsafe(&["inspect", "explain", run.to_str().unwrap(), "--why-not", "READY", "--at", "6", "--json"]));
     assert_eq!(value["why_not"]["mode"], "DEGRADED", "{value}");
 }
 
@@ -36,7 +37,7 @@ fn recording_and_run_have_the_same_explanation() {
 fn recording_is_explained_at_times_of_its_run() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
-    let explain = |more: &[&str]| holdsafe(&[&["explain", run.to_str().unwrap(), "--json"], more].concat());
+    let explain = |more: &[&str]| holdsafe(&[&["inspect", "explain", run.to_str().unwrap(), "--json"], more].concat());
     let first_time = |output: &Output| object(output)["explanations"][0]["at_us"].as_u64().unwrap();
     let (thinned, whole) = (first_time(&explain(&[])), object(&explain(&[])));
     assert!(whole.get("assumed").is_none(), "{whole}");
@@ -67,25 +68,26 @@ fn unreadable_recording_is_answered_with_one_line() {
     let file = run.join("recording/audit-0.mcap");
     let whole = fs::read(&file).unwrap();
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
-    let cut = holdsafe(&["explain", run.to_str().unwrap(), "--all"]);
+    let cut = holdsafe(&["inspect", "explain", run.to_str().unwrap(), "--all"]);
     assert_eq!(cut.status.code(), Some(4), "{cut:?}");
     let text = String::from_utf8_lossy(&cut.stdout).into_owned();
     assert!(
         text.starts_with("INVALID: ") && text.contains(" to READY"),
         "first that it is cut, then what stands: {text}"
     );
-    let told = holdsafe(&["explain", run.to_str().unwrap(), "--all", "--unverified"]);
+    let told = holdsafe(&["inspect", "explain", run.to_str().unwrap(), "--all", "--unverified"]);
     assert_eq!(told.status.code(), Some(0), "{told:?}");
     for hostile in [vec![0xff; 4096], b"not a recording".to_vec(), Vec::new()] {
         fs::write(&file, hostile).unwrap();
-        let output = holdsafe(&["explain", run.to_str().unwrap()]);
+        let output = holdsafe(&["inspect", "explain", run.to_str().unwrap()]);
         let text = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_ne!(output.status.code(), Some(0), "{text}");
         assert!(text.lines().count() <= 2 && !text.contains("panicked"), "{text}");
     }
-    let empty_output = holdsafe(&["explain", dir.path().join("loss/twin/loss/1/recording").to_str().unwrap()]);
+    let empty_output =
+        holdsafe(&["inspect", "explain", dir.path().join("loss/twin/loss/1/recording").to_str().unwrap()]);
     assert_eq!(empty_output.status.code(), Some(2), "{empty_output:?}");
-    assert_eq!(holdsafe(&["explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
+    assert_eq!(holdsafe(&["inspect", "explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
 }
 
 /// It is made of results and runs.
@@ -150,10 +152,10 @@ fn report_refuses_unknown_and_repeated_inputs() {
 /// Another policy is asked of the same inputs.
 #[test]
 fn replayed_cores_give_every_byte_again() {
-    let same = object(&holdsafe(&["replay", "replay", "--json"]));
+    let same = object(&holdsafe(&["inspect", "replay", "replay", "--json"]));
     assert_eq!(same["identical"], true, "{same}");
     let policy = root().join("policies/freshness-waived.toml");
-    let requested = object(&holdsafe(&["replay", "replay", "--policy", policy.to_str().unwrap(), "--json"]));
+    let requested = object(&holdsafe(&["inspect", "replay", "replay", "--policy", policy.to_str().unwrap(), "--json"]));
     assert!(requested["watermark"].as_str().is_some_and(|mark| mark.starts_with("ABLATION")), "{requested}");
     let core = |name: &str| requested["cores"].as_array().unwrap().iter().find(|c| c["core"] == name).cloned().unwrap();
     assert_eq!(core("sim").get("first"), None, "{requested}");
@@ -163,7 +165,13 @@ fn replayed_cores_give_every_byte_again() {
         (&"no_echo".into(), &"session".into()),
         "{first}"
     );
-    let output = holdsafe(&["replay", root().join("policies").to_str().unwrap(), "--policy", policy.to_str().unwrap()]);
+    let output = holdsafe(&[
+        "inspect",
+        "replay",
+        root().join("policies").to_str().unwrap(),
+        "--policy",
+        policy.to_str().unwrap(),
+    ]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }
 
@@ -171,11 +179,11 @@ fn replayed_cores_give_every_byte_again() {
 fn two_runs_are_set_side_by_side() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "replay");
-    let same = object(&holdsafe(&["diff", run.to_str().unwrap(), "replay", "--json"]));
+    let same = object(&holdsafe(&["inspect", "diff", run.to_str().unwrap(), "replay", "--json"]));
     assert_eq!(same["same_log"], true, "{same}");
     let policy = root().join("policies/session-only.toml");
     let cell = ["--cell", "verbatim/present/origin-signed", "--policy", policy.to_str().unwrap()];
-    let output = holdsafe(&[&["diff", "teammate", "--json"], &cell[..]].concat());
+    let output = holdsafe(&[&["inspect", "diff", "teammate", "--json"], &cell[..]].concat());
     assert_eq!(output.status.code(), Some(3), "{output:?}");
     let other = object(&output);
     let gateway =
@@ -185,5 +193,5 @@ fn two_runs_are_set_side_by_side() {
         (&"origin".into(), &"accepted".into()),
         "{gateway}"
     );
-    assert_eq!(holdsafe(&["diff", "replay"]).status.code(), Some(2));
+    assert_eq!(holdsafe(&["inspect", "diff", "replay"]).status.code(), Some(2));
 }

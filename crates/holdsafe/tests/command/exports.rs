@@ -19,7 +19,7 @@ fn export_has_every_event_of_a_run() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
     let file = dir.path().join("run.mcap");
-    let export = |run: &str| holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]);
+    let export = |run: &str| holdsafe(&["report", "--format", "mcap", run, "--out", file.to_str().unwrap(), "--json"]);
     let recording = message_counts(&object(&export(run.to_str().unwrap())));
     let length = fs::metadata(&file).unwrap().len();
     let log = fs::read_to_string(run.join("events.jsonl")).unwrap();
@@ -45,10 +45,13 @@ fn failed_export_leaves_no_file() {
     let out = out.to_str().unwrap();
     let run = root();
     let mistakes: [(&[&str], &str); 4] = [
-        (&["export", "nominal", "--out", "/nowhere/run.mcap"], "/nowhere/run.mcap"),
-        (&["export", "alert", "--cell", "none", "--out", out], "`alert` has no cells; leave --cell out"),
-        (&["export", "no_such_run", "--out", out], "no scenario `no_such_run`"),
-        (&["export", run.to_str().unwrap(), "--out", out], "name the directory of one run"),
+        (&["report", "--format", "mcap", "nominal", "--out", "/nowhere/run.mcap"], "/nowhere/run.mcap"),
+        (
+            &["report", "--format", "mcap", "alert", "--cell", "none", "--out", out],
+            "`alert` has no cells; leave --cell out",
+        ),
+        (&["report", "--format", "mcap", "no_such_run", "--out", out], "no scenario `no_such_run`"),
+        (&["report", "--format", "mcap", run.to_str().unwrap(), "--out", out], "name the directory of one run"),
     ];
     for (arguments, message) in mistakes {
         let output = holdsafe(arguments);

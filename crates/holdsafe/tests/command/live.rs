@@ -64,7 +64,7 @@ fn trial(scenario: &Path, seed: u64) -> (Topology, Setup, Aftermath, Judged) {
 /// Writes the input journal of `node` again, with the first input after which it wrote an audit entry fed a microsecond
 /// later. Gives the number of that input, from 1.
 fn shift_an_input(folder: &Path, node: NodeId) -> usize {
-    let path = folder.join("mouth").join(format!("{node}.cbor"));
+    let path = folder.join("inputs").join(format!("{node}.cbor"));
     let whole = fs::read(&path).unwrap();
     let log = Reader::new(whole.as_slice()).unwrap();
     let header = log.header();

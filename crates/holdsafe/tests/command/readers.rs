@@ -21,7 +21,7 @@ pub(super) fn flip_a_bit(run: &Path) {
         let mut flipped = whole.clone();
         flipped[at] ^= 0x10;
         fs::write(&file, flipped).unwrap();
-        if holdsafe(&["verify", run.to_str().unwrap()]).status.code() == Some(4) {
+        if holdsafe(&["inspect", "verify", run.to_str().unwrap()]).status.code() == Some(4) {
             return;
         }
     }
@@ -45,8 +45,8 @@ fn cover(run: &Path) {
 /// its cores, and its console's input journal.
 fn as_if_live(run: &Path) {
     fs::write(run.join("replay.json"), r#"[{"node":"gateway","inputs":3,"outputs":2,"difference":null}]"#).unwrap();
-    fs::create_dir(run.join("mouth")).unwrap();
-    let file = fs::File::create(run.join("mouth/console.cbor")).unwrap();
+    fs::create_dir(run.join("inputs")).unwrap();
+    let file = fs::File::create(run.join("inputs/console.cbor")).unwrap();
     let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
     let mut log = Writer::new(file, header, 1 << 20).unwrap();
     log.input(Instant(1), &Input::Timeout).unwrap();
@@ -59,13 +59,13 @@ fn as_if_live(run: &Path) {
 /// The line of each command that reads a recorded run, and its exit code for a sound one.
 fn readers<'a>(run: &'a str, folder: &'a str, out: &'a str, page: &'a str) -> Vec<(Vec<&'a str>, i32)> {
     vec![
-        (vec!["explain", run], 0),
-        (vec!["explain", run, "--all", "--diagram"], 0),
-        (vec!["explain", run, "--why-not", "PREPARE_TO_ACT"], 0),
-        (vec!["replay", run], 0),
-        (vec!["diff", run, "thermal_loss"], 0),
-        (vec!["diff", "thermal_loss", run], 0),
-        (vec!["export", run, "--out", out], 0),
+        (vec!["inspect", "explain", run], 0),
+        (vec!["inspect", "explain", run, "--all", "--diagram"], 0),
+        (vec!["inspect", "explain", run, "--why-not", "PREPARE_TO_ACT"], 0),
+        (vec!["inspect", "replay", run], 0),
+        (vec!["inspect", "diff", run, "thermal_loss"], 0),
+        (vec!["inspect", "diff", "thermal_loss", run], 0),
+        (vec!["report", "--format", "mcap", run, "--out", out], 0),
         (vec!["report", run, "--out", page], 0),
         (vec!["report", folder, "--out", page], 0),
         (vec!["cite", folder], 0),
@@ -160,21 +160,21 @@ fn run_without_keys_or_valid_trial_is_invalid() {
     fs::write(&verdict, ended.to_string()).unwrap();
     cover(&read.run);
     all_say_it(&read, "the trial itself ended INVALID: P10 at 9000 ms: the host overslept");
-    let output = holdsafe(&["verify", read.run.to_str().unwrap()]);
+    let output = holdsafe(&["inspect", "verify", read.run.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4), "{output:?}");
     assert!(first_line(&output.stdout).contains("the trial itself ended INVALID"), "{output:?}");
     assert!(String::from_utf8_lossy(&output.stdout).contains("the evidence holds, of a trial that shows nothing"));
     fs::write(&verdict, "{}").unwrap();
-    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    let output = holdsafe(&["inspect", "explain", read.run.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4), "a class that cannot be read: {output:?}");
     fs::remove_file(&verdict).unwrap();
-    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    let output = holdsafe(&["inspect", "explain", read.run.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4), "{output:?}");
     assert!(first_line(&output.stdout).contains("verdict.json: missing"), "{output:?}");
     cover(&read.run);
-    assert_eq!(holdsafe(&["explain", read.run.to_str().unwrap()]).status.code(), Some(0), "none is told");
+    assert_eq!(holdsafe(&["inspect", "explain", read.run.to_str().unwrap()]).status.code(), Some(0), "none is told");
     fs::remove_file(read.run.join("held.json")).unwrap();
-    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    let output = holdsafe(&["inspect", "explain", read.run.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4), "{output:?}");
     assert!(first_line(&output.stdout).contains("held.json"), "{output:?}");
 }
@@ -189,7 +189,7 @@ fn explained_scenario_reports_its_invalid_trial() {
     fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
     let file = dir.path().join("nominal.toml");
     fs::write(&file, changed).unwrap();
-    let line = ["explain", file.to_str().unwrap(), "--all"];
+    let line = ["inspect", "explain", file.to_str().unwrap(), "--all"];
     let output = holdsafe(&line);
     assert_eq!(output.status.code(), Some(4), "{output:?}");
     let first = first_line(&output.stdout);
@@ -226,7 +226,7 @@ fn export_is_marked_where_its_run_is_invalid() {
     let read = Read::new();
     flip_a_bit(&read.run);
     let [run, out] = [&read.run, &read.out].map(|p| p.to_str().unwrap());
-    let exported = object(&holdsafe(&["export", run, "--out", out, "--json", "--unverified"]));
+    let exported = object(&holdsafe(&["report", "--format", "mcap", run, "--out", out, "--json", "--unverified"]));
     let map = super::exports::message_counts(&exported);
     assert_eq!(map.get("/custody"), Some(&1), "{map:?}");
 }
@@ -243,11 +243,11 @@ fn run_is_found_from_any_level() {
     for level in [&run, run.parent().unwrap(), &whole.join("twin"), &whole] {
         let level = level.to_str().unwrap();
         let lines: [&[&str]; 7] = [
-            &["verify", level],
-            &["explain", level],
-            &["replay", level],
-            &["diff", level, "loss"],
-            &["export", level, "--out", out],
+            &["inspect", "verify", level],
+            &["inspect", "explain", level],
+            &["inspect", "replay", level],
+            &["inspect", "diff", level, "loss"],
+            &["report", "--format", "mcap", level, "--out", out],
             &["report", level, "--out", page],
             &["cite", level],
         ];
@@ -259,14 +259,14 @@ fn run_is_found_from_any_level() {
     let other = recorded(dir.path(), "thermal_loss");
     let all = dir.path().to_str().unwrap();
     for line in [
-        &["verify", all][..],
-        &["explain", all],
-        &["replay", all],
-        &["diff", all, "loss"],
-        &["export", all, "--out", out],
+        &["inspect", "verify", all][..],
+        &["inspect", "explain", all],
+        &["inspect", "replay", all],
+        &["inspect", "diff", all, "loss"],
+        &["report", "--format", "mcap", all, "--out", out],
         &["watch", all],
-        &["sensors", all],
-        &["console", all],
+        &["watch", "--sensors", all],
+        &["watch", all, "--window"],
     ] {
         let output = holdsafe(line);
         let text = String::from_utf8(output.stderr).unwrap();
@@ -276,5 +276,5 @@ fn run_is_found_from_any_level() {
     }
     let report = object(&holdsafe(&["report", all, "--out", page, "--json"]));
     assert_eq!(report["recordings"].as_array().map(Vec::len), Some(2), "a report tells all of them: {report}");
-    assert_eq!(holdsafe(&["explain", root().join("policies").to_str().unwrap()]).status.code(), Some(2));
+    assert_eq!(holdsafe(&["inspect", "explain", root().join("policies").to_str().unwrap()]).status.code(), Some(2));
 }

@@ -18,7 +18,7 @@ use super::evidence::recorded;
 use super::{holdsafe, root};
 
 fn verify(run: &Path) -> Output {
-    holdsafe(&["verify", run.to_str().unwrap()])
+    holdsafe(&["inspect", "verify", run.to_str().unwrap()])
 }
 
 pub(super) fn output_text(output: &Output) -> String {
@@ -155,7 +155,7 @@ fn kept_run_is_not_overwritten() {
     );
     assert!(tree(dir.path()) == before, "something was written");
     let live = run.to_str().unwrap();
-    let output = holdsafe(&["live", "loss", "--out", live]);
+    let output = holdsafe(&["run", "--live", "--watch", "loss", "--out", live]);
     assert_eq!(output.status.code(), Some(2), "{}", output_text(&output));
     assert_eq!(verify(&run).status.code(), Some(0), "{}", output_text(&verify(&run)));
 }
@@ -177,7 +177,8 @@ fn an_export_over_what_it_reads_is_refused() {
         (&link, run.join("held.json")),
         (&scenario, scenario.clone()),
     ] {
-        let output = holdsafe(&["export", input.to_str().unwrap(), "--out", over.to_str().unwrap()]);
+        let output =
+            holdsafe(&["report", "--format", "mcap", input.to_str().unwrap(), "--out", over.to_str().unwrap()]);
         assert_eq!(output.status.code(), Some(2), "{}: {}", over.display(), output_text(&output));
         assert!(output_text(&output).contains("--out"), "{}", output_text(&output));
     }
@@ -205,7 +206,7 @@ fn irregular_recording_is_refused_without_waiting() {
         for target in [pipe.as_path(), Path::new("/dev/zero")] {
             symlink(target, &file).unwrap();
             for command in ["verify", "explain"] {
-                let output = bounded(&[command, run.to_str().unwrap()]);
+                let output = bounded(&["inspect", command, run.to_str().unwrap()]);
                 let code = output.status.code();
                 assert!(!matches!(code, None | Some(124 | 137)), "{command}: {name} as {}: it waits", target.display());
                 assert_ne!(code, Some(101), "{command}: {name} as {}: {}", target.display(), output_text(&output));
@@ -273,7 +274,7 @@ fn truncated_guard_log_is_found_despite_new_digests() {
         fs::write(&log, whole).unwrap();
     }
     seal_anew(&run, &anchors);
-    let to = |digest: &str| holdsafe(&["verify", run.to_str().unwrap(), "--held", digest]).status.code();
+    let to = |digest: &str| holdsafe(&["inspect", "verify", run.to_str().unwrap(), "--held", digest]).status.code();
     assert_eq!((to(&text), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
 }
 

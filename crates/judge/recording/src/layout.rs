@@ -3,7 +3,7 @@
 //! | file or folder | content | written by |
 //! |---|---|---|
 //! | `recording/audit-<n>.mcap` | the log, as audit frames | the recorder's process, or [`crate::write`] for the twin |
-//! | `mouth/<node>.cbor` | the input journal of a live core ([`link::input_journal`]) | each process |
+//! | `inputs/<node>.cbor` | the input journal of a live core ([`link::input_journal`]) | each process |
 //! | `guard/<node>.cbor` | the log of a guard, or of the launcher ([`link::witness`]) | each process, the launcher |
 //! | `site.json`, `enclaves.json`, `enclaves.sig` | the plan of a live run, before it begins | [`crate::write`] |
 //! | `events.jsonl` | the evidence as JSON lines | [`crate::events`] |
@@ -86,7 +86,7 @@ impl RunFolder {
 
     /// True if this is a live run's, whose cores leave input journals.
     pub fn has_input_journals(&self) -> bool {
-        self.0.join(files::INPUT_JOURNALS).is_dir()
+        files::input_journals(&self.0).is_dir()
     }
 
     /// The input journal of `node`'s start `boot`.
@@ -106,7 +106,7 @@ impl RunFolder {
 
     /// The folders into which the processes of a live run write.
     pub fn written_by_processes(&self) -> [PathBuf; 3] {
-        [self.recording(), self.0.join(files::INPUT_JOURNALS), self.guard_logs()]
+        [self.recording(), files::input_journals(&self.0), self.guard_logs()]
     }
 
     /// The file of trust anchors.

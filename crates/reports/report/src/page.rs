@@ -201,7 +201,7 @@ mod tests {
         let (head, rest) = page.split_once("<main>").expect("a body");
         assert!(
             head.contains("verdict bad")
-                && head.contains("1 smallest word")
+                && head.contains("1 minimal attack sequence")
                 && head.contains("1 of 1 recordings is INVALID"),
             "{head}"
         );

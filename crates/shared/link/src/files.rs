@@ -14,13 +14,21 @@ use nix::fcntl::OFlag;
 use wire::id::{Boot, NodeId};
 
 /// The folder of the input journals below that of a run.
-pub const INPUT_JOURNALS: &str = "mouth";
+pub const INPUT_JOURNALS: &str = "inputs";
+/// Its name in runs that were recorded before the folder had that name; such runs are still read.
+const FORMER_INPUT_JOURNALS: &str = "mouth";
 /// The folder of the guards' logs, and of the launcher's notes, below that of a run.
 pub const GUARD_LOGS: &str = "guard";
 
+/// The folder of the input journals of a run: under its former name if the run has that one alone.
+pub fn input_journals(run_dir: &Path) -> PathBuf {
+    let (folder, former) = (run_dir.join(INPUT_JOURNALS), run_dir.join(FORMER_INPUT_JOURNALS));
+    if !folder.exists() && former.is_dir() { former } else { folder }
+}
+
 /// The input journal of `node`'s start `boot` below the folder of a run.
 pub fn input_journal(run_dir: &Path, node: NodeId, boot: Boot) -> PathBuf {
-    run_dir.join(INPUT_JOURNALS).join(log_name(node, boot))
+    input_journals(run_dir).join(log_name(node, boot))
 }
 
 /// The log of the guard in the process of `node`, of its start `boot`, below the folder of a run.
@@ -111,5 +119,15 @@ mod tests {
         for other in [&pipe, &device, &folder.path().to_owned()] {
             assert_eq!(read(other, 10).unwrap_err().to_string(), "not a regular file", "{}", other.display());
         }
+    }
+
+    #[test]
+    fn run_under_the_former_folder_name_is_read() {
+        let run = tempfile::tempdir().unwrap();
+        assert!(input_journals(run.path()).ends_with(INPUT_JOURNALS));
+        std::fs::create_dir(run.path().join(FORMER_INPUT_JOURNALS)).unwrap();
+        assert!(input_journal(run.path(), NodeId::CONSOLE, Boot(1)).ends_with("mouth/console.cbor"));
+        std::fs::create_dir(run.path().join(INPUT_JOURNALS)).unwrap();
+        assert!(input_journals(run.path()).ends_with(INPUT_JOURNALS));
     }
 }

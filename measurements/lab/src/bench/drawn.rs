@@ -116,7 +116,7 @@ impl Sources {
         // A policy can name a waived check, and `run` takes a policy; a wrong bound is in no file that it takes. What needs several
         // parts needs controls.
         weaknesses.retain(|weakness| weakness.misset.is_empty() && weakness.waive.len() == 1);
-        Ok(Self { weaknesses, spaces: search_config::shipped(context, "alphabets")? })
+        Ok(Self { weaknesses, spaces: search_config::shipped(context, "spaces")? })
     }
 
     fn draw(&self, context: &Context, lot: Lot, stratum: Stratum, number: u64, dir: &Path) -> Result<Case, Failure> {

@@ -115,7 +115,7 @@ struct Measured {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &Wanted::default())?;
     let base = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
-    let names = search_config::shipped(context, "alphabets")?;
+    let names = search_config::shipped(context, "spaces")?;
     let spaces = names.iter().map(|name| search_config::space(context, name)).collect::<Result<Vec<_>, _>>()?;
     let progress = Progress::new("runs", args.runs as usize, context.talk);
     let seeds: Vec<u64> = (0..args.runs).map(|i| context.seed + i).collect();

@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 
 use super::lab;
 
-const WEAK: &str = "[[weakness]]\nname = \"weak\"\nscenario = \"nominal\"\nalphabet = \"display\"\n\
+const WEAK: &str = "[[weakness]]\nname = \"weak\"\nscenario = \"nominal\"\nspace = \"display\"\n\
                     waive = [\"display.signature\"]\nfind = [\"UNSAFE\"]\n";
 
 fn bench(list: &str, more: &[&str]) -> serde_json::Value {

@@ -277,7 +277,7 @@ mod tests {
     #[test]
     fn newest_used_frame_is_found_after_restarts() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::create_dir(folder.path().join("mouth")).unwrap();
+        std::fs::create_dir(folder.path().join("inputs")).unwrap();
         let run = RunFolder::new(folder.path());
         let write = |boot: u32, frames: &[(u8, bool)], ends: bool| {
             let mut bytes = Vec::new();

@@ -32,18 +32,18 @@ fn folded(dossier: &Dossier) -> Markup {
 }
 
 fn recordings(dossier: &Dossier) -> Table {
-    let mut rows = Table::new(&["recording", "SHA-256", "custody", "class of its trial", "INVALID because"]);
+    let mut rows = Table::new(&["recording", "SHA-256", "verification", "class of its trial", "INVALID because"]);
     for of in &dossier.recordings {
-        let custody = if of.holds { "holds" } else { "does not hold" };
+        let verification = if of.holds { "holds" } else { "does not hold" };
         let class = of.outcome.clone().unwrap_or_else(|| "not told".to_owned());
         let reason = of.invalid.clone().unwrap_or_default();
-        rows.rows.push(vec![of.name.clone(), of.sha256.clone(), custody.to_owned(), class, reason]);
+        rows.rows.push(vec![of.name.clone(), of.sha256.clone(), verification.to_owned(), class, reason]);
     }
     rows
 }
 
 fn searched(search: &SearchObject) -> Markup {
-    let mut rows = Table::new(&["class", "broken", "smallest word", "stopped by", "again"]);
+    let mut rows = Table::new(&["class", "broken", "shortest sequence", "stopped by", "again"]);
     for f in &search.findings {
         let cells = [
             f.outcome.name().to_owned(),
@@ -55,7 +55,7 @@ fn searched(search: &SearchObject) -> Markup {
         rows.rows.push(cells.to_vec());
     }
     html! {
-        h3 { "A search of " (search.hunt.trials) " trials over the alphabet " (search.alphabet) " during " (search.scenario) }
+        h3 { "A search of " (search.hunt.trials) " trials of attack space " (search.alphabet) " on scenario " (search.scenario) }
         @if let Some(mark) = &search.watermark { p class="watermark" { (mark) } }
         @if search.findings.is_empty() { p { "Nothing was found; that is no proof that there is nothing." } } @else { (table(&rows, "Findings")) }
     }

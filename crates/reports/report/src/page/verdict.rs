@@ -64,7 +64,7 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
             @for text in incomplete(dossier) { p { (text) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
-                p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
+                p { "Searches found " (findings) " minimal attack " (if findings == 1 { "sequence" } else { "sequences" }) " that break a property; see below." }
             }
             @if invalid.is_empty() { (recordings(&invalid, dossier.recordings.len())) }
         }

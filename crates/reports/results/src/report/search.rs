@@ -126,9 +126,9 @@ pub fn search_table(object: &SearchObject) -> String {
     let hunt = &object.hunt;
     let manner = match object.exhausted {
         Some(k) => {
-            format!("every word of up to {k} letters of alphabet {}, at its weakest and strongest", object.alphabet)
+            format!("every sequence of up to {k} actions of space {}, at its weakest and strongest", object.alphabet)
         }
-        None => format!("{} over alphabet {}, draws {}", hunt.strategy, object.alphabet, object.draws),
+        None => format!("{} over space {}, draws {}", hunt.strategy, object.alphabet, object.draws),
     };
     let mut text = String::new();
     if let Some(watermark) = &object.watermark {
@@ -155,7 +155,7 @@ pub fn search_table(object: &SearchObject) -> String {
             None if hunt.strategy.is_uniform() => {
                 let upper = rate_upper(0, valid, LEVEL) * 100.0;
                 format!(
-                    "None found: of words drawn so that arrive, below {upper:.2} % are findings (one-sided 95 %).\n"
+                    "None found: of sequences drawn so that arrive, below {upper:.2} % are findings (one-sided 95 %).\n"
                 )
             }
             None => "None found. That is no proof that there is none.\n".to_owned(),

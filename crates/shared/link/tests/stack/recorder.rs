@@ -99,7 +99,7 @@ fn service_entries_are_recorded_fed_and_accounted_for() {
 /// Follows the recorder's input journal until it holds `n` fed entries.
 fn wait_for(directory: &Path, n: usize) -> usize {
     loop {
-        let file = std::fs::File::open(directory.join("mouth/recorder.cbor")).unwrap();
+        let file = std::fs::File::open(directory.join("inputs/recorder.cbor")).unwrap();
         let fed = Reader::new(BufReader::new(file)).map_or(0, |log| {
             log.filter(|entry| matches!(entry, Ok(Entry::Input { input: Input::Audit { .. }, .. }))).count()
         });
@@ -209,7 +209,7 @@ fn successor_recorder_is_heard_by_the_same_services() {
         running.child.kill().unwrap();
         running.child.wait().unwrap();
         let log = if boot == 1 { "recorder.cbor".to_owned() } else { format!("recorder-{boot}.cbor") };
-        let log = std::fs::File::open(directory.path().join("mouth").join(log)).unwrap();
+        let log = std::fs::File::open(directory.path().join("inputs").join(log)).unwrap();
         let done = |entry| matches!(entry, Ok(Entry::Output(Output::Bus { bytes, .. })) if bytes == heard);
         assert!(Reader::new(BufReader::new(log)).unwrap().any(done), "a killed process leaves no act without an entry");
         while inbox.try_recv().is_ok() {}
