@@ -28,7 +28,7 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use runner::engage;
-use runner::failure::Exit;
+use runner::failure::{Exit, Failure};
 use runner::shipped::ShippedFile;
 use runner::start::{self, Common};
 
