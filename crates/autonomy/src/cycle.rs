@@ -15,6 +15,7 @@ use wire::session::SessionBody;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
+use crate::View;
 use crate::authority::Spent;
 use crate::command::Ordered;
 use crate::designation::Designated;
@@ -42,17 +43,16 @@ const KEEP_CLEAR_MM: f64 = 3000.0;
 impl Autonomy {
     /// The deadline has come.
     pub(crate) fn tick(&mut self, now: Instant) {
+        let bounds = self.identity.bounds;
         if now >= self.next_control {
-            self.next_control =
-                next_grid_point(self.next_control, Span::ms(self.identity.bounds.control_period_ms), now);
-            self.seals.mark(now, self.journal.counter());
+            self.next_control = next_grid_point(self.next_control, Span::ms(bounds.control_period_ms), now);
+            self.links.seals.mark(now, self.logged.journal.counter());
             self.carry_out_stored(now);
             self.judge(now);
             self.steer(now);
         }
         if now >= self.next_telemetry {
-            self.next_telemetry =
-                next_grid_point(self.next_telemetry, Span::ms(self.identity.bounds.telemetry_period_ms), now);
+            self.next_telemetry = next_grid_point(self.next_telemetry, Span::ms(bounds.telemetry_period_ms), now);
             self.renew(now);
             self.introduce(now);
             self.report(now);
@@ -63,50 +63,50 @@ impl Autonomy {
     pub(crate) fn finish(&mut self, now: Instant) {
         self.quiet = true;
         self.close_guest(now);
-        self.accounts.close(now, &mut self.journal, &mut self.out);
-        self.journal.sign(now, &mut self.out);
+        self.logged.accounts.close(now, &mut self.logged.journal, &mut self.out);
+        self.logged.journal.sign(now, &mut self.out);
     }
 
     /// Judges every guard.
     pub(crate) fn assess(&self, now: Instant) -> Health {
-        let bounds = &self.bounds;
-        let limit = bounds.product_limit();
-        let findings = self.picture.judge(Findings::default(), now, limit);
+        let limit = self.bounds.product_limit();
+        let findings = self.view.picture.judge(Findings::default(), now, limit);
         let findings = findings
-            .with_finding(Guard::Localisation, self.localisation.lost(now, limit))
-            .with_finding(Guard::Drift, self.localisation.drifts())
-            .with_finding(Guard::TimeBase, self.localisation.mistimed())
+            .with_finding(Guard::Localisation, self.view.localisation.lost(now, limit))
+            .with_finding(Guard::Drift, self.view.localisation.drifts())
+            .with_finding(Guard::TimeBase, self.view.localisation.mistimed())
             .with_finding(Guard::Geofence, self.room(now).filter(|spare| *spare < 0.0).map(|_| Because::Itself))
-            .with_finding(Guard::Lease, self.lease.lapsed(now))
-            .with_finding(Guard::Teammates, self.teammates.inconsistent())
-            .with_finding(Guard::SealedLog, self.seals.missing(now));
-        let evidence = self.picture.waived().union(self.localisation.waived()).union(self.status.lease_waived);
+            .with_finding(Guard::Lease, self.links.lease.lapsed(now))
+            .with_finding(Guard::Teammates, self.links.teammates.inconsistent())
+            .with_finding(Guard::SealedLog, self.links.seals.missing(now));
+        let seen = self.view.picture.waived().union(self.view.localisation.waived());
+        let evidence = seen.union(self.status.lease_waived);
         Health::judge(findings, self.identity.waived_guards, evidence)
     }
 
     /// The values that the guards are judged by.
     fn measured(&self, now: Instant) -> Measured {
         let spare = self.room(now).map(|spare| spare.floor() as i32);
-        let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
+        let measured = self.view.localisation.measure(self.view.picture.measure(Measured::default(), now), now);
         measured
-            .claimed(self.teammates.finding())
+            .claimed(self.links.teammates.finding())
             .with_value(Guard::Geofence, spare)
             // At its full age it has lapsed.
-            .aged(Guard::Lease, self.lease.age(Span::ms(self.bounds.lease_ms), now).map(|age| age + Span(1)))
-            .aged(Guard::SealedLog, self.seals.age(now))
+            .aged(Guard::Lease, self.links.lease.age(Span::ms(self.bounds.lease_ms), now).map(|age| age + Span(1)))
+            .aged(Guard::SealedLog, self.links.seals.age(now))
     }
 
     /// Motion of the unit, as long as it is known. Without a place there is no distance to the fence; localisation's own guards
     /// report it.
     pub(crate) fn placed(&self, now: Instant) -> Option<Motion> {
-        let lost = self.localisation.lost(now, self.bounds.product_limit()).is_some();
-        self.localisation.motion().filter(|_| !lost && !self.localisation.distrusted())
+        let lost = self.view.localisation.lost(now, self.bounds.product_limit()).is_some();
+        self.view.localisation.motion().filter(|_| !lost && !self.view.localisation.distrusted())
     }
 
     /// Clearance to the envelope that is left, margins taken off, mm; negative is a breach. None while the place is not known.
     fn room(&self, now: Instant) -> Option<f64> {
         let limits = &self.identity.limits;
-        let clearance = self.fence.spare(&self.placed(now)?, &self.bounds, limits);
+        let clearance = self.view.fence.spare(&self.placed(now)?, &self.bounds, limits);
         let margin = f64::from(self.bounds.fence_margin_mm);
         Some(self.height().map_or(clearance, |(aloft, height)| clearance.min(flight::spare(height, aloft, margin))))
     }
@@ -143,16 +143,16 @@ impl Autonomy {
     /// A track that is fit but for its bearings is looked at from another side; the operator asks again.
     fn arm(&mut self, now: Instant, order: &Ordered, track: TrackId) -> Option<Refusal> {
         let refused = self.give(now, order, Some(track))?;
-        let wanted = self.mode() == Mode::Ready && !self.bearings.suffice(track, &self.bounds);
+        let wanted = self.mode() == Mode::Ready && !self.view.bearings.suffice(track, &self.bounds);
         if let (true, Some(motion), Some(place)) = (wanted, self.placed(now), self.fit_at(track)) {
-            self.look = Some(Look::begin(track, place, &motion, now));
+            self.driving.look = Some(Look::begin(track, place, &motion, now));
         }
         Some(refused)
     }
 
     /// Place of a track that is fit by itself.
     fn fit_at(&self, track: TrackId) -> Option<Point> {
-        let found = self.picture.track(track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
+        let found = self.view.picture.track(track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
         Some((f64::from(found.x_mm), f64::from(found.y_mm)))
     }
 
@@ -175,11 +175,11 @@ impl Autonomy {
     /// To go on is to acknowledge the finding about teammates: it is set aside, and restored if the other
     /// guards do not let the unit go on.
     fn resume(&mut self, now: Instant, order: &Ordered) -> Option<Refusal> {
-        let acquitted = self.teammates.acquit();
+        let acquitted = self.links.teammates.acquit();
         self.health = self.assess(now);
         let refused = self.give(now, order, None);
         if refused.is_some() {
-            self.teammates.restore(acquitted);
+            self.links.teammates.restore(acquitted);
             self.health = self.assess(now);
         }
         self.log_basis(now);
@@ -189,10 +189,10 @@ impl Autonomy {
     /// Logs the basis of the unit's judgement, when that has changed: a display's claim of freshness is held against it.
     fn log_basis(&mut self, now: Instant) {
         let fresh = self.identity.bounds.freshness();
-        let placed = self.localisation.reported(now).is_some_and(|(_, age)| age <= fresh);
-        let tracks = self.picture.tracks().iter().filter(|track| now.since(track.updated) <= fresh).count() as u8;
+        let placed = self.view.localisation.reported(now).is_some_and(|(_, age)| age <= fresh);
+        let tracks = self.view.picture.tracks().iter().filter(|track| now.since(track.updated) <= fresh).count() as u8;
         let judged = Event::Judged { failing: self.health.failing(), placed, tracks };
-        if self.judged.replace(judged) != Some(judged) {
+        if self.logged.judged.replace(judged) != Some(judged) {
             self.write(now, judged);
         }
     }
@@ -206,7 +206,7 @@ impl Autonomy {
         let track = track.ok_or(Because::Itself)?;
         let held = self.machine.authority().is_some_and(|authority| authority.track() == track);
         let stage = if held { Stage::Held } else { Stage::Arming };
-        Designated::judge((&self.picture, &self.bearings), track, stage, &self.bounds, now)
+        Designated::judge((&self.view.picture, &self.view.bearings), track, stage, &self.bounds, now)
     }
 
     fn step(
@@ -259,7 +259,7 @@ impl Autonomy {
         self.bounds = settings::tighten_bounds(settings, &self.identity.bounds);
         self.status.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
-            self.mission.replan(plan(&self.fence, &self.things, &self.bounds, &self.identity.limits));
+            self.driving.mission.replan(plan(&self.view.fence, &self.view.things, &self.bounds, &self.identity.limits));
         }
     }
 
@@ -268,7 +268,7 @@ impl Autonomy {
         let failing = self.health.failing();
         self.write(now, Event::Acted { world, authority, track, command, failing });
         let act = Act { stamp: now, world, authority, track, x_mm, y_mm, command };
-        let bytes = self.act.seal(now, &codec::encode(&act));
+        let bytes = self.links.act.seal(now, &codec::encode(&act));
         self.out.push_back(Output::Bus { topic: Topic::Act, bytes });
     }
 
@@ -277,10 +277,10 @@ impl Autonomy {
         if self.quiet {
             return;
         }
-        if let Some(motion) = self.localisation.motion() {
-            self.things.update(&self.picture, &motion, now);
+        if let Some(motion) = self.view.localisation.motion() {
+            self.view.things.update(&self.view.picture, &motion, now);
         }
-        if self.pilot.is_some() {
+        if self.driving.pilot.is_some() {
             return self.pilot(now);
         }
         let set_point = self.set_point(now);
@@ -289,13 +289,13 @@ impl Autonomy {
 
     /// Sends a set-point with its lease.
     pub(crate) fn drive(&mut self, now: Instant, set_point: SetPoint) {
-        self.steered = set_point.curvature;
+        self.driving.steered = set_point.curvature;
         let drive = Drive {
             stamp: now,
             set_point: self.to_plant(set_point),
             lease: Span::ms(self.identity.bounds.set_point_lease_ms),
         };
-        let bytes = self.drive.seal(now, &codec::encode(&drive));
+        let bytes = self.links.drive.seal(now, &codec::encode(&drive));
         self.out.push_back(Output::Bus { topic: Topic::Drive, bytes });
     }
 
@@ -304,7 +304,7 @@ impl Autonomy {
         if !self.identity.limits.free {
             return drive::SetPoint::Course { speed_mm_s: speed as i32, curvature_um: (curvature * 1e9) as i32 };
         }
-        let guarded = self.pilot.as_ref().is_none_or(|pilot| !pilot.bare());
+        let guarded = self.driving.pilot.as_ref().is_none_or(|pilot| !pilot.bare());
         if guarded && (matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost()) {
             return drive::SetPoint::Rest;
         }
@@ -316,22 +316,22 @@ impl Autonomy {
     /// Velocity off the map's walls at the unit's height, ahead and to the left, mm/s; none towards the fence. What perception shows does not
     /// push the unit.
     fn off_walls(&self) -> Point {
-        let (Some((aloft, height)), Some(motion)) = (self.height(), self.localisation.motion()) else {
+        let (Some((aloft, height)), Some(motion)) = (self.height(), self.view.localisation.motion()) else {
             return (0.0, 0.0);
         };
         let bounds = &self.bounds;
-        if !self.fence.keeps(motion.at, f64::from(bounds.fence_margin_mm + self.identity.limits.fence_spare_mm)) {
+        if !self.view.fence.keeps(motion.at, f64::from(bounds.fence_margin_mm + self.identity.limits.fence_spare_mm)) {
             return (0.0, 0.0);
         }
         let [length, width] = self.identity.limits.body_mm.map(f64::from);
         let [lowest, _] = flight::reached(aloft, height);
-        let high = self.things.on_the_map().filter(|thing| thing.top >= lowest);
+        let high = self.view.things.on_the_map().filter(|thing| thing.top >= lowest);
         flight::off_walls(&motion, libm::hypot(length, width) / 2.0, high.map(|thing| &thing.extent))
     }
 
     /// Limits of height and the height, of a unit that flies.
     fn height(&self) -> Option<(&Aloft, f64)> {
-        self.identity.limits.aloft.as_ref().zip(self.localisation.height())
+        self.identity.limits.aloft.as_ref().zip(self.view.localisation.height())
     }
 
     /// True if the unit does not know where it is.
@@ -341,9 +341,9 @@ impl Autonomy {
 
     fn set_point(&mut self, now: Instant) -> SetPoint {
         let mode_speed = self.mode_speed();
-        let motion = self.localisation.motion().filter(|_| mode_speed > 0.0);
+        let motion = self.view.localisation.motion().filter(|_| mode_speed > 0.0);
         let Some(motion) = motion else {
-            self.turn.end();
+            self.driving.turn.end();
             return SetPoint::default();
         };
         let (seen, things) = (self.seen(now), self.things_at_height(now));
@@ -351,22 +351,22 @@ impl Autonomy {
         let way = match &aside {
             Some(Aside::Stand) => None,
             Some(Aside::Way(points)) => Some(PlannedWay { points, beyond: points.last().copied() }),
-            None => self.mission.way(motion.at, &seen, now),
+            None => self.driving.mission.way(motion.at, &seen, now),
         };
         let Some(way) = way else {
-            self.turn.end();
+            self.driving.turn.end();
             return SetPoint::default();
         };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
-        let (fence, steered) = (&self.fence, self.steered);
+        let (fence, steered) = (&self.view.fence, self.driving.steered);
         let env = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
         let requested = navigation::follow(&motion, &way, &env);
         // LiDAR alone looks behind.
-        if self.picture.nearby().is_none() {
-            self.turn.end();
+        if self.view.picture.nearby().is_none() {
+            self.driving.turn.end();
             return requested;
         }
-        self.turn.back_up(requested, &motion, &env, now)
+        self.driving.turn.back_up(requested, &motion, &env, now)
     }
 
     /// Things that the body would touch at its height. None for a satellite's point of sight.
@@ -376,22 +376,22 @@ impl Autonomy {
             return Vec::new();
         }
         let heights = self.height().map_or([0.0; 2], |(aloft, height)| flight::reached(aloft, height));
-        self.things.obstacles(now, heights, self.teammates.places(now))
+        self.view.things.obstacles(now, heights, self.links.teammates.places(now))
     }
 
     /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own; then, with the
     /// track borne out, to stand for a while. A look that is done ends.
     fn aside(&mut self, motion: &Motion, seen: &[Keepout], now: Instant) -> Option<Aside> {
-        let look = self.look.take().filter(|look| !look.expired(now) && self.mode() == Mode::Ready)?;
+        let look = self.driving.look.take().filter(|look| !look.expired(now) && self.mode() == Mode::Ready)?;
         let place = self.fit_at(look.track)?;
-        self.looked_at = Some(place);
-        if self.bearings.suffice(look.track, &self.bounds) {
-            self.look = Some(look.done(now));
+        self.driving.looked_at = Some(place);
+        if self.view.bearings.suffice(look.track, &self.bounds) {
+            self.driving.look = Some(look.done(now));
             return Some(Aside::Stand);
         }
-        let lead = |look: &Look| self.mission.lead(motion.at, look.next(motion.at, place)?, seen);
+        let lead = |look: &Look| self.driving.mission.lead(motion.at, look.next(motion.at, place)?, seen);
         let (look, points) = [look, look.turned()].into_iter().find_map(|look| Some((look, lead(&look)?)))?;
-        self.look = Some(look);
+        self.driving.look = Some(look);
         Some(Aside::Way(std::iter::once(motion.at).chain(points).collect()))
     }
 
@@ -414,12 +414,13 @@ impl Autonomy {
     /// Places to keep clear of that are on no map: between things on the map there may be no room for a distance to their tracks, too.
     pub(crate) fn seen(&self, now: Instant) -> Vec<Keepout> {
         let width = f64::from(self.identity.limits.body_mm[1]);
-        let tracks = self.picture.tracks().iter().filter(|track| !self.things.is_on_the_map(track)).map(|track| {
+        let View { picture, things, .. } = &self.view;
+        let tracks = picture.tracks().iter().filter(|track| !things.is_on_the_map(track)).map(|track| {
             let at = (f64::from(track.x_mm), f64::from(track.y_mm));
             let least = things::keep_clear(track.class, width);
             Keepout { at, radius: least.max(KEEP_CLEAR_MM), least }
         });
-        let places = self.teammates.places(now).chain(self.looked_at);
+        let places = self.links.teammates.places(now).chain(self.driving.looked_at);
         tracks.chain(places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM, least: KEEP_CLEAR_MM })).collect()
     }
 
@@ -431,44 +432,44 @@ impl Autonomy {
             self.commands.issue(nonce, now);
         }
         let period = Span::ms(self.identity.bounds.challenge_period_ms);
-        if let Some(session) = self.session.as_mut().filter(|session| due(session.challenged_at(), period)) {
+        if let Some(session) = self.links.session.as_mut().filter(|session| due(session.challenged_at(), period)) {
             session.challenge(challenge, now);
         }
     }
 
     /// Says our session nonce until the peer uses it.
     pub(crate) fn introduce(&mut self, now: Instant) {
-        if let Some(nonce) = self.session.as_ref().and_then(|session| session.introduction()) {
+        if let Some(nonce) = self.links.session.as_ref().and_then(|session| session.introduction()) {
             self.send(now, SessionBody::Hello(nonce));
         }
     }
 
     fn report(&mut self, now: Instant) {
-        let introduced = self.session.as_ref().is_some_and(|session| session.introduced());
+        let introduced = self.links.session.as_ref().is_some_and(|session| session.introduced());
         if !introduced || self.quiet {
             return;
         }
-        self.reports = self.reports.next();
+        self.logged.reports = self.logged.reports.next();
         let sources = Sources {
             identity: &self.identity,
             machine: &self.machine,
             failing: self.health.failing(),
             measured: self.measured(now),
             status: &self.status,
-            localisation: &self.localisation,
-            picture: &self.picture,
-            bearings: &self.bearings,
-            mission: &self.mission,
+            localisation: &self.view.localisation,
+            picture: &self.view.picture,
+            bearings: &self.view.bearings,
+            mission: &self.driving.mission,
             commands: &self.commands,
-            watched: self.session.as_ref().and_then(|session| session.watched()),
-            contact: self.lease.contact(now),
-            crops: &self.crops,
+            watched: self.links.session.as_ref().and_then(|session| session.watched()),
+            contact: self.links.lease.contact(now),
+            crops: &self.view.crops,
         };
-        let signed = sources.signed(now, self.reports);
-        let places = self.picture.tracks().iter().map(|track| (track.id, (track.x_mm, track.y_mm)));
+        let signed = sources.signed(now, self.logged.reports);
+        let places = self.view.picture.tracks().iter().map(|track| (track.id, (track.x_mm, track.y_mm)));
         self.commands.reported(&signed, places);
         self.send(now, report_body(&signed));
-        for crop in self.crops.unsent() {
+        for crop in self.view.crops.unsent() {
             self.send(now, SessionBody::Crop(crop.as_slice().into()));
         }
     }
@@ -478,10 +479,10 @@ impl Autonomy {
         if self.quiet {
             return;
         }
-        if let Some(session) = &mut self.session {
+        if let Some(session) = &mut self.links.session {
             let bytes = session.session_message(now, boot, body);
             self.out.push_back(Output::Record { session: session.id(), bytes });
-            self.accounts.count(Account::Sent);
+            self.logged.accounts.count(Account::Sent);
         }
     }
 

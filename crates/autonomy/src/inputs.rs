@@ -35,7 +35,7 @@ impl Autonomy {
             }
         };
         match result {
-            Ok(()) => self.accounts.accepted(Interface::Bus(topic)),
+            Ok(()) => self.logged.accounts.accepted(Interface::Bus(topic)),
             Err(refusal) => self.refuse(now, Interface::Bus(topic), None, &refusal),
         }
         if topic != Topic::Seals {
@@ -44,14 +44,14 @@ impl Autonomy {
     }
 
     fn navigation(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let accepted = self.gates.navigation.admit::<Navigation>(&self.identity.policy, now, bytes)?;
+        let accepted = self.links.gates.navigation.admit::<Navigation>(&self.identity.policy, now, bytes)?;
         let (reading, evidence) = accepted.into_parts();
-        self.localisation.take(&reading, evidence.waived);
-        if let Some(pilot) = &mut self.pilot {
+        self.view.localisation.take(&reading, evidence.waived);
+        if let Some(pilot) = &mut self.driving.pilot {
             pilot.read(&reading);
         }
-        let present = (reading.fix.is_some(), reading.odometry.is_some() && self.localisation.hears_odometry());
-        if self.present.replace(present) != Some(present) {
+        let present = (reading.fix.is_some(), reading.odometry.is_some() && self.view.localisation.hears_odometry());
+        if self.logged.present.replace(present) != Some(present) {
             self.write(now, Event::NavigationSeen { fix: present.0, odometry: present.1 });
         }
         self.witness(now, &reading);
@@ -60,12 +60,11 @@ impl Autonomy {
 
     /// Logs a fix and its judgement: a few times a second, and at each change of trust in fixes.
     fn witness(&mut self, now: Instant, reading: &Navigation) {
-        let (Some(fix), Some((pose, _))) = (reading.fix, self.localisation.reported(now)) else { return };
-        let distrusted = self.localisation.distrusted();
-        let due =
-            self.located.is_none_or(|(moment, before)| now.since(moment) >= LOCATED_PERIOD || before != distrusted);
-        if due {
-            self.located = Some((now, distrusted));
+        let (Some(fix), Some((pose, _))) = (reading.fix, self.view.localisation.reported(now)) else { return };
+        let distrusted = self.view.localisation.distrusted();
+        let due = |(last, before)| now.since(last) >= LOCATED_PERIOD || before != distrusted;
+        if self.logged.located.is_none_or(due) {
+            self.logged.located = Some((now, distrusted));
             let event = Event::Located {
                 stamp: reading.stamp,
                 x_mm: fix.pose.x_mm,
@@ -80,17 +79,17 @@ impl Autonomy {
     }
 
     fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let accepted = self.gates.tracks.admit::<Tracks>(&self.identity.policy, now, bytes)?;
+        let accepted = self.links.gates.tracks.admit::<Tracks>(&self.identity.policy, now, bytes)?;
         let (tracks, evidence) = accepted.into_parts();
-        self.bearings.note(&tracks, self.placed(now).map(|motion| motion.at), &self.bounds);
-        self.crops.take(&tracks);
-        self.picture.take(tracks, evidence.waived);
+        self.view.bearings.note(&tracks, self.placed(now).map(|motion| motion.at), &self.bounds);
+        self.view.crops.take(&tracks);
+        self.view.picture.take(tracks, evidence.waived);
         Ok(())
     }
 
     fn seal(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let (seal, _) = self.gates.seals.admit::<Seal>(&self.identity.policy, now, bytes)?.into_parts();
-        self.seals.take(now, &seal);
+        let (seal, _) = self.links.gates.seals.admit::<Seal>(&self.identity.policy, now, bytes)?.into_parts();
+        self.links.seals.take(now, &seal);
         Ok(())
     }
 
@@ -100,18 +99,18 @@ impl Autonomy {
         if peer != self.identity.supervisor {
             return;
         }
-        if let Some(before) = self.session.take() {
+        if let Some(before) = self.links.session.take() {
             self.write(now, Event::Session { peer: before.peer(), open: false });
         }
         let mut session = Session::new(id, peer, self.nonce(), &self.identity.bounds);
         session.challenge(self.nonce(), now);
-        self.session = Some(session);
+        self.links.session = Some(session);
         self.introduce(now);
     }
 
     /// A session ended.
     pub(crate) fn closed(&mut self, now: Instant, id: SessionId) {
-        if let Some(session) = self.session.take_if(|session| session.id() == id) {
+        if let Some(session) = self.links.session.take_if(|session| session.id() == id) {
             self.write(now, Event::Session { peer: session.peer(), open: false });
         }
     }
@@ -119,7 +118,7 @@ impl Autonomy {
     /// One record of a session.
     pub(crate) fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
         let identity = Arc::clone(&self.identity);
-        let Some(session) = self.session.as_mut().filter(|session| session.id() == id) else {
+        let Some(session) = self.links.session.as_mut().filter(|session| session.id() == id) else {
             return self.refuse(now, Interface::Downlink, None, &Refusal::NoSession);
         };
         let peer = session.peer();
@@ -136,12 +135,12 @@ impl Autonomy {
         match &record.outer.body {
             SessionBody::Grant(length) => {
                 let usual = Span::ms(self.identity.bounds.lease_ms);
-                self.lease.grant(*length, usual, evidence.received, evidence.age);
+                self.links.lease.grant(*length, usual, evidence.received, evidence.age);
                 self.status.lease_waived = evidence.waived;
             }
             SessionBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
             SessionBody::Watch(challenge) => {
-                if let Some(session) = &mut self.session {
+                if let Some(session) = &mut self.links.session {
                     session.watch(*challenge, evidence.received);
                 }
             }
@@ -172,7 +171,7 @@ impl Autonomy {
         let verdict = intake::teammate(
             &identity.policy,
             &identity.keys,
-            &mut self.windows,
+            &mut self.links.windows,
             &identity.bounds,
             envelope,
             since_gateway,
@@ -193,9 +192,9 @@ impl Autonomy {
         let waived = inner.waived.union(outer.waived);
         self.accept(now, peer, report.id(), &Evidence { waived, ..inner });
         let age = inner.age.map_or(Span::ZERO, Age::upper);
-        let own_motion = self.localisation.motion();
-        let stood = self.teammates.finding();
-        if let Some(finding) = self.teammates.take((unit, peer), report, age, now, own_motion, &identity.bounds) {
+        let own_motion = self.view.localisation.motion();
+        let stood = self.links.teammates.finding();
+        if let Some(finding) = self.links.teammates.take((unit, peer), report, age, now, own_motion, &identity.bounds) {
             if stood != Some((unit, finding)) {
                 self.write(now, Event::Inconsistent { unit, finding, record: report.id() });
             }
@@ -229,7 +228,7 @@ impl Autonomy {
     /// Refused at the boundary: no participant's word is behind it. It is counted, and written and answered only so often; a flood
     /// must not make us sign and write as fast as it sends, whatever is wrong with it.
     fn reject(&mut self, now: Instant, claimed: Option<Claimed>, refusal: &Refusal) {
-        let event = self.accounts.refused(Interface::Commands, None, refusal);
+        let event = self.logged.accounts.refused(Interface::Commands, None, refusal);
         if !self.commands.should_report(now) {
             return;
         }
@@ -259,7 +258,7 @@ impl Autonomy {
         refused: Option<Refusal>,
     ) {
         match &refused {
-            None => self.accounts.accepted(Interface::Commands),
+            None => self.logged.accounts.accepted(Interface::Commands),
             Some(refusal) => self.refuse(now, Interface::Commands, None, refusal),
         }
         self.heard(moved, refused.as_ref().map(Refusal::reason));
@@ -286,13 +285,13 @@ impl Autonomy {
     }
 
     fn accept(&mut self, now: Instant, peer: PeerId, record: RecordId, evidence: &Evidence) {
-        self.accounts.accepted(Interface::Downlink);
+        self.logged.accounts.accepted(Interface::Downlink);
         let (age, waived) = (evidence.age.map(Age::upper), evidence.waived);
         self.write(now, Event::Accepted { at: Interface::Downlink, record, peer, age, waived });
     }
 
     fn refuse(&mut self, now: Instant, interface: Interface, peer: Option<PeerId>, refusal: &Refusal) {
-        if let Some(event) = self.accounts.refused(interface, peer, refusal) {
+        if let Some(event) = self.logged.accounts.refused(interface, peer, refusal) {
             self.write(now, event);
         }
     }

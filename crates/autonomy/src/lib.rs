@@ -113,27 +113,39 @@ pub struct Autonomy {
     random: ChaCha8Rng,
     machine: Machine,
     mint: Mint,
+    schedule: Schedule,
+    commands: CommandGate,
+    revoked: RevocationList,
     health: Health,
     status: StatusRecord,
+    /// The platform's bounds under an operator's settings.
+    bounds: Bounds,
+    view: View,
+    driving: Driving,
+    links: Links,
+    logged: Logged,
+    out: VecDeque<Output>,
+    next_control: Instant,
+    next_telemetry: Instant,
+    quiet: bool,
+}
+
+/// The unit's view of its place and of what is around it.
+#[derive(Clone)]
+struct View {
     picture: Picture,
     crops: Crops,
     bearings: Bearings,
     localisation: Localisation,
     fence: Arc<Geofence>,
     things: Things,
+}
+
+/// Where the unit is to go, and who decides on it.
+#[derive(Clone)]
+struct Driving {
     /// Curvature that the plant was asked for last, 1/mm.
     steered: f64,
-    /// The platform's bounds under an operator's settings.
-    bounds: Bounds,
-    lease: Lease,
-    teammates: Teammates,
-    seals: Seals,
-    gates: Gates,
-    session: Option<Session>,
-    windows: Windows,
-    commands: CommandGate,
-    schedule: Schedule,
-    revoked: RevocationList,
     mission: Mission,
     /// A look under way, in place of the mission.
     look: Option<Look>,
@@ -143,8 +155,26 @@ pub struct Autonomy {
     turn: Turn,
     /// The guest that drives in place of mission and navigation.
     pilot: Option<Pilot>,
+}
+
+/// The ends of the links and channels, with the state that their checks need.
+#[derive(Clone)]
+struct Links {
+    lease: Lease,
+    teammates: Teammates,
+    seals: Seals,
+    gates: Gates,
+    session: Option<Session>,
+    windows: Windows,
     drive: Sender,
     act: Sender,
+}
+
+/// The log, and what was written there last: a state is logged when it changes.
+#[derive(Clone)]
+struct Logged {
+    journal: Journal,
+    accounts: Accounts,
     reports: Sequence,
     /// Presence of a fix and of odometry in the last reading.
     present: Option<(bool, bool)>,
@@ -152,12 +182,6 @@ pub struct Autonomy {
     located: Option<(Instant, bool)>,
     /// Last logged basis of the unit's judgement.
     judged: Option<Event>,
-    journal: Journal,
-    accounts: Accounts,
-    out: VecDeque<Output>,
-    next_control: Instant,
-    next_telemetry: Instant,
-    quiet: bool,
 }
 
 /// The gates in front of the shared-memory channels.
@@ -182,7 +206,6 @@ impl Autonomy {
             .guest
             .as_ref()
             .map(|guest| (guest.name.clone(), guest.bare, pilot::goal(&config), pilot::start(&setup, &config, now)));
-        let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.
         random.set_stream(u64::from(setup.boot.0));
@@ -190,44 +213,52 @@ impl Autonomy {
             random,
             machine: Machine::start(),
             mint: Mint::new(&setup),
-            health: Health::judge(Findings::default(), waived, Waived::default()),
-            status: StatusRecord::default(),
-            picture: Picture::default(),
-            crops: Crops::default(),
-            bearings: Bearings::default(),
-            localisation: Localisation::new(config.limits, waived)
-                .telling_repeats(setup.bounds.product_limit())
-                .at_most(setup.bounds.max_speed_mm_s),
-            fence,
-            things,
-            steered: 0.0,
-            bounds,
-            lease: Lease::new(config.contacts, now),
-            teammates: Teammates::default(),
-            seals: Seals::new(setup.node, setup.boot, seal_limit),
-            gates: Gates {
-                navigation: setup.gate(Topic::Navigation, bounds.product_limit())?,
-                tracks: setup.gate(Topic::Tracks, bounds.product_limit())?,
-                seals: setup.gate(Topic::Seals, seal_limit)?,
-            },
-            session: None,
-            windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
-            commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
             schedule: Schedule::default(),
+            commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
             revoked: RevocationList::new(&config.mandates, now),
-            mission: Mission::new(&config.route, config.looped, grid),
-            look: None,
-            looked_at: None,
-            turn: Turn::default(),
-            pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
-            drive: setup.sender(Topic::Drive)?,
-            act: setup.sender(Topic::Act)?,
-            reports: Sequence(0),
-            present: None,
-            located: None,
-            judged: None,
-            journal: Journal::new(setup.node, setup.boot, Some(identity.key.clone())),
-            accounts: Accounts::default(),
+            health: Health::judge(Findings::default(), identity.waived_guards, Waived::default()),
+            status: StatusRecord::default(),
+            bounds,
+            view: View {
+                picture: Picture::default(),
+                crops: Crops::default(),
+                bearings: Bearings::default(),
+                localisation: Localisation::new(config.limits, identity.waived_guards)
+                    .telling_repeats(setup.bounds.product_limit())
+                    .at_most(setup.bounds.max_speed_mm_s),
+                fence,
+                things,
+            },
+            driving: Driving {
+                steered: 0.0,
+                mission: Mission::new(&config.route, config.looped, grid),
+                look: None,
+                looked_at: None,
+                turn: Turn::default(),
+                pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
+            },
+            links: Links {
+                lease: Lease::new(config.contacts, now),
+                teammates: Teammates::default(),
+                seals: Seals::new(setup.node, setup.boot, seal_limit),
+                gates: Gates {
+                    navigation: setup.gate(Topic::Navigation, bounds.product_limit())?,
+                    tracks: setup.gate(Topic::Tracks, bounds.product_limit())?,
+                    seals: setup.gate(Topic::Seals, seal_limit)?,
+                },
+                session: None,
+                windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
+                drive: setup.sender(Topic::Drive)?,
+                act: setup.sender(Topic::Act)?,
+            },
+            logged: Logged {
+                journal: Journal::new(setup.node, setup.boot, Some(identity.key.clone())),
+                accounts: Accounts::default(),
+                reports: Sequence(0),
+                present: None,
+                located: None,
+                judged: None,
+            },
             out: VecDeque::new(),
             next_control: now + Span::ms(bounds.control_period_ms),
             next_telemetry: now + Span::ms(bounds.telemetry_period_ms),
@@ -250,7 +281,7 @@ impl Autonomy {
 
     /// Time since its supervision lease was granted at the earliest; none before the first grant.
     pub fn lease_age(&self, now: Instant) -> Option<Span> {
-        self.lease.age(Span::ms(self.identity.bounds.lease_ms), now)
+        self.links.lease.age(Span::ms(self.identity.bounds.lease_ms), now)
     }
 
     /// The copy that only a [`Fork`] allows; its one caller is [`Autonomy::fork`].
@@ -260,38 +291,16 @@ impl Autonomy {
             random: self.random.clone(),
             machine: self.machine.fork(fork),
             mint: self.mint.fork(fork),
+            schedule: self.schedule.fork(fork),
+            commands: self.commands.clone(),
+            revoked: self.revoked.clone(),
             health: self.health.clone(),
             status: self.status,
-            picture: self.picture.clone(),
-            crops: self.crops.clone(),
-            bearings: self.bearings.clone(),
-            localisation: self.localisation.clone(),
-            fence: Arc::clone(&self.fence),
-            things: self.things.clone(),
-            steered: self.steered,
             bounds: self.bounds,
-            lease: self.lease.clone(),
-            teammates: self.teammates.clone(),
-            seals: self.seals.clone(),
-            gates: self.gates.clone(),
-            session: self.session.clone(),
-            windows: self.windows.clone(),
-            commands: self.commands.clone(),
-            schedule: self.schedule.fork(fork),
-            revoked: self.revoked.clone(),
-            mission: self.mission.clone(),
-            look: self.look,
-            looked_at: self.looked_at,
-            turn: self.turn,
-            pilot: self.pilot.clone(),
-            drive: self.drive.clone(),
-            act: self.act.clone(),
-            reports: self.reports,
-            present: self.present,
-            located: self.located,
-            judged: self.judged,
-            journal: self.journal.clone(),
-            accounts: self.accounts.clone(),
+            view: self.view.clone(),
+            driving: self.driving.clone(),
+            links: self.links.clone(),
+            logged: self.logged.clone(),
             out: self.out.clone(),
             next_control: self.next_control,
             next_telemetry: self.next_telemetry,
@@ -300,7 +309,7 @@ impl Autonomy {
     }
 
     fn write(&mut self, now: Instant, event: Event) {
-        self.journal.write(now, event, &mut self.out);
+        self.logged.journal.write(now, event, &mut self.out);
     }
 
     fn nonce(&mut self) -> Nonce {

@@ -162,13 +162,13 @@ impl Autonomy {
     /// A control period with a guest: asks it, or goes on with its last set-point until it wants to be asked or has another limit.
     pub(crate) fn pilot(&mut self, now: Instant) {
         let limit = self.guest_limit();
-        let Some(pilot) = &mut self.pilot else { return };
+        let Some(pilot) = &mut self.driving.pilot else { return };
         if let Some(reason) = pilot.overdue() {
             return self.guest_failed(now, Fault::Silent, Text::new(&reason));
         }
         let (stage, waits) = (pilot.stage, now < pilot.next && pilot.told == limit);
-        if let Some(motion) = self.localisation.motion() {
-            self.mission.pass(motion.at);
+        if let Some(motion) = self.view.localisation.motion() {
+            self.driving.mission.pass(motion.at);
         }
         match stage {
             Stage::Failed => self.stop(now),
@@ -182,10 +182,10 @@ impl Autonomy {
     }
 
     fn ask_guest(&mut self, now: Instant, limit: f64) {
-        let teammates = self.teammates.places(now).map(|(x, y)| Place(x as i32, y as i32)).collect();
-        let tracks: List<_, 16> = self.picture.tracks().iter().copied().collect();
+        let teammates = self.links.teammates.places(now).map(|(x, y)| Place(x as i32, y as i32)).collect();
+        let tracks: List<_, 16> = self.view.picture.tracks().iter().copied().collect();
         let mode = self.mode();
-        let Some(pilot) = &mut self.pilot else { return };
+        let Some(pilot) = &mut self.driving.pilot else { return };
         pilot.number += 1;
         pilot.stage = Stage::Asked { periods: 0 };
         pilot.told = limit;
@@ -203,7 +203,7 @@ impl Autonomy {
 
     /// The most that a guest may drive now, mm/s. Bare only operators limit it.
     fn guest_limit(&self) -> f64 {
-        match (self.pilot.as_ref().is_some_and(|pilot| pilot.bare), self.mode()) {
+        match (self.driving.pilot.as_ref().is_some_and(|pilot| pilot.bare), self.mode()) {
             (true, Mode::Ready | Mode::PrepareToAct) => f64::from(self.bounds.max_speed_mm_s),
             (true, Mode::Degraded) => f64::from(self.bounds.degraded_speed_mm_s),
             (true, Mode::Idle | Mode::HoldSafe) => 0.0,
@@ -216,7 +216,7 @@ impl Autonomy {
         if self.quiet {
             return;
         }
-        let Some(pilot) = self.pilot.as_mut().filter(|pilot| pilot.stage != Stage::Failed) else { return };
+        let Some(pilot) = self.driving.pilot.as_mut().filter(|pilot| pilot.stage != Stage::Failed) else { return };
         let answer = codec::decode::<Answer>(bytes, MAX_ANSWER);
         let answer = answer.map_err(|error| Box::new((Fault::Malformed, Text::new(&error.to_string()))));
         match answer.and_then(|answer| pilot.accept(&answer)) {
@@ -226,7 +226,7 @@ impl Autonomy {
                 pilot.next = now + Span(reply.wake.unwrap_or(period).0.saturating_sub(period.0 / 2));
                 self.tell_guest(now, &reply);
                 let limited = self.drive_as_asked(now);
-                if let Some(pilot) = &mut self.pilot {
+                if let Some(pilot) = &mut self.driving.pilot {
                     pilot.limited += u32::from(limited);
                 }
             }
@@ -237,7 +237,7 @@ impl Autonomy {
 
     /// Logs the guest's own word on its state and place.
     fn tell_guest(&mut self, now: Instant, reply: &Reply) {
-        let Some(pilot) = &mut self.pilot else { return };
+        let Some(pilot) = &mut self.driving.pilot else { return };
         let stated = reply.state.filter(|_| pilot.stated != reply.state);
         let due = pilot.placed.is_none_or(|time| now.since(time) >= PLACED_PERIOD);
         let placed = reply.place.filter(|_| due);
@@ -257,7 +257,7 @@ impl Autonomy {
 
     /// Gives the newest set-point to the plant. True if the guards limited its motion.
     fn drive_as_asked(&mut self, now: Instant) -> bool {
-        let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
+        let Some((reply, bare)) = self.driving.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
             return false;
         };
         let requested = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
@@ -270,17 +270,18 @@ impl Autonomy {
     /// The set-point as far as guards, mode, fence and seen obstacles let it be followed.
     fn within_guards(&self, requested: SetPoint, now: Instant) -> SetPoint {
         let mode_speed = self.mode_speed();
-        let Some(motion) = self.localisation.motion().filter(|_| mode_speed > 0.0) else { return SetPoint::default() };
+        let motion = self.view.localisation.motion().filter(|_| mode_speed > 0.0);
+        let Some(motion) = motion else { return SetPoint::default() };
         let seen = self.seen(now);
         let things = self.things_at_height(now);
-        let (fence, steered) = (&self.fence, self.steered);
+        let (fence, steered) = (&self.view.fence, self.driving.steered);
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let env = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
         navigation::limited(requested, &motion, &env)
     }
 
     fn guest_failed(&mut self, now: Instant, fault: Fault, why: Text<MAX_WHY>) {
-        if let Some(pilot) = &mut self.pilot {
+        if let Some(pilot) = &mut self.driving.pilot {
             pilot.stage = Stage::Failed;
         }
         self.write(now, Event::GuestFailed { fault, why });
@@ -289,14 +290,14 @@ impl Autonomy {
 
     /// A failed guest's vehicle: guarded it is stopped; bare nobody speaks for the guest, and the plant's lease ends.
     fn stop(&mut self, now: Instant) {
-        if self.pilot.as_ref().is_some_and(|pilot| !pilot.bare) {
+        if self.driving.pilot.as_ref().is_some_and(|pilot| !pilot.bare) {
             self.drive(now, SetPoint::default());
         }
     }
 
     /// The closing account of the exchange.
     pub(crate) fn close_guest(&mut self, now: Instant) {
-        if let Some(Pilot { steps, limited, .. }) = self.pilot {
+        if let Some(Pilot { steps, limited, .. }) = self.driving.pilot {
             self.write(now, Event::GuestSteps { steps, limited });
         }
     }

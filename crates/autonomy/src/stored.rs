@@ -18,7 +18,7 @@ impl Autonomy {
         let (claimed, moved) = (order.claimed(), order.moved());
         match self.schedule.store(now, window, order) {
             Ok(due) => {
-                self.accounts.accepted(Interface::Commands);
+                self.logged.accounts.accepted(Interface::Commands);
                 self.heard(moved, None);
                 self.write(now, Event::Stored { command: claimed.id, kind: claimed.kind, due });
                 self.acknowledge(&claimed, None, Some(due));
