@@ -66,7 +66,7 @@ impl Twin {
 
     /// An entry was written: steps that waited for it are called.
     pub(super) fn watch_entry(&mut self, bytes: &[u8]) {
-        if !self.cues.waits() {
+        if !self.cues.is_waiting() {
             return;
         }
         let Ok(entry) = ground_truth::Entry::decode(bytes) else { return };
@@ -282,7 +282,7 @@ impl Twin {
     /// The core of a node that is watched at its inputs is fed: reported once in a few milliseconds.
     pub(super) fn note_running(&mut self, node: NodeIndex) {
         let (id, now) = (self.nodes[usize::from(node)].id, self.now);
-        if self.processes.running.told(id, now) {
+        if self.processes.running.note_due(id, now) {
             self.note(Note::Ran { node: id });
         }
     }

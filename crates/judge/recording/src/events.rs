@@ -199,7 +199,7 @@ mod tests {
         ];
         std::fs::write(run.events(), lines.join("\n")).expect("a file");
         let lasted: Vec<String> =
-            evidence::truth::lasted(&read_launcher_notes(&run)).into_iter().map(|l| l.what).collect();
+            evidence::truth::lasting(&read_launcher_notes(&run)).into_iter().map(|l| l.action).collect();
         assert_eq!(lasted, ["hang of gateway", "slowing of perception", "kill of sim"]);
         std::fs::remove_file(run.events()).expect("it is there");
         assert_eq!(read_launcher_notes(&run), []);

@@ -32,7 +32,7 @@ pub fn chain_heads(log: &[Logged]) -> Vec<HeadAnchor> {
             continue;
         }
         let Ok(entry) = Entry::decode(&logged.bytes) else { continue };
-        last.entry(Life::of(&entry)).or_insert(logged);
+        last.entry(Life::from_entry(&entry)).or_insert(logged);
         if entry.node == logged.node && entry.boot == Boot(1) {
             first_life.insert(logged.node);
         }

@@ -147,7 +147,7 @@ impl<'a> Sweep<'a> {
     /// True if the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
     /// none. Places count from 0, flaws from 1.
     fn told_near(&self, verification: &Verification, place: usize) -> bool {
-        let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::of(&entry));
+        let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::from_entry(&entry));
         let Some(of) = self.log.get(place).and_then(life) else { return false };
         let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(of));
         let at = verification.flaws.first().map_or(0, |flaw| flaw.at);

@@ -148,7 +148,7 @@ impl<'a> LogVerifier<'a> {
         {
             self.seals.push((here, entries, head));
         }
-        self.lives.entry(Life::of(&entry)).or_default().take(here, &entry, hash);
+        self.lives.entry(Life::from_entry(&entry)).or_default().take(here, &entry, hash);
         Ok(entry)
     }
 
