@@ -320,7 +320,7 @@ fn overflows(waiting: &VecDeque<(NodeIndex, Happening)>, happening: &Happening) 
     };
     if let Happening::Input(Input::Bus { topic, .. }) = happening {
         let same = |h: &Happening| matches!(h, Happening::Input(Input::Bus { topic: t, .. }) if t == topic);
-        let full = waiting.iter().filter(|(_, h)| same(h)).count() >= link::bus::kept(*topic);
+        let full = waiting.iter().filter(|(_, h)| same(h)).count() >= link::bus::buffer_depth(*topic);
         let oldest = waiting.iter().position(|(_, h)| same(h)).filter(|_| full);
         return oldest.map_or(Overflow::None, Overflow::Oldest);
     }
