@@ -234,7 +234,11 @@ fn service_left_out_by_the_recorder_is_missed() {
 
 /// The entries of one life.
 fn of_life(records: &[RecordedEntry], life: Life) -> Vec<RecordedEntry> {
-    records.iter().filter(|one| Entry::decode(&one.bytes).is_ok_and(|e| Life::of(&e) == life)).cloned().collect()
+    records
+        .iter()
+        .filter(|one| Entry::decode(&one.bytes).is_ok_and(|e| Life::from_entry(&e) == life))
+        .cloned()
+        .collect()
 }
 
 #[test]
@@ -261,7 +265,7 @@ fn life_before_a_restart_rests_on_signatures() {
         let mut old = 0;
         records.retain_mut(|one| {
             let Ok(mut entry) = Entry::decode(&one.bytes) else { return true };
-            if Life::of(&entry) != first {
+            if Life::from_entry(&entry) != first {
                 return true;
             }
             old += 1;

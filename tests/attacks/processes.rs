@@ -71,7 +71,7 @@ fn each_killed_process_leaves_its_stated_mode() {
     ] {
         for run in killing(process, expected).expect(SEEDS) {
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
-            assert!(response.kept, "{:?}", run.verdict.findings);
+            assert!(response.in_time, "{:?}", run.verdict.findings);
         }
     }
 }
@@ -88,7 +88,7 @@ const ARMING: (Mode, Mode) = (Mode::Ready, Mode::PrepareToAct);
 fn hung_gateway_at_arming_restores_no_grants() {
     for run in shipped("process_ends").expect(SEEDS) {
         let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
-        assert!(response.kept && response.fate == ProcessFault::Hang, "{response:?} {:?}", run.verdict.findings);
+        assert!(response.in_time && response.fate == ProcessFault::Hang, "{response:?} {:?}", run.verdict.findings);
         assert!(response.restricted_ms.is_some_and(|ms| ms <= 1000.0), "{response:?}");
     }
 }
@@ -231,7 +231,7 @@ fn full_disk_revokes_authority_without_blocking() {
     for cell in variations("disk_full") {
         for run in cell.expect(SEEDS) {
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
-            assert!(response.kept && response.fate == ProcessFault::Full, "{response:?} {:?}", run.verdict.findings);
+            assert!(response.in_time && response.fate == ProcessFault::Full, "{response:?} {:?}", run.verdict.findings);
             let bounds = run.evidence.bounds;
             let limit = (bounds.seal_limit_ms + bounds.control_period_ms) as f64;
             assert!(response.restricted_ms.is_some_and(|ms| ms <= limit), "{response:?}");

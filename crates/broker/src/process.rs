@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use link::clock::{HostClock, trace_us};
-use link::drive::say;
+use link::drive::print_line;
 use link::instrument::{Frame, Instrument};
 use link::spec::{Control, ServiceSpec, SpecError, watch};
 use link::stream::StreamLog;
@@ -86,10 +86,10 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     let mut log = Log::open(spec, config)?;
     let mut controls = watch()?;
     let witness = WitnessLog::create(spec)?;
-    let streams = StreamLog::of(witness.as_ref());
+    let streams = StreamLog::from_witness(witness.as_ref());
     let mut server = Server::start(listen.at, &listen.credential, limits, streams).await?;
     let address = server.address();
-    say(
+    print_line(
         "ready",
         &json!({ "node": spec.node, "confinement": spec.level(), "pid": std::process::id(), "mqtt": address, "port": address.port() }),
     );
@@ -163,6 +163,6 @@ impl Log {
             "head": link::instrument::head(&self.last_entry),
             "witness": witness.map(|witness| witness.close(None)),
         });
-        say("stats", &json!({ "node": self.node, "lost_events": lost_events, "links": links }));
+        print_line("stats", &json!({ "node": self.node, "lost_events": lost_events, "links": links }));
     }
 }

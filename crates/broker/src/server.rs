@@ -116,7 +116,7 @@ impl Server {
         limits: ServerLimits,
         log: StreamLog,
     ) -> Result<Self, StartError> {
-        let revocations = Revocations::of(credential).map_err(PkiError::from)?;
+        let revocations = Revocations::from_credential(credential).map_err(PkiError::from)?;
         let trust = Trust {
             acceptor: tls::acceptor(credential, &revocations)?,
             verifier: CertificateVerifier::new(credential, &revocations)?,
@@ -387,5 +387,5 @@ impl Trust {
 /// Reason that a handshake failed; an error without the TLS stack's own word is a broken handshake.
 fn refused(error: &io::Error) -> Refused {
     let cause = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
-    Refused { fault: cause.map_or(Fault::Handshake, Fault::of_tls), got: error.to_string() }
+    Refused { fault: cause.map_or(Fault::Handshake, Fault::from_tls), got: error.to_string() }
 }

@@ -99,7 +99,7 @@ pub fn watch(papers: &Papers, publications: &[(Subject, Vec<u8>)]) -> Result<Wat
 }
 
 async fn exchange(papers: &Papers, publications: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
-    let (log, sights) = StreamLog::heard(SIGHTS);
+    let (log, sights) = StreamLog::to_listener(SIGHTS);
     let mut server =
         Server::start(LoopbackAddr::ANY_PORT, &papers.broker, ServerLimits::default(), log.clone()).await?;
     let secrets = Secrets::default();
@@ -147,13 +147,13 @@ impl Client {
         log: &StreamLog,
         secrets: &Secrets,
     ) -> Result<Self, WatchError> {
-        let revocations = Revocations::of(credential).map_err(PkiError::from)?;
+        let revocations = Revocations::from_credential(credential).map_err(PkiError::from)?;
         let mut tls: ClientConfig = link::certificates::tls::client(credential, PeerId::BROKER, &revocations)?;
         tls.key_log = Arc::new(secrets.clone());
         let seen = Bytes::default();
         let address = watcher(server.address(), seen.clone())?;
         let (to, heard) = mpsc::channel(ROOM);
-        let session = Mqtt::over(tls, address, (who, PeerId::BROKER), vec![subject], log.clone(), to);
+        let session = Mqtt::with_tls(tls, address, (who, PeerId::BROKER), vec![subject], log.clone(), to);
         Ok(Self { who, session, heard, seen })
     }
 }

@@ -162,7 +162,7 @@ fn unmoved_vehicle_with_a_way_left_is_stuck() {
     let progress = verdict.mission.progress.as_ref().expect("a route");
     assert_eq!((verdict.outcome, progress.passed, progress.of), (Outcome::Stuck, 0, 1));
     let stuck = progress.stuck.expect("a stretch");
-    assert_eq!((stuck.from_ms, stuck.why), (1000.0, Standstill::NotFollowed), "its set-point is 1 m/s");
+    assert_eq!((stuck.from_ms, stuck.reason), (1000.0, Standstill::NotFollowed), "its set-point is 1 m/s");
     assert!((progress.stuck_s - 8.9).abs() < 0.01, "{progress:?}");
     let texts = oracle::judged::findings(&verdict);
     assert!(
@@ -189,7 +189,7 @@ fn vehicle_that_gets_on_or_arrived_is_nominal() {
 #[test]
 fn standstill_is_attributed_by_what_the_plant_held() {
     let reason =
-        |log: &Log| routed(log, 20_000).mission.progress.and_then(|progress| progress.stuck).map(|stuck| stuck.why);
+        |log: &Log| routed(log, 20_000).mission.progress.and_then(|progress| progress.stuck).map(|stuck| stuck.reason);
     let mut rests = Log::whole();
     for w in &mut rests.entries {
         if let Any::Instrument(Note::Truth { set_speed_mm_s, speed_mm_s, .. }) = &mut w.entry.event {

@@ -75,7 +75,7 @@ impl RunPki {
     /// The client of the services, as `peer`.
     pub(crate) fn serve(&self, address: LoopbackAddr, peer: PeerId, hears: Subject, to: mpsc::Sender<Input>) -> Mqtt {
         let credential = self.issue(&peer.to_string(), Role::Dials);
-        let trust = (&credential, &Revocations::of(&credential).expect("it carries a list"));
+        let trust = (&credential, &Revocations::from_credential(&credential).expect("it carries a list"));
         Mqtt::start(address, peer, PeerId::BROKER, trust, vec![hears], StreamLog::none(), to)
             .expect("a usable credential")
     }

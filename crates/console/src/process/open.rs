@@ -30,7 +30,7 @@ pub fn probe() -> Result<(), NoWindow> {
     if !cfg!(feature = "gui") {
         return Err(NoWindow::NotBuilt);
     }
-    Ok(display::Environment::own().probe()?)
+    Ok(display::Environment::from_process().probe()?)
 }
 
 /// The console's window, absent from this build.

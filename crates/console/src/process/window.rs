@@ -190,7 +190,7 @@ pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     let looks = Looks { title: "holdsafe console".to_owned(), unit, site, layout: layout() };
     let live = Live { pictures: pictures.clone(), person: Person::new(hand) };
     let reason = open::console(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
-    drive::say("closed", &json!(reason));
+    drive::print_line("closed", &json!(reason));
     core.join().unwrap_or(ExitCode::FAILURE)
 }
 

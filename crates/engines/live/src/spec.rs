@@ -234,8 +234,8 @@ impl Specs<'_> {
         if matches!(member.role, MemberRole::Recorder) {
             spec.instrument = None;
             let directory = self.places.recording();
-            let tell = !self.topology.cues.is_empty();
-            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
+            let reports_awaited = !self.topology.cues.is_empty();
+            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, reports_awaited });
         }
         for link in &self.topology.links {
             if link.server == node {

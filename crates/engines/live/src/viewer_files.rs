@@ -22,7 +22,7 @@ pub(super) fn write_site(run: &RunFolder, topology: &Topology) -> std::io::Resul
 pub fn write_console(run: &RunFolder, topology: &Topology, entries: &[Witnessed]) -> std::io::Result<()> {
     let Some(console) = crate::console(topology) else { return Ok(()) };
     std::fs::write(run.path().join(READING), serde_json::to_vec(&console.to_read())?)?;
-    let done = truth::of(entries).into_iter().take(MAX_MOMENTS);
-    let done: Vec<Happened> = done.map(|one| Happened { at_us: one.at_us, what: one.what }).collect();
+    let done = truth::on_console_clock(entries).into_iter().take(MAX_MOMENTS);
+    let done: Vec<Happened> = done.map(|one| Happened { at_us: one.at_us, what: one.action }).collect();
     std::fs::write(run.path().join(TRUTH), serde_json::to_vec(&done)?)
 }

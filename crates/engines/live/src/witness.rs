@@ -108,7 +108,7 @@ pub(super) fn running(topology: &Topology, run: &RunFolder, start_us: u64) -> Ve
     for member in topology.members.iter().filter(|m| watched.contains(&m.node())) {
         let node = member.node();
         each_entry(topology, member, run, start_us, |at, entry| {
-            if matches!(entry, input_journal::Entry::Input { .. }) && running.told(node, at) {
+            if matches!(entry, input_journal::Entry::Input { .. }) && running.note_due(node, at) {
                 seen.push((at, Note::Ran { node }));
             }
         });

@@ -76,7 +76,7 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
 
 /// Writes how a trial ended, and last of all the trust anchors, which cover every file in the folder.
 fn close_folder(folder: &RunFolder, anchors: &TrustAnchors, trial: Trial) -> Result<Trial, EngineError> {
-    RecordedVerdict::of(&trial).write(folder).map_err(EngineError::failed)?;
+    RecordedVerdict::from_trial(&trial).write(folder).map_err(EngineError::failed)?;
     let anchors_sha256 = write_anchors(folder, anchors).map_err(EngineError::failed)?;
     Ok(Trial { held: Some(anchors_sha256), ..trial })
 }

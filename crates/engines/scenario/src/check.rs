@@ -381,7 +381,7 @@ fn operator(s: &Scenario) -> Vec<Finding> {
 
 /// True if the operator's steps can bring the mission so far.
 fn leads_to(s: &Scenario, stage: Stage) -> bool {
-    stage == Stage::None || s.operator.step.iter().any(|step| Stage::of(*step.verb) >= stage)
+    stage == Stage::None || s.operator.step.iter().any(|step| Stage::from_verb(*step.verb) >= stage)
 }
 
 fn cells(s: &Scenario) -> Vec<Finding> {

@@ -199,7 +199,7 @@ fn shaken(parties: [&tls::Party; 2], listens: bool, attacked: bool, tap: tls::Ta
     for (_, piece) in left.iter().filter(|(side, _)| *side != target) {
         showing.did(piece);
     }
-    for piece in &shaken.heard[target] {
+    for piece in &shaken.received[target] {
         showing.saw_hash(wire::event::wire_hash(piece));
     }
     match &shaken.ends[target] {

@@ -192,7 +192,7 @@ impl Handling {
             if seen.verdict == Verdict::Passed {
                 passed += u64::from(seen.epoch > 0);
             } else {
-                let name = seen.verdict.told().name().to_owned();
+                let name = seen.verdict.logged().name().to_owned();
                 *self.showing.guard_refused.entry(name).or_default() += 1;
             }
         }

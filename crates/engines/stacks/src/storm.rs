@@ -38,7 +38,7 @@ pub(super) fn stormed(one: &Storm, seed: u64) -> Result<Showing, StackError> {
     for seen in &stormed.seen {
         showing.saw_hash(u64::from_be_bytes(seen.digest));
         if !matches!(seen.verdict, Verdict::Passed) {
-            *showing.guard_refused.entry(seen.verdict.told().name().to_owned()).or_default() += 1;
+            *showing.guard_refused.entry(seen.verdict.logged().name().to_owned()).or_default() += 1;
         }
     }
     let stats = stormed.stats;

@@ -342,5 +342,5 @@ pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVe
         Requirement::Required => GuardMode::Required,
         Requirement::Waived => GuardMode::Waived,
     };
-    link::guard::judge(raw, mode, complete).told()
+    link::guard::judge(raw, mode, complete).logged()
 }

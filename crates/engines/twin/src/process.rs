@@ -66,7 +66,7 @@ impl Twin {
 
     /// An entry was written: steps that waited for it are called.
     pub(super) fn watch_entry(&mut self, bytes: &[u8]) {
-        if !self.cues.waits() {
+        if !self.cues.is_waiting() {
             return;
         }
         let Ok(entry) = ground_truth::Entry::decode(bytes) else { return };
@@ -282,7 +282,7 @@ impl Twin {
     /// The core of a node that is watched at its inputs is fed: reported once in a few milliseconds.
     pub(super) fn note_running(&mut self, node: NodeIndex) {
         let (id, now) = (self.nodes[usize::from(node)].id, self.now);
-        if self.processes.running.told(id, now) {
+        if self.processes.running.note_due(id, now) {
             self.note(Note::Ran { node: id });
         }
     }
@@ -320,7 +320,7 @@ fn overflows(waiting: &VecDeque<(NodeIndex, Happening)>, happening: &Happening) 
     };
     if let Happening::Input(Input::Bus { topic, .. }) = happening {
         let same = |h: &Happening| matches!(h, Happening::Input(Input::Bus { topic: t, .. }) if t == topic);
-        let full = waiting.iter().filter(|(_, h)| same(h)).count() >= link::bus::kept(*topic);
+        let full = waiting.iter().filter(|(_, h)| same(h)).count() >= link::bus::buffer_depth(*topic);
         let oldest = waiting.iter().position(|(_, h)| same(h)).filter(|_| full);
         return oldest.map_or(Overflow::None, Overflow::Oldest);
     }

@@ -220,7 +220,7 @@ impl Twin {
             }
             return;
         }
-        let verdict = before_association(bytes).told();
+        let verdict = before_association(bytes).logged();
         if verdict == GuardVerdict::Passed {
             guard.half_open = self.now + HANDSHAKE_LIMIT;
             let happening = Happening::Unfinished { bytes: bytes.to_vec() };

@@ -206,7 +206,7 @@ impl Tried {
     /// Gain of the attack without `switch`.
     fn gain(&self, switch: Switch, expected: &[Outcome]) -> Option<Gain> {
         let ablated_trials: Vec<&Trial> = self.without.get(&switch)?.iter().collect();
-        Some(Gain::of(&self.base.iter().collect::<Vec<_>>(), &ablated_trials, expected))
+        Some(Gain::from_pairs(&self.base.iter().collect::<Vec<_>>(), &ablated_trials, expected))
     }
 }
 
@@ -246,8 +246,8 @@ impl Bench<'_> {
         for (((attack, tried), pairs), ran) in attacks.iter().zip(tried).zip(pairs).zip(ran) {
             let base: Vec<&Trial> = tried.base.iter().take(args.pairs as usize).collect();
             for (pair, trials) in pairs.into_iter().zip(ran) {
-                let gain = Gain::of(&base, &trials.iter().collect::<Vec<_>>(), attack.expected());
-                if gain.any() {
+                let gain = Gain::from_pairs(&base, &trials.iter().collect::<Vec<_>>(), attack.expected());
+                if gain.lets_through() {
                     let (scenario, cell) = attack.name();
                     let without = tally(&trials);
                     overlaps.push(Overlap { checks: pair.map(Switch::name), scenario, cell, without, gain });
@@ -308,7 +308,7 @@ fn candidates(attack: &Attack, tried: &Tried) -> Vec<[Switch; 2]> {
         .switches
         .iter()
         .map(|switch| (*switch, gain(*switch)))
-        .filter(|(_, gain)| !gain.any())
+        .filter(|(_, gain)| !gain.lets_through())
         .map(|(switch, gain)| (switch, gain.changed > 0))
         .collect();
     let mut pairs = Vec::new();

@@ -68,7 +68,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
     /// Checks that are waived besides, by their place in a policy file, such as boundary.freshness.
-    #[arg(long, value_delimiter = ',', value_name = "CHECK", value_parser = Switch::named)]
+    #[arg(long, value_delimiter = ',', value_name = "CHECK", value_parser = Switch::from_name)]
     waive: Vec<Switch>,
     /// Only this cell; needed where the scenario has several.
     #[arg(long)]

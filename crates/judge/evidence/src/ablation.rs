@@ -36,8 +36,8 @@ impl Switch {
     /// The switch of that name.
     ///
     /// # Errors
-    /// Which there are.
-    pub fn named(name: &str) -> Result<Switch, String> {
+    /// When no switch has the name; the message lists all names.
+    pub fn from_name(name: &str) -> Result<Switch, String> {
         let all = Switch::all();
         all.iter().find(|switch| switch.name() == name).copied().ok_or_else(|| {
             let names: Vec<String> = all.iter().map(|switch| switch.name()).collect();
@@ -90,14 +90,14 @@ impl TryFrom<String> for Switch {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        Switch::named(&name)
+        Switch::from_name(&name)
     }
 }
 
 /// Progress of an attack, from none to harm; none for a trial whose evidence does not hold.
 ///
 /// A refused attack did less than one that cost authority, and that less than one that cost the mission; an unnoticed one is
-/// worse than a stop, however costly; a response that came too late is worse than none that was owed; and harm is worst.
+/// worse than a stop, however costly; a response that came too late is worse than a response that was not due; and harm is worst.
 pub fn severity(outcome: Outcome) -> Option<u8> {
     match outcome {
         // A guest that failed showed nothing about the attack.
@@ -141,14 +141,14 @@ pub struct Gain {
 }
 
 impl Gain {
-    /// Over `trials` with the waiver and `base` without, both in the order of the same seeds.
-    pub fn of(base: &[&Trial], trials: &[&Trial], expected: &[Outcome]) -> Gain {
+    /// Gain over pairs of `base` trials, without the waiver, and `waived` trials, with it; both in the order of the same seeds.
+    pub fn from_pairs(base: &[&Trial], waived: &[&Trial], expected: &[Outcome]) -> Gain {
         let mut gain = Gain::default();
-        for (base, with) in base.iter().zip(trials) {
-            let told = |t: &Trial| (t.decision_hash.clone(), t.outcome, t.findings.len());
-            gain.changed += u64::from(told(base) != told(with));
-            gain.noticed += u64::from(expected.contains(&base.outcome) && !expected.contains(&with.outcome));
-            match (gets_through(base.outcome, expected), gets_through(with.outcome, expected)) {
+        for (base, waived) in base.iter().zip(waived) {
+            let decisions = |t: &Trial| (t.decision_hash.clone(), t.outcome, t.findings.len());
+            gain.changed += u64::from(decisions(base) != decisions(waived));
+            gain.noticed += u64::from(expected.contains(&base.outcome) && !expected.contains(&waived.outcome));
+            match (gets_through(base.outcome, expected), gets_through(waived.outcome, expected)) {
                 (Some(before), Some(after)) => {
                     gain.n += 1;
                     gain.through += u64::from(after && !before);
@@ -160,8 +160,8 @@ impl Gain {
         gain
     }
 
-    /// True if the attack got any further.
-    pub fn any(&self) -> bool {
+    /// True if the waiver lets the attack through in any pair.
+    pub fn lets_through(&self) -> bool {
         self.through > 0
     }
 }
@@ -177,7 +177,7 @@ mod tests {
             let mut policy = Policy::default();
             switch.waive(&mut policy);
             let waived: Vec<&Switch> = all.iter().filter(|s| s.is_waived(&policy)).collect();
-            assert_eq!((waived, Switch::named(&switch.name())), (vec![switch], Ok(*switch)));
+            assert_eq!((waived, Switch::from_name(&switch.name())), (vec![switch], Ok(*switch)));
             assert!(!policy.is_full());
             switch.require(&mut policy);
             assert!(policy.is_full());
@@ -195,12 +195,13 @@ mod tests {
     }
 
     #[test]
-    fn what_was_gained_is_counted_over_pairs() {
+    fn gain_is_counted_over_pairs() {
         let base: Vec<Trial> = (0..4).map(|seed| Trial::example(seed, Outcome::Rejected)).collect();
-        let mut with = base.clone();
-        with[0].outcome = Outcome::Undetected;
-        with[1].outcome = Outcome::Invalid;
-        let gain = Gain::of(&base.iter().collect::<Vec<_>>(), &with.iter().collect::<Vec<_>>(), &[Outcome::Rejected]);
+        let mut waived = base.clone();
+        waived[0].outcome = Outcome::Undetected;
+        waived[1].outcome = Outcome::Invalid;
+        let (base, waived): (Vec<_>, Vec<_>) = (base.iter().collect(), waived.iter().collect());
+        let gain = Gain::from_pairs(&base, &waived, &[Outcome::Rejected]);
         let expected = Gain { n: 3, invalid: 1, through: 1, back: 0, changed: 2, noticed: 2 };
         assert_eq!(gain, expected);
     }

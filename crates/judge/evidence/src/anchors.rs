@@ -1,7 +1,7 @@
 //! Trust anchors of a recorded run, held outside its recorder: public keys, heads of chains, clocks, digests of files. No secret.
 //!
-//! The types are those of `held.json` in the folder of a run. Reading and writing that file, and verifying a log against its
-//! anchors, are left to `recording`.
+//! `held.json` in the folder of a run has these types. Reading and writing that file, and verifying a log against its anchors, are left
+//! to `recording`.
 
 use std::collections::BTreeMap;
 
@@ -18,16 +18,16 @@ use crate::log::hex;
 pub struct TrustAnchors {
     /// The public key of each service that writes, hexadecimal.
     pub keys: BTreeMap<NodeId, String>,
-    /// Head of each life's chain, by its own account.
+    /// Head of each life's chain, as its service reported it.
     pub heads: Vec<HeadAnchor>,
-    /// Lives that were ended on purpose: they owe no last signature and left no account.
+    /// Lives that were ended on purpose: neither a last signature nor a closing account is required of them.
     pub killed: Vec<Life>,
     /// The clock of each service's host.
     pub clocks: BTreeMap<NodeId, ClockAnchor>,
-    /// Times for which the launcher kept a service's process from running, by its own record.
+    /// Times for which the launcher kept a service's process from running, as the launcher recorded them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stops: Vec<ProcessStop>,
-    /// The start of the run by the recording's clock: entries of a service while it is made ready are of that time.
+    /// The start of the run by the recording's clock: entries that a service writes during its setup have that time.
     pub start_us: u64,
     /// True if the recorder was dead or its disk full when the run ended: its recording then lacks its end.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -61,9 +61,9 @@ pub struct FileDigest {
 pub struct ProcessStop {
     /// Node of the process.
     pub node: NodeId,
-    /// From then on, microseconds of the recording's clock.
+    /// Start of the stop, microseconds of the recording's clock.
     pub from_us: u64,
-    /// Until then; `u64::MAX` where it was not let go on before the end.
+    /// End of the stop; `u64::MAX` where the process did not resume before the end of the run.
     pub until_us: u64,
 }
 
@@ -73,13 +73,13 @@ pub struct ProcessStop {
 pub struct Life {
     /// Node of the service.
     pub node: NodeId,
-    /// Which start.
+    /// Number of the start.
     pub boot: Boot,
 }
 
 impl Life {
     /// The life that wrote `entry`.
-    pub fn of(entry: &Entry) -> Life {
+    pub fn from_entry(entry: &Entry) -> Life {
         Life { node: entry.node, boot: entry.boot }
     }
 }
@@ -96,9 +96,9 @@ impl core::fmt::Display for Life {
 pub struct HeadAnchor {
     /// Node that writes the chain.
     pub node: NodeId,
-    /// Of which start.
+    /// Number of the start that wrote the chain.
     pub boot: Boot,
-    /// Its last entry, counted from 1.
+    /// Number of the chain's last entry, counted from 1.
     pub counter: u64,
     /// SHA-256 of that entry, hexadecimal.
     pub hash: String,

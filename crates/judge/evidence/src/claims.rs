@@ -5,8 +5,8 @@
 pub struct Claims {
     /// Reports that it sent.
     pub said: u64,
-    /// Of these accepted.
+    /// Reports among these that were accepted.
     pub accepted: u64,
-    /// Farthest from the truth, mm, that an accepted one was before anyone reacted.
+    /// Largest distance from the truth, mm, of a report that was accepted before any reaction.
     pub believed_mm: u32,
 }

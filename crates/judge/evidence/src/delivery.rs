@@ -1,10 +1,10 @@
-//! The delivery witness of an insider's claimed messages, and of the readings that the sim says a fault changed: the inputs of the core
-//! that they were for.
+//! The delivery witness of an insider's claimed messages, and of the readings that a fault in the sim changed: the inputs of the core
+//! that receives them.
 //!
-//! Such bytes are those of the protocol, so no guard can tell them from others. The inputs of every core are known
-//! outside it: live its process keeps an input journal, in the twin the engine feeds it. Here the two are read by one rule: an
-//! input with bytes of the hash that an actor named is its delivery. A core's own word is not asked. And a process that is
-//! said not to run takes no input in ([`Running`]).
+//! Such bytes follow the protocol, so no guard can distinguish them. The inputs of every core are known
+//! outside it: live its process keeps an input journal, in the twin the engine feeds it. Both are read here by one rule: an
+//! input with bytes of the hash that an actor named is its delivery. The core itself is no source. A process that
+//! is noted as stopped takes no input in ([`Running`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,12 +36,12 @@ impl Claims {
         self.0.is_empty()
     }
 
-    /// Sight of `reader` in `input`, when it was claimed and `reader` is no insider.
+    /// The note that `reader` received `input`, when it was claimed and `reader` is no insider.
     pub fn delivered(&self, reader: NodeId, input: &Input) -> Option<Note> {
         if self.0.is_empty() || reader.is_insider() {
             return None;
         }
-        let (at, bytes) = match input {
+        let (interface, bytes) = match input {
             Input::Bus { topic, bytes } => (Interface::Bus(*topic), bytes),
             Input::Record { bytes, .. } if reader == NodeId::GATEWAY => (Interface::Uplink, bytes),
             Input::Record { bytes, .. } => (Interface::Downlink, bytes),
@@ -63,30 +63,30 @@ impl Claims {
         };
         let hash = wire_hash(bytes);
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
-        self.0.contains(&hash).then_some(Note::MouthSaw { reader, at, length, hash })
+        self.0.contains(&hash).then_some(Note::MouthSaw { reader, at: interface, length, hash })
     }
 }
 
-/// Spacing at which it is told that one core runs, microseconds.
-const APART_US: u64 = 5_000;
+/// Interval between two notes that one core runs, microseconds.
+const REPORT_INTERVAL_US: u64 = 5_000;
 
-/// Which cores are watched for being fed, and when that was told last.
+/// Cores whose inputs are watched, each with the time of the last note of one.
 #[derive(Clone, Debug, Default)]
 pub struct Running(BTreeMap<NodeId, Option<u64>>);
 
 impl Running {
-    /// Watches these.
+    /// A watch for these cores.
     pub fn new(watched: &[NodeId]) -> Self {
         Self(watched.iter().map(|node| (*node, None)).collect())
     }
 
-    /// True if it is to be told that the core of `node` was fed at `at`.
-    pub fn told(&mut self, node: NodeId, at: u64) -> bool {
+    /// True if a note is due that the core of `node` took an input at `time`; the note then counts as written.
+    pub fn note_due(&mut self, node: NodeId, time: u64) -> bool {
         let Some(last) = self.0.get_mut(&node) else { return false };
-        let tell = last.is_none_or(|last| at >= last + APART_US);
-        if tell {
-            *last = Some(at);
+        let is_due = last.is_none_or(|last| time >= last + REPORT_INTERVAL_US);
+        if is_due {
+            *last = Some(time);
         }
-        tell
+        is_due
     }
 }

@@ -19,13 +19,13 @@ use crate::{Micros, Witnessed};
 /// Differences of two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// Every event the same, at the same time.
+    /// True if every event is the same, at the same time.
     pub same_log: bool,
-    /// Every decision the same, at the same time.
+    /// True if every decision is the same, at the same time.
     pub same_decisions: bool,
-    /// Every service decided the same in the same order.
+    /// True if every service made the same decisions in the same order.
     pub same_order: bool,
-    /// Of each service that did not, the first decision that differs; by time in the first run.
+    /// The first decision that differs, for each service with one; by time in the first run.
     pub first: Vec<First>,
     /// Kinds of decisions of which there are not equally many.
     pub counts: Vec<Count>,
@@ -34,13 +34,13 @@ pub struct Difference {
 /// Place at which a service first decided otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct First {
-    /// Which.
+    /// The service.
     pub node: NodeId,
-    /// Number of decisions before that are the same.
+    /// Number of equal decisions before.
     pub after: usize,
-    /// In the first run; none where it had decided its last.
+    /// Decision in the first run; none where there is no further one.
     pub a: Option<Decided>,
-    /// In the second.
+    /// Decision in the second run.
     pub b: Option<Decided>,
 }
 
@@ -58,38 +58,38 @@ pub struct Decided {
 pub struct Count {
     /// Service that takes it.
     pub node: NodeId,
-    /// Which kind, as it is named in the log.
+    /// The kind, as it is named in the log.
     pub kind: String,
-    /// In the first run and in the second.
+    /// Number in the first run and in the second.
     pub n: [u64; 2],
 }
 
-/// Sets two logs side by side.
+/// Compares two logs.
 pub fn diff(a: &[Witnessed], b: &[Witnessed]) -> Difference {
     let ((log_a, decisions_a), (log_b, decisions_b)) = (hashes(a), hashes(b));
-    let (by_a, by_b) = (by_node(a), by_node(b));
-    let nodes: BTreeSet<NodeId> = by_a.keys().chain(by_b.keys()).copied().collect();
-    let of = |by: &BTreeMap<NodeId, Vec<Decided>>, node: NodeId| by.get(&node).cloned().unwrap_or_default();
-    let each = || nodes.iter().map(|&node| (node, of(&by_a, node), of(&by_b, node)));
-    let mut first: Vec<First> = each().filter_map(|(node, a, b)| parted(node, &a, &b)).collect();
+    let (by_node_a, by_node_b) = (decisions_by_node(a), decisions_by_node(b));
+    let nodes: BTreeSet<NodeId> = by_node_a.keys().chain(by_node_b.keys()).copied().collect();
+    let decisions_of = |by_node: &BTreeMap<NodeId, Vec<Decided>>, node| by_node.get(&node).cloned().unwrap_or_default();
+    let each = || nodes.iter().map(|&node| (node, decisions_of(&by_node_a, node), decisions_of(&by_node_b, node)));
+    let mut first: Vec<First> = each().filter_map(|(node, a, b)| first_difference(node, &a, &b)).collect();
     first.sort_by_key(|f| f.a.as_ref().or(f.b.as_ref()).map(|d| d.at_us));
-    let counts = each().flat_map(|(node, a, b)| counted(node, &a, &b)).collect();
+    let counts = each().flat_map(|(node, a, b)| unequal_counts(node, &a, &b)).collect();
     let (same_log, same_decisions) = (log_a == log_b, decisions_a == decisions_b);
     Difference { same_log, same_decisions, same_order: first.is_empty(), first, counts }
 }
 
 /// Each service's decisions in their order, without parts that depend on time.
-fn by_node(log: &[Witnessed]) -> BTreeMap<NodeId, Vec<Decided>> {
+fn decisions_by_node(log: &[Witnessed]) -> BTreeMap<NodeId, Vec<Decided>> {
     let start = log.iter().map(|w| w.at).min().unwrap_or_default();
-    let mut by: BTreeMap<NodeId, Vec<Decided>> = BTreeMap::new();
+    let mut decisions: BTreeMap<NodeId, Vec<Decided>> = BTreeMap::new();
     for w in log {
-        let Some(event) = decision(w.entry.event).map(ageless) else { continue };
-        by.entry(w.entry.node).or_default().push(Decided { at_us: w.at - start, event });
+        let Some(event) = decision(w.entry.event).map(without_age) else { continue };
+        decisions.entry(w.entry.node).or_default().push(Decided { at_us: w.at - start, event });
     }
-    by
+    decisions
 }
 
-fn ageless(event: Any) -> Any {
+fn without_age(event: Any) -> Any {
     match event {
         Any::Service(Event::Accepted { at, record, peer, age: _, waived }) => {
             Any::Service(Event::Accepted { at, record, peer, age: None, waived })
@@ -98,13 +98,13 @@ fn ageless(event: Any) -> Any {
     }
 }
 
-fn parted(node: NodeId, a: &[Decided], b: &[Decided]) -> Option<First> {
+fn first_difference(node: NodeId, a: &[Decided], b: &[Decided]) -> Option<First> {
     let after = a.iter().zip(b).take_while(|(a, b)| a.event == b.event).count();
     let (a, b) = (a.get(after).cloned(), b.get(after).cloned());
     (a.is_some() || b.is_some()).then_some(First { node, after, a, b })
 }
 
-fn counted(node: NodeId, a: &[Decided], b: &[Decided]) -> Vec<Count> {
+fn unequal_counts(node: NodeId, a: &[Decided], b: &[Decided]) -> Vec<Count> {
     let mut kinds: BTreeMap<String, [u64; 2]> = BTreeMap::new();
     for (i, run) in [a, b].into_iter().enumerate() {
         run.iter().for_each(|d| kinds.entry(kind_of(&d.event)).or_default()[i] += 1);
@@ -124,17 +124,17 @@ mod tests {
 
     use super::*;
 
-    fn seen(at: Micros, node: NodeId, reason: Reason) -> Witnessed {
+    fn refused(time: Micros, node: NodeId, reason: Reason) -> Witnessed {
         let event = Any::Service(Event::Refused { at: Interface::Uplink, peer: None, reason, detail: Text::default() });
-        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(at), event, previous: [0; 32] };
-        Witnessed { at, entry }
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(time), event, previous: [0; 32] };
+        Witnessed { at: time, entry }
     }
 
     #[test]
     fn equal_decisions_at_other_times_are_equal() {
-        let a = [seen(5, NodeId::GATEWAY, Reason::Stale), seen(9, NodeId::UNIT_A, Reason::Origin)];
+        let a = [refused(5, NodeId::GATEWAY, Reason::Stale), refused(9, NodeId::UNIT_A, Reason::Origin)];
         // The other service came first, and all of it later.
-        let b = [seen(70, NodeId::UNIT_A, Reason::Origin), seen(80, NodeId::GATEWAY, Reason::Stale)];
+        let b = [refused(70, NodeId::UNIT_A, Reason::Origin), refused(80, NodeId::GATEWAY, Reason::Stale)];
         let found = diff(&a, &b);
         assert_eq!((found.same_decisions, found.same_order), (false, true));
         assert!(found.first.is_empty() && found.counts.is_empty());
@@ -144,8 +144,8 @@ mod tests {
 
     #[test]
     fn first_differing_decision_is_told_per_service() {
-        let a = [seen(5, NodeId::GATEWAY, Reason::Stale), seen(9, NodeId::GATEWAY, Reason::Origin)];
-        let b = [seen(5, NodeId::GATEWAY, Reason::Stale)];
+        let a = [refused(5, NodeId::GATEWAY, Reason::Stale), refused(9, NodeId::GATEWAY, Reason::Origin)];
+        let b = [refused(5, NodeId::GATEWAY, Reason::Stale)];
         let found = diff(&a, &b);
         let [first] = found.first.as_slice() else { panic!("{found:?}") };
         assert_eq!((first.node, first.after, first.b.is_none()), (NodeId::GATEWAY, 1, true));

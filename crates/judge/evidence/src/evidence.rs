@@ -10,7 +10,7 @@ use crate::progress::Route;
 use crate::under::Under;
 use crate::witnessed::{Micros, Witnessed};
 
-/// Something that does not hold of a recording, and where.
+/// Flaw of a recording, with its place.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Flaw {
     /// The event of the recording, counted from 1; behind the last one for a missing part.
@@ -28,7 +28,7 @@ impl core::fmt::Display for Flaw {
 /// Everything the judge gets to see.
 #[derive(Clone, Debug)]
 pub struct Evidence {
-    /// The unit that the run is judged by.
+    /// The unit under test, by whose behaviour the run is judged.
     pub under: Under,
     /// Events in (time, node, counter) order.
     pub entries: Vec<Witnessed>,
@@ -46,7 +46,7 @@ pub struct Evidence {
     pub camera: Camera,
     /// The plan, table by table; empty for a null attack.
     pub planned: Vec<Plan>,
-    /// Length of the run.
+    /// Duration of the run.
     pub duration: Micros,
     /// Longest time that the host itself may oversleep before a live run is void.
     pub stall_limit: Micros,
@@ -58,6 +58,6 @@ pub struct Evidence {
     pub route: Route,
     /// Contact plan of the link between the unit and the gateway, from the start of its relays.
     pub contacts: Contacts,
-    /// Nodes that were killed on purpose; they owe no closing account.
+    /// Nodes that were killed on purpose; no closing account is required of them.
     pub killed: Vec<wire::id::NodeId>,
 }

@@ -1,8 +1,8 @@
 //! Fate of each planned injection: it arrived, and was noticed or not; it was provably kept from arriving; or neither is proven.
 //!
-//! *Delivered* is `receipt`'s to say and *masked* `masked`'s, each from two witnesses. *Noticed* is the question of a trial's class,
-//! asked from this injection on (`outcome`): a change of mode, a refusal, an alarm. Where several are delivered, an answer after all of
-//! them counts for each.
+//! The oracle's `receipt` decides *delivered* and its `masked` decides *masked*, each from two witnesses. *Noticed* is the criterion of a
+//! trial's class, from this injection on (`outcome`): a change of mode, a refusal, an alarm. Where several are delivered, a response
+//! after all of them counts for each.
 
 use ground_truth::{FaultKind, Sensor};
 use serde::{Deserialize, Serialize};
@@ -14,35 +14,35 @@ use super::{Micros, Plan};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mask {
-    /// A process that it needs did not live or did not run: the launcher says so, and the process left no mark.
+    /// A process that it needs was dead or stopped, by the launcher's notes and by the lack of any entry of the process.
     Gone(NodeId),
     /// Another fault of the same sensor, which did arrive: the reading would be the same without this one.
     Hidden(Sensor, FaultKind),
     /// The relay dropped its target message, which was missing at the guard, and none has come through since.
     Dropped,
-    /// No session stood yet: until its end neither guard had seen a record of the link.
+    /// There was no session yet: until its end neither guard had seen a record of the link.
     NoSession,
-    /// Its sender had published no message for it to take hold of.
+    /// Its sender had published no message that it could act on.
     NothingPublished,
-    /// The operator had made no request for it to take hold of.
+    /// The operator had made no request that it could act on.
     NothingAsked,
-    /// The gateway had accepted no report that it was to take hold of.
+    /// The gateway had accepted no report that it could act on.
     NoReport,
-    /// By the plan of contacts there was no link, and no message came to either end of it.
+    /// The plan of contacts had no link, and no message arrived at either end of it.
     OutOfContact,
 }
 
 /// Fate of one injection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// It arrived then, by its receipt.
+    /// It arrived, by its receipt.
     Delivered {
         /// Time of arrival.
         at: Micros,
         /// True if there was a response from then on.
         noticed: bool,
     },
-    /// This kept it from arriving.
+    /// This obstacle kept it from arriving.
     Masked(Mask),
     /// Neither is proven.
     NotProven,
@@ -57,12 +57,12 @@ pub struct Injection {
     pub fate: Fate,
 }
 
-/// The same as it stands in results.
+/// A planned injection and its fate as a row of results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InjectionRow {
     /// The plan, as in the log's first line.
     pub what: serde_json::Value,
-    /// From, at the earliest, milliseconds of the run.
+    /// Earliest time, milliseconds of the run.
     pub from_ms: u64,
     /// Its fate.
     pub fate: FateName,
@@ -70,8 +70,8 @@ pub struct InjectionRow {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_ms: Option<f64>,
     /// Obstacle that kept it from arriving.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub by: Option<serde_json::Value>,
+    #[serde(default, rename = "by", skip_serializing_if = "Option::is_none")]
+    pub mask: Option<serde_json::Value>,
 }
 
 /// Fate of an injection, in a word.
@@ -89,8 +89,8 @@ pub enum FateName {
 }
 
 impl FateName {
-    /// In words.
-    pub fn told(self) -> &'static str {
+    /// The fate in words.
+    pub fn describe(self) -> &'static str {
         match self {
             FateName::Noticed => "noticed",
             FateName::Delivered => "delivered and not noticed",
@@ -101,31 +101,35 @@ impl FateName {
 }
 
 impl InjectionRow {
-    /// In words, of one that did not arrive: plan, time, and the obstacle if one is proven.
+    /// Description of an injection that did not arrive: plan, time, and the obstacle if one is proven.
     pub fn undelivered(&self) -> Option<String> {
-        let by = |by: &serde_json::Value| by.to_string().replace(['"', '{', '}'], "").replace(['_', ':'], " ");
-        let why = match self.fate {
+        let plain = |json: &serde_json::Value| json.to_string().replace(['"', '{', '}'], "").replace(['_', ':'], " ");
+        let reason = match self.fate {
             FateName::Noticed | FateName::Delivered => return None,
             FateName::Masked => {
-                self.by.as_ref().map_or_else(|| "masked".to_owned(), |of| format!("masked: {}", by(of)))
+                self.mask.as_ref().map_or_else(|| "masked".to_owned(), |mask| format!("masked: {}", plain(mask)))
             }
             FateName::NotProven => "not proven to have arrived, nor what kept it".to_owned(),
         };
-        Some(format!("injection {} from {} ms: {why}", by(&self.what), self.from_ms))
+        Some(format!("injection {} from {} ms: {reason}", plain(&self.what), self.from_ms))
     }
 }
 
 impl From<&Injection> for InjectionRow {
     fn from(injection: &Injection) -> Self {
         let Injection { plan, fate } = injection;
-        let (name, at_ms, by) = match fate {
+        let (name, arrived_at, mask) = match fate {
             Fate::Delivered { at, noticed: true } => (FateName::Noticed, Some(*at), None),
             Fate::Delivered { at, noticed: false } => (FateName::Delivered, Some(*at), None),
             Fate::Masked(mask) => (FateName::Masked, None, serde_json::to_value(mask).ok()),
             Fate::NotProven => (FateName::NotProven, None, None),
         };
-        let at_ms = at_ms.map(|at| at as f64 / 1000.0);
-        let what = serde_json::to_value(plan.what).unwrap_or_default();
-        InjectionRow { what, from_ms: plan.from / 1000, fate: name, at_ms, by }
+        InjectionRow {
+            what: serde_json::to_value(plan.what).unwrap_or_default(),
+            from_ms: plan.from / 1000,
+            fate: name,
+            at_ms: arrived_at.map(|time| time as f64 / 1000.0),
+            mask,
+        }
     }
 }

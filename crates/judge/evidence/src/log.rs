@@ -1,4 +1,4 @@
-//! The log of a run as it is kept, and the two hashes of a trial.
+//! The log of a run as it is recorded, and the two hashes of a trial.
 //!
 //! `log_hash`: SHA-256 over the canonical events in (time, node, counter) order; no path, run id or file bytes, no
 //! world, and none of the chain's own links (hashes, signatures, seals), which follow from the events.
@@ -26,7 +26,7 @@ pub struct Logged {
     pub bytes: Vec<u8>,
 }
 
-/// True if a node's entries go by way of the recorder: everybody's but the guards' and the launcher's.
+/// True if the recorder records a node's entries: all nodes but guards and launcher, which write their own files.
 pub fn by_recorder(node: NodeId) -> bool {
     node != NodeId::CAMPAIGN && !node.is_mouth()
 }
@@ -79,7 +79,7 @@ fn canonical(event: Any) -> Option<Any> {
     }
 }
 
-/// The event without the checks that were waived: that is the policy, and no decision.
+/// The event without the checks that were waived: these belong to the policy and not to the decision.
 fn unwaived(event: Any) -> Any {
     match event {
         Any::Service(Event::Accepted { at, record, peer, age, waived: _ }) => {
@@ -92,12 +92,12 @@ fn unwaived(event: Any) -> Any {
     }
 }
 
-/// The event as a decision, under any waiver and in any world; none where it is not one.
+/// The event as a decision, without waivers and world; none where it is no decision.
 pub fn decision(event: Any) -> Option<Any> {
     canonical(event).filter(is_decision).map(unwaived)
 }
 
-/// The kind of a decision in a word or two: refusals by their reason, changes of mode by where they lead.
+/// The kind of a decision in a word or two: a refusal by its reason, a change of mode by its new mode.
 pub fn kind_of(decision: &Any) -> String {
     match decision {
         Any::Service(Event::Refused { reason, .. }) => format!("refused: {}", reason.name()),

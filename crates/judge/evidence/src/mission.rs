@@ -58,7 +58,7 @@ impl Verb {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
-    /// Nowhere.
+    /// No stage.
     #[default]
     None,
     /// The unit was enabled: READY.
@@ -80,8 +80,8 @@ impl Stage {
         }
     }
 
-    /// Stage to which a step leads that is carried out.
-    pub fn of(verb: Verb) -> Stage {
+    /// Stage that a step of this verb leads to, once it is carried out.
+    pub fn from_verb(verb: Verb) -> Stage {
         match verb {
             Verb::Enable => Stage::Enabled,
             Verb::Arm => Stage::Armed,
@@ -94,7 +94,7 @@ impl Stage {
 /// The operator's script.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Script {
-    /// Stage that the mission has to reach before the attack, where the scenario says so.
+    /// Stage that the mission has to reach before the attack, where the scenario has one.
     pub mission: Option<Stage>,
     /// The steps that are orders, in order.
     pub steps: Vec<Due>,
@@ -106,9 +106,9 @@ pub struct Due {
     /// Act.
     #[serde(rename = "do")]
     pub verb: Verb,
-    /// From when on, at the earliest.
+    /// Earliest time.
     pub at_us: Micros,
-    /// For how long its conditions are waited for.
+    /// Longest wait for its conditions.
     pub within_us: Micros,
     /// Time from the order until the unit is to carry it out, by its time tag; zero without one.
     pub after_us: Micros,
@@ -122,7 +122,8 @@ pub struct Due {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mission {
     /// Stage that it had to reach before the attack took hold; without an attack, before the end.
-    pub owed: Stage,
+    #[serde(rename = "owed")]
+    pub required: Stage,
     /// Missing parts of it, each in one line. With any of them, the trial shows no result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
@@ -130,11 +131,11 @@ pub struct Mission {
     pub armed_ms: Option<f64>,
     /// Time at which the plant first acted.
     pub acted_ms: Option<f64>,
-    /// Way that the vehicle went by the plant's truth, metres.
+    /// Distance that the vehicle covered by the plant's truth, metres.
     pub driven_m: f64,
     /// Seconds in READY or PREPARE_TO_ACT.
     pub nominal_s: f64,
-    /// Progress along the route; none of a unit without one, and none in objects of before it was judged.
+    /// Progress along the route; none for a unit without a route, and none in objects of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub progress: Option<Progress>,
     /// Result of each step of the operator.
@@ -154,11 +155,11 @@ pub struct Carried {
     /// Act of the script.
     #[serde(rename = "do")]
     pub verb: Verb,
-    /// From when on, milliseconds of the run.
+    /// Earliest time, milliseconds of the run.
     pub due_ms: f64,
     /// Time at which the unit carried it out; none where it never did.
     pub done_ms: Option<f64>,
     /// Reason that it never did.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub why: Option<String>,
+    #[serde(default, rename = "why", skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }

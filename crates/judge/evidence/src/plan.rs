@@ -1,4 +1,4 @@
-//! Injections that the scenario set out to make, one entry for each of its tables, and their times. Each needs its own receipt: the action of
+//! Injections that the scenario plans, one entry for each of its tables, and their times. Each needs its own receipt: the action of
 //! another table of the same kind is none.
 
 use ground_truth::{Action, FaultKind, Sensor, StepName, StreamEffect};
@@ -21,7 +21,7 @@ pub enum Planned {
     Broker(Action),
     /// Action of a gateway insider on messages to the display.
     Feed(Action),
-    /// Reports that a gateway insider passes on to the display so much later.
+    /// Reports that a gateway insider passes on to the display with this delay.
     Late(Micros),
     /// A command that a gateway insider keeps from the gateway.
     Swallowed,
@@ -49,7 +49,7 @@ pub enum Planned {
     Step(StepName),
 }
 
-/// Messages that an injection takes hold of and does not bring along.
+/// Messages of others that an injection acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Takes {
@@ -63,7 +63,7 @@ pub enum Takes {
         to: Option<Side>,
         /// Only those about an order that asks this.
         asks: Option<&'static str>,
-        /// Those before its time serve as well: they are sent again.
+        /// True if messages before its time count as well, since they are sent again.
         ever: bool,
     },
     /// Requests of the operator to the gateway: this, or any.
@@ -77,28 +77,28 @@ pub enum Takes {
 pub struct Needs {
     /// Processes that run.
     pub running: &'static [NodeId],
-    /// Messages that it takes hold of.
+    /// Messages that it acts on.
     pub takes: Option<Takes>,
 }
 
-/// It, and when.
+/// A planned injection with its time and its conditions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Plan {
     /// Injection.
     pub what: Planned,
-    /// From, at the earliest.
+    /// Earliest time.
     pub from: Micros,
-    /// To, where it begins at its time.
+    /// Latest time, where it begins at its own time.
     pub until: Micros,
-    /// The step that it is a part of: from when that begins to when it ends, then.
+    /// The step that it is a part of; it then lasts from the beginning of the step to its end.
     pub step: Option<StepName>,
     /// Conditions for it to arrive.
     pub needs: Needs,
 }
 
 impl From<Planned> for Plan {
-    /// At any time of the run.
-    fn from(what: Planned) -> Self {
-        Plan { what, from: 0, until: Micros::MAX, step: None, needs: Needs::default() }
+    /// A plan for any time of the run.
+    fn from(injection: Planned) -> Self {
+        Plan { what: injection, from: 0, until: Micros::MAX, step: None, needs: Needs::default() }
     }
 }

@@ -7,9 +7,9 @@ use wire::mode::Mode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum From {
-    /// From the kill.
+    /// The kill.
     Kill,
-    /// From the operator's next HOLD: the death by itself calls for no response.
+    /// The operator's next HOLD: the death alone requires no response.
     Hold,
 }
 
@@ -42,18 +42,20 @@ pub struct Response {
     pub after: Mode,
     /// The unit's own cause for the last change that no operator asked for; `set-point lease` where the plant stopped.
     pub cause: Option<String>,
-    /// From when the times below count.
+    /// Moment from which the times below count.
     pub from: From,
-    /// To the first restriction: DEGRADED or HOLD_SAFE, or the end of the plant's lease under a dead unit; ms.
+    /// Time to the first restriction: DEGRADED or HOLD_SAFE, or the end of the plant's lease under a dead unit; ms.
     pub restricted_ms: Option<f64>,
-    /// To the mode of the end, ms.
+    /// Time to the mode of the end, ms.
     pub settled_ms: Option<f64>,
     /// The plant; `None` where its world died with it.
     pub plant: Option<PlantResponse>,
-    /// True if a response was owed: no bound ends within a stop that is shorter than it, and a broker without an order owes none.
-    pub owed: bool,
-    /// True if everything that was owed came, in time.
-    pub kept: bool,
+    /// True if a response was required: no bound ends within a stop that is shorter, and a broker without an order has no response to make.
+    #[serde(rename = "owed")]
+    pub required: bool,
+    /// True if every required response came in time.
+    #[serde(rename = "kept")]
+    pub in_time: bool,
 }
 
 /// Ground truth of the plant.
@@ -61,9 +63,9 @@ pub struct Response {
 pub struct PlantResponse {
     /// True speed at the kill, mm/s.
     pub speed_mm_s: i32,
-    /// From the kill (or HOLD) until no set-point was leased any more, ms.
+    /// Time from the kill (or HOLD) to the end of the last set-point's lease, ms.
     pub lease_ended_ms: Option<f64>,
-    /// From the kill (or HOLD) until it stood for good, ms; rocking back on its springs is not standing. Only where the
-    /// run ended in HOLD_SAFE: elsewhere it stands because its way has ended.
+    /// Time from the kill (or HOLD) to the final standstill, ms; rocking back on its springs is no standstill. Present only where the
+    /// run ended in HOLD_SAFE: elsewhere the vehicle stands because its way has ended.
     pub standing_ms: Option<f64>,
 }

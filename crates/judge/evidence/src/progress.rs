@@ -1,7 +1,7 @@
 //! Progress of a mission along its route, by the plant's truth alone.
 //!
-//! A class says which guard tripped and which property was broken; this says whether the vehicle did its work meanwhile, which a vehicle that stands still
-//! breaks nothing by leaving undone. The computation is the oracle's.
+//! A class names the guard that tripped and the property that was broken. A vehicle that stands still breaks no property, so the class does
+//! not show whether it did its work; the progress does. The oracle computes it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,17 +11,17 @@ use crate::witnessed::Micros;
 /// Distance from a way point within which it counts as passed, mm: twice that within which the platform's own mission takes it for reached,
 /// for its own place may be off.
 pub const PASSED_MM: f64 = 2000.0;
-/// Distance within which a vehicle does not get on, mm: the default of Nav2's `SimpleProgressChecker` (`required_movement_radius`, 0.5 m).
+/// Distance within which a vehicle makes no progress, mm: the default of Nav2's `SimpleProgressChecker` (`required_movement_radius`, 0.5 m).
 pub const STUCK_MM: f64 = 500.0;
-/// Time after which one that did not get on is stuck, microseconds: the default there (`movement_time_allowance`, 10 s).
+/// Time without progress after which a vehicle is stuck, microseconds: the default there (`movement_time_allowance`, 10 s).
 pub const STUCK_AFTER: Micros = 10_000_000;
-/// Time in driving modes after which one that never left its place is stuck, microseconds: in a shorter run nothing else tells it.
+/// Time in driving modes after which a vehicle that never left its place is stuck, microseconds: a run may be shorter than the bound above.
 pub const UNMOVED_AFTER: Micros = 5_000_000;
 
-/// Time in driving modes that a leg of the route may take: a wait, microseconds, and its straight length at a slow pace, mm/s. One that goes to
-/// and fro, or about, for longer does not get on either.
+/// Wait that a leg of the route may take in driving modes, microseconds, beside its straight length at a slow pace. A vehicle that moves to
+/// and fro for longer makes no progress either.
 pub const LEG_WAIT: Micros = 120_000_000;
-/// The pace.
+/// The slow pace, mm/s.
 pub const LEG_MM_S: f64 = 500.0;
 
 /// Route that the unit under test is to go.
@@ -29,39 +29,40 @@ pub const LEG_MM_S: f64 = 500.0;
 pub struct Route {
     /// Way points in order, east and north, mm; none of a body that has no way to go, as a satellite.
     pub points_mm: Vec<(i32, i32)>,
-    /// True if it begins anew after the last of them.
+    /// True if it begins again after the last of them.
     pub looped: bool,
-    /// True if the body goes on along it in DEGRADED, and does not keep its place there or circle about it.
+    /// True if the body follows it in DEGRADED too, in place of stopping or circling.
     pub in_degraded: bool,
 }
 
 /// Progress along the route.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Way points passed, in order and within 2 m; of a looped route those of all laps.
+    /// Way points passed, in order and within 2 m; on a looped route of all laps together.
     pub passed: u32,
-    /// Way points of the route; of a looped one those of all laps begun.
-    pub of: u32,
-    /// Share of the route's length covered, 0 to 1; of a looped one that of its first lap.
+    /// Way points of the route; on a looped route of all laps begun.
+    #[serde(rename = "of")]
+    pub total: u32,
+    /// Share of the route's length covered, 0 to 1; on a looped route of its first lap.
     pub covered: f64,
     /// Seconds in modes that let it drive, with way points left.
     pub driving_s: f64,
-    /// Farthest from where it was first let drive that it came in that time, metres.
+    /// Largest distance in that time from the place where it could first drive, metres.
     pub farthest_m: f64,
-    /// Seconds of that time in which it did not get on: stretches of 10 s or more within 0.5 m, or all of it if it never left its place.
+    /// Seconds of that time without progress: stretches of 10 s or more within 0.5 m, or all of it if it never left its place.
     pub stuck_s: f64,
     /// True if the last such stretch lasted to the end of the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stuck_at_end: bool,
-    /// Seconds in driving modes since the last way point that it passed, to the end of the run, where they are more than the leg may take.
+    /// Seconds in driving modes from the last way point that it passed to the end of the run, where the leg may not take as many.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub astray_s: Option<f64>,
-    /// The longest such stretch; none where it got on.
+    /// The longest such stretch; none without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stuck: Option<Stretch>,
 }
 
-/// A stretch in which the vehicle stayed where it was, though its mode let it drive and way points were left.
+/// A stretch in which the vehicle stayed in place, though its mode let it drive and way points were left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stretch {
     /// Its beginning, milliseconds of the run.
@@ -69,7 +70,8 @@ pub struct Stretch {
     /// Its length, seconds.
     pub s: f64,
     /// Reason, as far as the log has one.
-    pub why: Standstill,
+    #[serde(rename = "why")]
+    pub reason: Standstill,
 }
 
 /// Reason that a vehicle stood though it could have driven, by a witness in the log.
@@ -80,7 +82,7 @@ pub enum Standstill {
     NoSetPoint,
     /// The plant held a set-point to move, and did not.
     NotFollowed,
-    /// The unit judged without a recent place.
+    /// The unit had no recent place.
     NoPlace,
     /// The platform's own planner asked for rest.
     Planner,
@@ -91,7 +93,7 @@ pub enum Standstill {
 }
 
 impl Standstill {
-    /// It in words, with its witness.
+    /// The reason in words, with its witness.
     pub fn describe(self) -> &'static str {
         match self {
             Standstill::NoSetPoint => "no set-point with a lease, by the plant",
@@ -109,24 +111,25 @@ impl Standstill {
 }
 
 impl Progress {
-    /// True if it is stuck: it did not get on when the run ended, or in half of the time or more, or it drove about without coming to a way point.
-    /// To wait, and then to get on, is not to be stuck.
+    /// True if it is stuck: without progress at the end of the run, or for half of the time or more, or driving without reaching a way point.
+    /// A wait with progress after it does not count.
     pub fn is_stuck(&self) -> bool {
-        self.stands() || self.astray_s.is_some()
+        self.stays_in_place() || self.astray_s.is_some()
     }
 
-    fn stands(&self) -> bool {
+    fn stays_in_place(&self) -> bool {
         self.stuck.is_some() && (self.stuck_at_end || 2.0 * self.stuck_s >= self.driving_s)
     }
 
-    /// Its stuck part in words, that for which it is stuck before another; none where it got on.
+    /// Description of the time without progress, the decisive one first; none where there is none.
     pub fn describe(&self) -> Option<String> {
-        let Self { passed, of, .. } = self;
-        if let Some(s) = self.astray_s.filter(|_| !self.stands()) {
-            return Some(format!("astray: no way point in {s:.1} s of driving, {passed} of {of} passed"));
+        let Self { passed, total, .. } = self;
+        if let Some(s) = self.astray_s.filter(|_| !self.stays_in_place()) {
+            return Some(format!("astray: no way point in {s:.1} s of driving, {passed} of {total} passed"));
         }
-        let Stretch { from_ms, s, why } = self.stuck?;
-        Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {of} way points passed: {}", why.describe()))
+        let Stretch { from_ms, s, reason } = self.stuck?;
+        let reason = reason.describe();
+        Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {total} way points passed: {reason}"))
     }
 }
 
@@ -134,13 +137,13 @@ impl Progress {
 mod tests {
     use super::*;
 
-    /// It stood for a while on the way, which alone makes no one stuck.
+    /// A short stop on the way is not yet stuck.
     #[test]
     fn finding_names_the_reason_for_being_stuck() {
-        let stretch = Stretch { from_ms: 1000.0, s: 12.0, why: Standstill::Planner };
-        let went_about = Progress {
+        let stretch = Stretch { from_ms: 1000.0, s: 12.0, reason: Standstill::Planner };
+        let astray = Progress {
             passed: 1,
-            of: 8,
+            total: 8,
             covered: 0.2,
             driving_s: 400.0,
             farthest_m: 30.0,
@@ -149,8 +152,8 @@ mod tests {
             astray_s: Some(300.0),
             stuck: Some(stretch),
         };
-        assert!(went_about.is_stuck() && went_about.describe().unwrap().starts_with("astray: no way point in 300.0 s"));
-        let stands = Progress { stuck_at_end: true, ..went_about };
-        assert!(stands.describe().unwrap().starts_with("stuck for 12.0 s"));
+        assert!(astray.is_stuck() && astray.describe().unwrap().starts_with("astray: no way point in 300.0 s"));
+        let stopped = Progress { stuck_at_end: true, ..astray };
+        assert!(stopped.describe().unwrap().starts_with("stuck for 12.0 s"));
     }
 }

@@ -20,8 +20,8 @@ pub enum Outcome {
     Unsafe,
     /// The guest that drove failed: it ended, was silent, or broke its protocol.
     GuestFailed,
-    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled, or
-    /// the mission did not take place that the scenario presumes.
+    /// The evidence does not hold: no receipt, the accounts do not balance, the log does not verify, the host stalled, or
+    /// the mission that the scenario presumes did not take place.
     Invalid,
     /// Only a time bound was missed (P2, P3).
     Late,
@@ -35,14 +35,14 @@ pub enum Outcome {
     Rejected,
     /// Accepted, no response, no property broken.
     Undetected,
-    /// No attack and no event, and the vehicle did not get on though its mode let it drive and way points were left.
+    /// No attack and no event, and the vehicle made no progress though its mode let it drive and way points were left.
     Stuck,
     /// No attack and no event.
     Nominal,
 }
 
 impl Outcome {
-    /// Every class, in the order in which they are tried.
+    /// Every class, in the order in which they are checked.
     pub const ALL: [Outcome; 11] = [
         Outcome::Unsafe,
         Outcome::GuestFailed,
@@ -57,7 +57,7 @@ impl Outcome {
         Outcome::Nominal,
     ];
 
-    /// True if it counts as unexpected. Without an expectation only outcomes that no run should show do.
+    /// True if it counts as unexpected. Without an expectation, only the outcomes that no run should have count.
     pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
         if expected.is_empty() {
             matches!(self, Outcome::Unsafe | Outcome::GuestFailed | Outcome::Invalid)
@@ -87,10 +87,10 @@ impl Outcome {
 /// Count of each class; classes without trials are left out.
 pub type Outcomes = BTreeMap<Outcome, u64>;
 
-/// Writes counts in the alphabetical order of the classes' names; the order of [`Outcome`] is that of severity.
+/// Writes counts in the alphabetical order of the classes' names, and not in the order of severity that [`Outcome`] has.
 ///
 /// # Errors
-/// Those of the format.
+/// When the serializer fails.
 pub fn by_name<S: Serializer>(outcomes: &Outcomes, to: S) -> Result<S::Ok, S::Error> {
     to.collect_map(outcomes.iter().map(|(class, n)| (class.name(), n)).collect::<BTreeMap<_, _>>())
 }
@@ -99,7 +99,7 @@ pub fn by_name<S: Serializer>(outcomes: &Outcomes, to: S) -> Result<S::Ok, S::Er
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Knowledge {
-    /// Its own clock and its own steps; it acts on passing traffic without looking at it.
+    /// Its own clock and its own steps; it acts on passing traffic without reading it.
     #[default]
     Blind,
     /// Lengths, times and directions of passing traffic, and the bytes as ciphertext.
@@ -144,14 +144,14 @@ pub struct StepRow {
     pub t_ms: f64,
 }
 
-/// Times from the receipt of the injection to its effects, in milliseconds; `None` where it did not happen.
+/// Times from the receipt of the injection to its effects, in milliseconds; `None` where the effect did not happen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Latency {
-    /// To DEGRADED (or straight to HOLD_SAFE).
+    /// Time to DEGRADED (or straight to HOLD_SAFE).
     pub to_degraded: Option<f64>,
-    /// To HOLD_SAFE.
+    /// Time to HOLD_SAFE.
     pub to_hold_safe: Option<f64>,
-    /// To the loss of authority.
+    /// Time to the loss of authority.
     pub to_authority_revoked: Option<f64>,
 }
 
@@ -181,8 +181,9 @@ pub struct GuestFailure {
     pub at_ms: f64,
     /// Kind.
     pub fault: String,
-    /// Expected and got.
-    pub why: String,
+    /// Expected and received value.
+    #[serde(rename = "why")]
+    pub reason: String,
 }
 
 /// One trial.
@@ -201,11 +202,11 @@ pub struct Trial {
     pub steps: Vec<StepRow>,
     /// The class that the oracle gave.
     pub outcome: Outcome,
-    /// Reason for that class: the broken property, the missing receipt; empty where the class says it all.
+    /// Reason for that class: the broken property, the missing receipt; empty where the class alone is enough.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
-    /// True if an injection was seen at its target by a second witness, and of each that was not the obstacle is known that kept it from
-    /// arriving (true without an injection).
+    /// True if a second witness saw an injection at its target, and the obstacle of each that did not arrive is known (true without an
+    /// injection).
     pub receipt: bool,
     /// Fate of each planned injection.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -214,7 +215,7 @@ pub struct Trial {
     pub log_hash: String,
     /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
     pub decision_hash: String,
-    /// Records delivered to the boundary: `accepted` and the sum of `dropped`. Datagrams that a guard refused are none.
+    /// Records delivered to the boundary: `accepted` and the sum of `dropped`. Datagrams that a guard refused do not count.
     pub received: u64,
     /// Records that it accepted.
     pub accepted: u64,
@@ -224,16 +225,16 @@ pub struct Trial {
     /// completed, by reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
-    /// Datagrams that no process of the run sent, by where they came to: counted apart, and no part of the class. Live only.
+    /// Datagrams that no process of the run sent, by the socket that received them: counted apart, and no part of the class. Live only.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub outsiders: BTreeMap<String, u64>,
-    /// By how much the host overslept or kept a service waiting for a core at most, milliseconds. Live only.
+    /// Longest time for which the host overslept or kept a service waiting for a core, milliseconds. Live only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub host_late_ms: Option<f64>,
-    /// The same, where that alone makes this live trial INVALID.
+    /// That time, where it alone makes this live trial INVALID.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub host_stall_ms: Option<f64>,
-    /// The same of each earlier attempt at this trial, which was repeated because of it.
+    /// That time of each earlier attempt at this trial, which was repeated because of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub host_spoilt_ms: Vec<f64>,
     /// Confinement of its services: `full`, or `partial` or `none` with the reasons. Live only.
@@ -252,7 +253,7 @@ pub struct Trial {
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
-    /// SHA-256 of the `held.json` that its run directory was kept with, hexadecimal: a receiver of the directory compares it with this.
+    /// SHA-256 of the `held.json` in its run directory, hexadecimal: a receiver of the directory compares the two.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<String>,
     /// Responses to each process that was killed.

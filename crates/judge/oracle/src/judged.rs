@@ -84,7 +84,9 @@ fn undelivered(verdict: &Verdict) -> impl Iterator<Item = String> {
 }
 
 fn failed_guest(failure: Option<&GuestFailure>) -> impl Iterator<Item = String> {
-    failure.map(|GuestFailure { at_ms, fault, why }| format!("guest: {fault} at {at_ms:.0} ms: {why}")).into_iter()
+    failure
+        .map(|GuestFailure { at_ms, fault, reason }| format!("guest: {fault} at {at_ms:.0} ms: {reason}"))
+        .into_iter()
 }
 
 /// A teammate's claims up to the unit's first restriction after the first of them.

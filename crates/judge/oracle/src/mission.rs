@@ -42,7 +42,7 @@ pub(super) fn compared(evidence: &Evidence, timeline: &Timeline, zero: Option<Mi
     let mut missing: Vec<String> = first_missing.map(|stage| missing_stage(stage, until, &steps)).into_iter().collect();
     missing.extend(undone_steps(evidence, until, &steps));
     Mission {
-        owed: presumed,
+        required: presumed,
         missing,
         armed_ms: armed.map(ms),
         acted_ms: acted.map(ms),
@@ -72,14 +72,14 @@ fn presumed_stage(evidence: &Evidence) -> Stage {
         .steps
         .iter()
         .filter(|step| is_due_before_attack(evidence, step.at_us.saturating_add(step.after_us)));
-    let derived = before.map(|step| Stage::of(step.verb)).max().unwrap_or_default();
+    let derived = before.map(|step| Stage::from_verb(step.verb)).max().unwrap_or_default();
     evidence.script.mission.unwrap_or(derived)
 }
 
 /// Remark on a stage that is missing, with the step that should have led to it.
 fn missing_stage(stage: Stage, until: Micros, steps: &[Carried]) -> String {
-    let step = steps.iter().find(|step| Stage::of(step.verb) == stage);
-    let step_remark = step.map(|step| match (step.done_ms, &step.why) {
+    let step = steps.iter().find(|step| Stage::from_verb(step.verb) == stage);
+    let step_remark = step.map(|step| match (step.done_ms, &step.reason) {
         (Some(done_ms), _) => format!("; {} at {done_ms:.0} ms", step.verb.name()),
         (None, reason) => {
             format!(
@@ -102,9 +102,10 @@ fn undone_steps<'a>(evidence: &Evidence, until: Micros, steps: &'a [Carried]) ->
         .iter()
         .map(|step| attacked && is_due_before_attack(evidence, step.at_us.saturating_add(step.after_us)))
         .collect();
-    let other_steps = steps.iter().zip(before).filter(|(step, before)| *before && Stage::of(step.verb) == Stage::None);
+    let other_steps =
+        steps.iter().zip(before).filter(|(step, before)| *before && Stage::from_verb(step.verb) == Stage::None);
     other_steps.filter(move |(step, _)| step.done_ms.is_none_or(|done_ms| done_ms > ms(until))).map(|(step, _)| {
-        let reason = step.why.as_deref().unwrap_or("too late");
+        let reason = step.reason.as_deref().unwrap_or("too late");
         format!("{}, due at {:.0} ms before the attack: never, {reason}", step.verb.name(), step.due_ms)
     })
 }
@@ -138,7 +139,7 @@ fn carried_steps(evidence: &Evidence, timeline: &Timeline) -> Vec<Carried> {
             Some((given_at, _)) => not_executed(evidence, *given_at, &ids),
             None => not_given(evidence, step, last),
         });
-        Carried { verb: step.verb, due_ms: ms(step.at_us), done_ms: done.map(ms), why: reason }
+        Carried { verb: step.verb, due_ms: ms(step.at_us), done_ms: done.map(ms), reason }
     });
     each.collect()
 }

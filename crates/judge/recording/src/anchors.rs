@@ -1,9 +1,8 @@
 //! `held.json`: the trust anchors of a run, and the digest of every other file in its folder.
 //!
 //! Chains and signatures prove writer and order of an entry; the digests prove that not one byte of the run has changed, bytes outside
-//! entries included. They cover the files in the folder when the run is over, but for the file that holds them. That one
-//! is authenticated by its own digest, which the command that made the run prints. Judging a log by its anchors is left to
-//! [`crate::log`].
+//! entries included. They cover the files in the folder when the run is over, except for `held.json`, which contains them. Its own digest
+//! authenticates that file; the command that made the run prints it. Judging a log by its anchors is left to [`crate::log`].
 
 use std::collections::BTreeMap;
 use std::io::{Error, Read, Result, Write};
@@ -20,13 +19,13 @@ use crate::layout::RunFolder;
 const MAX_ANCHORS_BYTES: u64 = 1 << 20;
 /// Most files of a run.
 const MAX_FILES: usize = 4096;
-/// Their depth.
+/// Depth of the folders of a run.
 const MAX_DEPTH: usize = 4;
-/// The longest that is covered, bytes: more than an input journal takes.
+/// The longest file that a digest covers, bytes: more than an input journal takes.
 const MAX_BYTES: u64 = 2 << 30;
 
-/// Writes the trust anchors of a run and the digest of every file that is in its folder by now, so that this comes last. Returns the
-/// SHA-256 of the written file, hexadecimal, which authenticates the whole run.
+/// Writes the trust anchors of a run and the digest of every file in its folder, so it is called last. Returns the SHA-256 of the
+/// written file, hexadecimal, which authenticates the whole run.
 ///
 /// # Errors
 /// When the file is there already or cannot be written, or as [`file_digests`].
@@ -46,7 +45,7 @@ pub fn read_anchors(run: &RunFolder) -> Result<(TrustAnchors, String)> {
     Ok((parse_anchors(bytes.as_slice())?, hex(&Sha256::digest(&bytes))))
 }
 
-/// Parses the bytes of such a file; no more than a bounded number is read.
+/// Parses the bytes of `held.json`, up to a bounded number.
 ///
 /// # Errors
 /// When they are no such object.
@@ -82,8 +81,8 @@ pub(crate) fn file_differences(directory: &Path, digests: &BTreeMap<String, File
             Err(error) => differences.push(format!("{name}: {error}")),
         }
     }
-    let others = found.iter().filter(|name| !digests.contains_key(*name));
-    differences.extend(others.map(|name| format!("{name}: the run did not leave this file")));
+    let extra = found.iter().filter(|name| !digests.contains_key(*name));
+    differences.extend(extra.map(|name| format!("{name}: the run did not leave this file")));
     differences.sort();
     Ok(differences)
 }
@@ -101,6 +100,7 @@ fn file_difference(directory: &Path, name: &str, was: &FileDigest) -> Result<Opt
 
 fn file_digest(directory: &Path, name: &str) -> Result<FileDigest> {
     let (file, mut digest) = (files::open(&directory.join(name))?, Sha256::new());
+    // One byte more than is allowed: a file that grows while it is read ends in an error, and not in a digest of its beginning.
     let mut from = file.take(MAX_BYTES + 1);
     let (mut bytes, mut buffer) = (0, vec![0; 1 << 16]);
     loop {
@@ -117,7 +117,7 @@ fn file_digest(directory: &Path, name: &str) -> Result<FileDigest> {
     }
 }
 
-/// The paths of all that is in `directory` and is no folder, but for the digests' own file.
+/// The paths in `directory` that are no folders, except for `held.json`, which has the digests.
 fn names(directory: &Path) -> Result<Vec<String>> {
     let (mut found, mut folders) = (Vec::new(), vec![(String::new(), 0)]);
     while let Some((above, depth)) = folders.pop() {
@@ -126,7 +126,7 @@ fn names(directory: &Path) -> Result<Vec<String>> {
             let name = entry.file_name();
             let name = name.to_str().ok_or_else(|| Error::other(format!("{}: no UTF-8", name.display())))?;
             let path = if above.is_empty() { name.to_owned() } else { format!("{above}/{name}") };
-            // A link to a folder is none: what it leads to is elsewhere.
+            // A link to a folder is listed as a file: its target is outside the run.
             if entry.file_type()?.is_dir() && depth < MAX_DEPTH {
                 folders.push((path, depth + 1));
             } else if path != RunFolder::ANCHORS {
@@ -149,22 +149,22 @@ mod tests {
     #[test]
     fn directory_differences_are_listed_by_file() {
         let folder = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| folder.path().join(name);
-        fs::create_dir(at("guard")).expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("guard")).expect("a folder");
         for name in ["a", "b", "c", "d", "guard/e", RunFolder::ANCHORS] {
-            fs::write(at(name), name).expect("a file");
+            fs::write(path(name), name).expect("a file");
         }
         let digests = file_digests(folder.path()).expect("it can be read");
         assert_eq!(digests.keys().collect::<Vec<_>>(), ["a", "b", "c", "d", "guard/e"]);
         assert_eq!(file_differences(folder.path(), &digests).expect("it can be read"), [""; 0]);
-        fs::write(at("a"), "A").expect("a file");
-        fs::write(at("b"), "bb").expect("a file");
-        fs::remove_file(at("c")).expect("it is there");
-        fs::remove_file(at("d")).expect("it is there");
-        std::os::unix::fs::symlink("/dev/zero", at("d")).expect("a link");
-        fs::write(at("guard/f"), "f").expect("a file");
+        fs::write(path("a"), "A").expect("a file");
+        fs::write(path("b"), "bb").expect("a file");
+        fs::remove_file(path("c")).expect("it is there");
+        fs::remove_file(path("d")).expect("it is there");
+        std::os::unix::fs::symlink("/dev/zero", path("d")).expect("a link");
+        fs::write(path("guard/f"), "f").expect("a file");
         let found = file_differences(folder.path(), &digests).expect("it can be read");
-        let found: Vec<&str> = found.iter().map(|what| &what[..what.len().min(17)]).collect();
+        let found: Vec<&str> = found.iter().map(|line| &line[..line.len().min(17)]).collect();
         let expected = [
             "a: SHA-256 559aead",
             "b: 2 bytes, the run left 1",
@@ -172,7 +172,7 @@ mod tests {
             "d: not a regular file",
             "guard/f: the run ",
         ];
-        let expected: Vec<&str> = expected.iter().map(|what| &what[..what.len().min(17)]).collect();
+        let expected: Vec<&str> = expected.iter().map(|line| &line[..line.len().min(17)]).collect();
         assert_eq!(found, expected);
     }
 }

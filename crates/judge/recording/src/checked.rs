@@ -1,8 +1,8 @@
-//! Log verification comes first: the one door by which a command reads a recorded run.
+//! Verification before reading: the only way by which a command reads a recorded run.
 //!
-//! A [`Checked`] is made here alone, after [`verify_run`]; every reader of a recorded log takes one. A run is
-//! INVALID when its recording does not verify, when its trial ended so, or when the results around it contradict it. Finding the
-//! run is left to [`crate::find`]; telling a person and the exit code are left to the command.
+//! Only this module constructs a [`Checked`], after [`verify_run`]; every reader of a recorded log takes one. A run is
+//! INVALID when its recording does not verify, when its trial ended INVALID, or when the results around it contradict it. Finding the
+//! run is left to [`crate::find`]; messages and the exit code are left to the command.
 
 use std::fs;
 use std::io::Read;
@@ -21,7 +21,7 @@ use crate::layout::RunFolder;
 use crate::verdict::recorded_class;
 use crate::verify::{VerifiedRun, verify_run};
 
-/// The most that is hashed of a file of a recording without a known length.
+/// Bytes that are hashed at most of a file of a recording without a known length.
 const MAX_RECORDING_BYTES: u64 = 1 << 30;
 /// The longest reason, characters.
 const MAX_REASON: usize = 400;
@@ -33,17 +33,17 @@ pub struct RunVerification {
     pub run: String,
     /// SHA-256 of the recording's files, one behind the other, each as long as `held.json` says; hexadecimal.
     pub sha256: String,
-    /// It verifies, and its trial did not end INVALID.
+    /// True if it verifies and its trial did not end INVALID.
     pub valid: bool,
     /// Reason for which it is INVALID.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// It verifies: `holdsafe inspect verify` says that the evidence holds.
+    /// True if it verifies: `holdsafe inspect verify` reports that the evidence holds.
     pub holds: bool,
     /// The class in which its trial ended, as recorded then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Outcome>,
-    /// Events in it.
+    /// Number of events in it.
     pub events: u64,
 }
 
@@ -56,8 +56,8 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Verifies the run in `folder`. `contradiction` gives the contradiction between a run and the results of the command around it, if
-    /// any, by the path of the run, the SHA-256 of its `held.json` and its recorded class. Commands pass `runner::claimed::contradiction`.
+    /// Verifies the run in `folder`. `contradiction` returns the contradiction between a run and the results of the command around it, if
+    /// any; it gets the path of the run, the SHA-256 of its `held.json` and its recorded class. Commands pass `runner::claimed::contradiction`.
     ///
     /// # Errors
     /// When the run cannot be read at all. A run that does not verify, and one without trust anchors, is INVALID and no error.
@@ -108,7 +108,7 @@ impl Checked {
         self.verification.reason.as_deref()
     }
 
-    /// The line that says so, if it is.
+    /// The line that reports an INVALID run, if it is one.
     pub fn mark(&self) -> Option<String> {
         Some(format!("INVALID: {}: {}", self.path().display(), self.invalid()?))
     }
@@ -130,8 +130,8 @@ fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
     Some(format!("the recording does not verify: {first}{more}"))
 }
 
-/// SHA-256 of the log's files, file by file, by number: of each as many bytes as `held.json` says, so that a file
-/// that grew since costs no more.
+/// SHA-256 of the log's files, in the order of their numbers, each up to the length in `held.json`: a file that grew since costs no more
+/// time.
 fn recording_sha256(run: &RunFolder) -> Result<String, RecordingError> {
     let mut parts: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(run.recording())? {
@@ -140,6 +140,7 @@ fn recording_sha256(run: &RunFolder) -> Result<String, RecordingError> {
             parts.push(path);
         }
     }
+    // The shorter name first: `audit-10` comes after `audit-9`.
     parts.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     let lengths = read_anchors(run).ok().and_then(|(anchors, _)| anchors.files).unwrap_or_default();
     let mut digest = Sha256::new();
@@ -151,7 +152,7 @@ fn recording_sha256(run: &RunFolder) -> Result<String, RecordingError> {
     Ok(hex(&digest.finalize()))
 }
 
-/// Possibly foreign text: on one line, of bounded length, without terminal control characters.
+/// Text of possibly foreign origin on one line, of bounded length, without terminal control characters.
 pub fn on_one_line(text: &str) -> String {
     text.chars().map(plain::shown).take(MAX_REASON).collect()
 }
@@ -163,7 +164,7 @@ mod tests {
     #[test]
     fn recording_without_closing_seal_is_unsound() {
         let found = |sealed| unsound(sealed, &[], Path::new("x"));
-        assert!(found(false).is_some_and(|why| why.contains("TRUNCATED")));
+        assert!(found(false).is_some_and(|reason| reason.contains("TRUNCATED")));
         assert_eq!(found(true), None);
     }
 

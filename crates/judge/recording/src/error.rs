@@ -12,7 +12,7 @@ pub(crate) const NAME_ONE_RUN: &str = "name the directory of one run, with `reco
 /// A recorded run is not found, or cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// The path leads to no recorded run, or to several where one is wanted.
+    /// The path leads to no recorded run, or to several where one is required.
     #[error("{}: {message}", path.display())]
     NotOneRun {
         /// The path as it was given.
@@ -20,12 +20,12 @@ pub enum RecordingError {
         /// The fault and its remedy.
         message: String,
     },
-    /// More folders lie below the path than are looked into.
+    /// More folders are below the path than the search reads.
     #[error("more than {most} folders below {}; name the directory of one run", path.display())]
     TooManyFolders {
         /// The path, or the folder below it at which the search ended.
         path: PathBuf,
-        /// Folders that are looked into.
+        /// Folders that the search reads at most.
         most: usize,
     },
     /// `held.json` cannot be read: nothing of the run can be verified.

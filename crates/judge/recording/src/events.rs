@@ -1,7 +1,7 @@
 //! `events.jsonl`: the evidence of a run as JSON lines, for judges of other people (`docs/reviewer/evidence.md`).
 //!
-//! This program reads two things of it that the recording lacks: the bounds and the start of the run ([`RunFacts`]), and the
-//! launcher's notes of its process faults. Both are for a person who looks on; the log itself is left to [`crate::recorded_log`].
+//! This program reads two parts of it that the recording lacks: the bounds and the start of the run ([`RunFacts`]), and the
+//! launcher's notes of its process faults. Both are for display; the log itself is left to [`crate::recorded_log`].
 
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 
@@ -18,9 +18,9 @@ use wire::time::{Instant, Span};
 
 use crate::layout::RunFolder;
 
-/// The most that is read for the launcher's notes, bytes.
+/// Bytes that are read at most for the launcher's notes.
 const MAX_LOG_BYTES: u64 = 1 << 28;
-/// The most that is read for the facts of the run, bytes.
+/// Bytes that are read at most for the facts of the run.
 const MAX_FACTS_BYTES: u64 = 1 << 20;
 /// Marker of the launcher's lines.
 const LAUNCHER: &str = r#""node":"campaign""#;
@@ -60,9 +60,9 @@ pub fn write_lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result
     });
     writeln!(out, "{head}")?;
     for w in &evidence.entries {
-        let Entry { node, boot, counter, at, event, previous: _ } = w.entry;
+        let Entry { node, boot, counter, at: local_us, event, previous: _ } = w.entry;
         let line = json!({
-            "t_us": w.at, "node": node, "boot": boot, "counter": counter, "local_us": at, "event": event,
+            "t_us": w.at, "node": node, "boot": boot, "counter": counter, "local_us": local_us, "event": event,
         });
         writeln!(out, "{line}")?;
     }
@@ -97,16 +97,16 @@ impl RunFacts {
     }
 }
 
-/// The facts of a run by the first of its JSON lines, no more than a bounded number of bytes; `None` where they are not there.
+/// The facts of a run in the first of its JSON lines, up to a bounded number of bytes; `None` where they are missing.
 pub(crate) fn read_facts(run: &RunFolder) -> Option<RunFacts> {
     let log = files::open(&run.events()).ok()?;
     let mut lines = BufReader::new(log.take(MAX_FACTS_BYTES)).lines().map_while(Result::ok);
     let head: serde_json::Value = serde_json::from_str(&lines.next()?).ok()?;
     let bounds = serde_json::from_value(head.get("bounds")?.clone()).ok()?;
     let mut marks = lines.filter_map(|line| serde_json::from_str::<Mark>(&line).ok());
-    // What was seen before the run began is dated to its beginning, and tells nothing of when that was.
-    let is_kept = |mark: &Mark| mark.t_us > 0 && NodeId::from_name(&mark.node).is_some_and(by_recorder);
-    let mark = marks.find(is_kept)?;
+    // Events before the run began have its beginning as their time (zero), so the offset to the recording's clock does not follow from them.
+    let dates_the_start = |mark: &Mark| mark.t_us > 0 && NodeId::from_name(&mark.node).is_some_and(by_recorder);
+    let mark = marks.find(dates_the_start)?;
     Some(RunFacts { bounds, mark })
 }
 
@@ -144,34 +144,35 @@ struct Line {
 }
 
 impl Line {
-    fn read(line: &str) -> Option<Witnessed> {
+    fn parse(line: &str) -> Option<Witnessed> {
         let Line { mark: Mark { t_us, node, boot, counter }, local_us, event } = serde_json::from_str(line).ok()?;
-        let of = |name: &str| NodeId::from_name(name);
         let event = match event {
-            LauncherNote::Ended { node, killed } => Note::Ended { node: of(&node)?, killed, signal: None },
-            LauncherNote::Restarted { node, boot } => Note::Restarted { node: of(&node)?, boot },
-            LauncherNote::Suspended { node, how, on } => {
-                // How slow does not matter to who looks on.
-                let slow = Suspension::Slow { quota: 0, period: Span::ZERO };
-                let how = if how == "hang" { Suspension::Hang } else { slow };
-                Note::Suspended { node: of(&node)?, how, on }
+            LauncherNote::Ended { node, killed } => {
+                Note::Ended { node: NodeId::from_name(&node)?, killed, signal: None }
             }
-            LauncherNote::DiskFull { node, on } => Note::DiskFull { node: of(&node)?, on },
+            LauncherNote::Restarted { node, boot } => Note::Restarted { node: NodeId::from_name(&node)?, boot },
+            LauncherNote::Suspended { node, how: kind, on } => {
+                // No display shows the degree of a slowdown.
+                let slow = Suspension::Slow { quota: 0, period: Span::ZERO };
+                let suspension = if kind == "hang" { Suspension::Hang } else { slow };
+                Note::Suspended { node: NodeId::from_name(&node)?, how: suspension, on }
+            }
+            LauncherNote::DiskFull { node, on } => Note::DiskFull { node: NodeId::from_name(&node)?, on },
             LauncherNote::Other => return None,
         };
-        let node = of(&node).filter(|node| *node == NodeId::CAMPAIGN)?;
+        let node = NodeId::from_name(&node).filter(|node| *node == NodeId::CAMPAIGN)?;
         let entry = Entry { node, boot, counter, at: Instant(local_us), event: event.into(), previous: [0; 32] };
         Some(Witnessed { at: t_us, entry })
     }
 }
 
-/// The launcher's notes of a run, at times of the run: processes it ended, restarted or stopped, and filled disks. They
-/// go by way of no recorder, so they are read from the JSON lines, up to a bounded number of bytes.
+/// The launcher's notes of a run, at times of the run: processes that it ended, restarted or stopped, and disks that it filled. No
+/// recorder records them, so they are read from the JSON lines, up to a bounded number of bytes.
 pub(crate) fn read_launcher_notes(run: &RunFolder) -> Vec<Witnessed> {
     let Ok(log) = files::open(&run.events()) else { return Vec::new() };
     let lines = BufReader::new(log.take(MAX_LOG_BYTES)).lines().map_while(Result::ok);
-    // Lines of others are told apart before they are taken for anything.
-    lines.filter(|line| line.contains(LAUNCHER)).filter_map(|line| Line::read(&line)).take(MAX_MOMENTS).collect()
+    // The search in the text only spares parsing the lines of other nodes: `parse` checks the node again.
+    lines.filter(|line| line.contains(LAUNCHER)).filter_map(|line| Line::parse(&line)).take(MAX_MOMENTS).collect()
 }
 
 #[cfg(test)]
@@ -199,7 +200,7 @@ mod tests {
         ];
         std::fs::write(run.events(), lines.join("\n")).expect("a file");
         let lasted: Vec<String> =
-            evidence::truth::lasted(&read_launcher_notes(&run)).into_iter().map(|l| l.what).collect();
+            evidence::truth::lasting(&read_launcher_notes(&run)).into_iter().map(|l| l.action).collect();
         assert_eq!(lasted, ["hang of gateway", "slowing of perception", "kill of sim"]);
         std::fs::remove_file(run.events()).expect("it is there");
         assert_eq!(read_launcher_notes(&run), []);

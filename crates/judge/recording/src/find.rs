@@ -1,5 +1,5 @@
-//! Recorded runs in a directory, for every command that takes one: the folder of one trial, that of a scenario, or the whole
-//! of an `--out`. Verification is left to [`crate::checked`].
+//! Recorded runs in a directory, for every command that takes one: the folder of one trial, of a scenario, or of a whole `--out`.
+//! Verification is left to [`crate::checked`].
 
 use std::fs;
 use std::path::Path;
@@ -7,49 +7,50 @@ use std::path::Path;
 use crate::error::RecordingError;
 use crate::layout::RunFolder;
 
-/// From the folder of `--out` to a trial are four levels (mode, scenario, cell, seed); a folder of several such is one more.
-const DEEPEST: usize = 6;
-/// Folders that are looked into.
-const MOST: usize = 10_000;
+/// Depth of the search: a trial is four levels below the folder of `--out` (mode, scenario, cell, seed), and a folder of several
+/// `--out` is one level above.
+const MAX_DEPTH: usize = 6;
+/// Folders that the search reads at most.
+const MAX_FOLDERS: usize = 10_000;
 /// Runs that are listed.
-const LISTED: usize = 20;
+const MAX_LISTED: usize = 20;
 
 /// The folders of single runs at or below `dir`, in the order of their names. Folders aside and links are left out.
 ///
 /// # Errors
-/// When `dir` cannot be read, or more lies below it than is looked into.
+/// When `dir` cannot be read, or more folders are below it than the search reads.
 pub fn find_runs(dir: &Path) -> Result<Vec<RunFolder>, RecordingError> {
     let mut found = Vec::new();
-    let mut left = MOST;
-    look(dir, DEEPEST, &mut left, &mut found)?;
+    let mut left = MAX_FOLDERS;
+    search(dir, MAX_DEPTH, &mut left, &mut found)?;
     Ok(found)
 }
 
-fn look(dir: &Path, deep: usize, left: &mut usize, found: &mut Vec<RunFolder>) -> Result<(), RecordingError> {
+fn search(dir: &Path, depth: usize, left: &mut usize, found: &mut Vec<RunFolder>) -> Result<(), RecordingError> {
     let run = RunFolder::new(dir);
     if run.is_run() {
         found.push(run);
         return Ok(());
     }
-    let too_many = || RecordingError::TooManyFolders { path: dir.to_owned(), most: MOST };
+    let too_many = || RecordingError::TooManyFolders { path: dir.to_owned(), most: MAX_FOLDERS };
     *left = left.checked_sub(1).ok_or_else(too_many)?;
-    if deep == 0 {
+    if depth == 0 {
         return Ok(());
     }
     let unreadable =
         |error: std::io::Error| RecordingError::NotOneRun { path: dir.to_owned(), message: error.to_string() };
-    let mut inside = Vec::new();
+    let mut subfolders = Vec::new();
     for entry in fs::read_dir(dir).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
-        // A link may lead anywhere, in a circle too.
+        // A link may lead out of the directory or in a circle.
         if entry.file_type().map_err(unreadable)?.is_dir() && !RunFolder::new(entry.path()).is_aside() {
-            inside.push(entry.path());
+            subfolders.push(entry.path());
         }
     }
-    // Seeds by their number: the tenth comes behind the second.
-    inside
+    // Seeds by their number: the tenth comes after the second.
+    subfolders
         .sort_by_key(|path| (path.file_name().is_some_and(is_number).then_some(path.as_os_str().len()), path.clone()));
-    inside.iter().try_for_each(|path| look(path, deep - 1, left, found))
+    subfolders.iter().try_for_each(|path| search(path, depth - 1, left, found))
 }
 
 fn is_number(name: &std::ffi::OsStr) -> bool {
@@ -74,8 +75,8 @@ pub fn find_one_run(dir: &Path) -> Result<RunFolder, RecordingError> {
         )),
         [_] => Ok(found.remove(0)),
         several => {
-            let named: Vec<String> = several.iter().take(LISTED).map(|run| format!("  {}", run.path().display())).collect();
-            let more = several.len().saturating_sub(LISTED);
+            let named: Vec<String> = several.iter().take(MAX_LISTED).map(|run| format!("  {}", run.path().display())).collect();
+            let more = several.len().saturating_sub(MAX_LISTED);
             let more = if more > 0 { format!("\n  and {more} more") } else { String::new() };
             let n = several.len();
             Err(refused(format!("{n} recorded runs; name the directory of one run:\n{}{more}", named.join("\n"))))
@@ -87,7 +88,7 @@ pub fn find_one_run(dir: &Path) -> Result<RunFolder, RecordingError> {
 mod tests {
     use super::*;
 
-    /// Of several each is named.
+    /// Several runs are each named.
     #[test]
     fn trial_is_found_from_any_level() {
         let root = tempfile::tempdir().expect("a folder");
@@ -111,7 +112,7 @@ mod tests {
         let empty = root.path().join("x/live/loss/1/recording");
         assert!(find_one_run(&empty).expect_err("no run").to_string().contains("name the directory of one run"));
         assert!(find_one_run(&root.path().join("none")).is_err());
-        // As a corpus may be named.
+        // A corpus may have a folder of that name; none of a run's files is beside it.
         fs::create_dir_all(root.path().join("y/corpus/recording")).expect("a folder");
         assert!(find_one_run(&root.path().join("y")).is_err());
     }

@@ -11,16 +11,16 @@
 //! | `verdict.json` | class, receipt and findings | [`crate::verdict`] |
 //! | `held.json` | trust anchors and the digest of every other file, last of all | [`crate::anchors`] |
 //!
-//! `console.json` and `truth.json` of a live run are named where their reader is, in `console::process::player`. The folders
-//! around a run's folder are left to the command that made it.
+//! `console::process::player` names the `console.json` and `truth.json` that it reads of a live run. The folders around a run's folder are
+//! left to the command that made it.
 
 use std::path::{Path, PathBuf};
 
 use link::files;
 use wire::id::{Boot, NodeId};
 
-/// Endings of the folder of a run that is not in its trial's place: one that is being made, one that another run replaced, one that
-/// the host spoilt, one of an interrupted start while it is removed.
+/// Endings of the folder of a run that is not in its trial's place: an unfinished run, a run that another one replaced, a run that the
+/// host spoilt, and the rest of an interrupted start during its removal.
 pub mod aside {
     /// Ending of the folder of a run that is being made.
     pub const UNFINISHED: &str = "unfinished";
@@ -47,8 +47,8 @@ impl RunFolder {
     pub const SITE: &str = "site.json";
     /// Name of the folder of the log's MCAP files.
     pub const RECORDING: &str = "recording";
-    /// Files beside a run's log; some are there even if others were removed.
-    const BESIDE: [&str; 4] = [Self::ANCHORS, Self::EVENTS, Self::SITE, Self::VERDICT];
+    /// Files beside a run's log; one of them is enough, since others may be removed.
+    const COMPANIONS: [&str; 4] = [Self::ANCHORS, Self::EVENTS, Self::SITE, Self::VERDICT];
 
     /// The folder at this path, which may not exist yet.
     pub fn new(path: impl Into<PathBuf>) -> Self {
@@ -62,11 +62,11 @@ impl RunFolder {
 
     /// True if this is the folder of a run. A live one has its site and input journals before anything is recorded.
     pub fn is_run(&self) -> bool {
-        let beside = || Self::BESIDE.iter().any(|file| self.0.join(file).is_file());
-        (self.recording().is_dir() || self.has_input_journals()) && beside()
+        let has_companion = || Self::COMPANIONS.iter().any(|file| self.0.join(file).is_file());
+        (self.recording().is_dir() || self.has_input_journals()) && has_companion()
     }
 
-    /// True if an ending says that this run is not in its trial's place: a seed and one of those in [`aside`].
+    /// True if the name is a seed with an ending in [`aside`]: the run is not in its trial's place.
     pub fn is_aside(&self) -> bool {
         let is_seed = self.0.file_stem().is_some_and(|name| name.as_encoded_bytes().iter().all(u8::is_ascii_digit));
         let ending = self.0.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
@@ -99,7 +99,7 @@ impl RunFolder {
         self.0.join(files::GUARD_LOGS)
     }
 
-    /// The log of the guard in the process of `node`, of its start `boot`; of the campaign node, the launcher's notes.
+    /// The log of the guard in the process of `node`, of its start `boot`; for the campaign node, the launcher's notes.
     pub fn guard_log(&self, node: NodeId, boot: Boot) -> PathBuf {
         files::guard_log(&self.0, node, boot)
     }

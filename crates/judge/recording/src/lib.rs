@@ -1,8 +1,8 @@
 //! A recorded run: the layout of its folder, and how it is written, found, verified and read.
 //!
 //! `layout` names the files. A launcher writes with `write`, `events`, `verdict`, `replays` and, last of all, `anchors`. A command finds runs
-//! with `find` and opens one with [`Checked`], which `verify` earns: `verify` sets every byte and the whole log against the anchors, `log`
-//! judges the entries. A `Checked` opens the log at times of the run (`recorded_log`), the `messages` between services and the `replays`; `read`
+//! with `find` and opens one with [`Checked`], after `verify`: it compares every byte and the whole log with the anchors, and `log` judges
+//! the entries. A `Checked` opens the log at times of the run (`recorded_log`), the `messages` between services and the `replays`; `read`
 //! has the raw readers, which stay inside this crate.
 //!
 //! The MCAP files are written and read frame by frame in `link` (`recorder`, `mcap_frames`), as are the input journals; the types that the

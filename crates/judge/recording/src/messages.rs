@@ -1,7 +1,7 @@
 //! Messages between the services of the unit under test, at times of its run: for a viewer.
 //!
-//! They are read from the input journals of their readers, of a run in the twin or of a live one. No judgement or explanation uses
-//! them. Drawing them is left to the viewer.
+//! The input journals of their readers have them, in the twin and live. No judgement or explanation uses them. Drawing them is left to the
+//! viewer.
 
 use std::io::BufReader;
 
@@ -13,19 +13,19 @@ use wire::time::Instant;
 
 use crate::checked::Checked;
 
-/// Reader of each topic: frames or the candidates that stand in for them, and tracks.
+/// Reader of each topic: frames, the candidates that replace them, and tracks.
 const READERS: [(NodeId, Topic); 3] =
     [(NodeId::PERCEPTION, Topic::Frames), (NodeId::PERCEPTION, Topic::Candidates), (NodeId::UNIT_A, Topic::Tracks)];
 
-/// The most that is kept of a run, bytes: an hour of frames is more.
+/// Bytes of messages that are held of a run at most: an hour of frames is more.
 const ROOM: usize = 1 << 30;
 
 /// A message between two services.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Time at which its reader took it in, time of the run.
+    /// Time of the run at which its reader received it.
     pub at: Micros,
-    /// On which channel.
+    /// Channel of the message.
     pub topic: Topic,
     /// As it was read, header and tags too.
     pub bytes: Vec<u8>,
@@ -36,15 +36,15 @@ pub struct Message {
 pub struct RecordedMessages {
     /// The messages, in order of time.
     pub messages: Vec<Message>,
-    /// Messages of which the logs have the hash alone.
+    /// Messages of which the journals have the hash alone.
     pub left_out: u64,
 }
 
 impl Message {
-    /// The message in `input`, which `reader` took in at `at`; `None` where no viewer shows it.
-    pub fn from_input(reader: NodeId, at: Micros, input: &Input) -> Option<Self> {
+    /// The message in `input`, which `reader` received at `time`; `None` where no viewer shows it.
+    pub fn from_input(reader: NodeId, time: Micros, input: &Input) -> Option<Self> {
         let Input::Bus { topic, bytes } = input else { return None };
-        READERS.contains(&(reader, *topic)).then(|| Self { at, topic: *topic, bytes: bytes.clone() })
+        READERS.contains(&(reader, *topic)).then(|| Self { at: time, topic: *topic, bytes: bytes.clone() })
     }
 }
 
@@ -59,7 +59,7 @@ pub fn read_messages(run: &Checked, entries: &[Witnessed]) -> Result<RecordedMes
     for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
         let Ok(file) = link::files::open(&run.folder().input_journal(reader, Boot(1))) else { continue };
         let Some(first) = entries.iter().find(|w| w.entry.node == reader) else { continue };
-        let on_run = |now: Instant| now.0.saturating_add(first.at).saturating_sub(first.entry.at.0);
+        let run_time = |now: Instant| now.0.saturating_add(first.at).saturating_sub(first.entry.at.0);
         for entry in input_journal::Reader::new(BufReader::new(file))? {
             let (now, input) = match entry {
                 Ok(input_journal::Entry::Input { now, input }) => (now, input),
@@ -68,11 +68,11 @@ pub fn read_messages(run: &Checked, entries: &[Witnessed]) -> Result<RecordedMes
                     left_out += 1;
                     continue;
                 }
-                // Its writer was killed.
+                // A writer that is killed leaves its last entry unfinished.
                 Err(JournalError::Truncated { .. }) => break,
                 Err(error) => return Err(error),
             };
-            let Some(message) = Message::from_input(reader, on_run(now), &input) else { continue };
+            let Some(message) = Message::from_input(reader, run_time(now), &input) else { continue };
             room = room.checked_sub(message.bytes.len()).ok_or_else(|| {
                 std::io::Error::other(format!(
                     "the input journals hold more than the {ROOM} bytes that are read of them"

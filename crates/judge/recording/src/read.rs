@@ -1,8 +1,8 @@
 //! Raw readers of a run's folder: log entries before their verification.
 //!
-//! They stay inside this crate, and [`crate::verify`] judges their entries. A command reads a log by way of
-//! [`crate::checked::Checked`]; the planned site alone is read of a run that goes on. Bytes behind those that `held.json` names
-//! are a finding of the verification and no part of the log.
+//! They stay inside this crate, and [`crate::verify`] judges their entries. A command reads a log through
+//! [`crate::checked::Checked`]; only the planned site is read during a run. Bytes beyond the lengths in `held.json` are a finding of the
+//! verification and no part of the log.
 
 use std::io::{Error, ErrorKind, Read};
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ use crate::layout::RunFolder;
 /// The longest `site.json` that is read, bytes.
 const MAX_SITE_BYTES: u64 = 1 << 20;
 
-/// The site of a run as it was planned, of a running run too.
+/// The planned site of a run, which may still be running.
 ///
 /// # Errors
 /// When the file is missing, no regular file, or holds no site.
@@ -29,7 +29,7 @@ pub fn read_site<T: DeserializeOwned>(run: &RunFolder) -> std::io::Result<T> {
     Ok(serde_json::from_reader(files::open(&run.site())?.take(MAX_SITE_BYTES))?)
 }
 
-/// Every entry of the recorder's files, in the order in which it came.
+/// Every entry of the recorder's files, in recorded order.
 ///
 /// # Errors
 /// When it is no run directory, or has no recording.
@@ -57,18 +57,19 @@ pub(crate) fn read_guard_logs(run: &RunFolder) -> std::io::Result<Vec<Logged>> {
     for file in files {
         let unreadable = |error: Error| Error::new(error.kind(), format!("{}: {error}", file.display()));
         let entries = witness::read_entries(&file).map_err(unreadable)?;
-        let taken: usize = entries.iter().map(|bytes| bytes.len() + size_of::<Logged>()).sum();
-        let left = room.checked_sub(taken);
+        let size: usize = entries.iter().map(|bytes| bytes.len() + size_of::<Logged>()).sum();
+        let left = room.checked_sub(size);
         room = left.ok_or_else(|| unreadable(Error::other("more entries than any run of ours writes")))?;
-        log.extend(entries.into_iter().map(of_own_log));
+        log.extend(entries.into_iter().map(from_own_log));
     }
     Ok(log)
 }
 
-/// An entry that its writer kept by itself: it was handed over when it was written.
-fn of_own_log(bytes: Vec<u8>) -> Logged {
-    let (at, node) = Entry::decode(&bytes).map_or((0, NodeId::CAMPAIGN), |entry| (entry.at.0, entry.node));
-    Logged { at, node, bytes }
+/// An entry from its writer's own log: the time of its handover is the time of its writing.
+fn from_own_log(bytes: Vec<u8>) -> Logged {
+    // An entry that cannot be decoded stays in the log, under any node, for the verifier to report.
+    let (written, node) = Entry::decode(&bytes).map_or((0, NodeId::CAMPAIGN), |entry| (entry.at.0, entry.node));
+    Logged { at: written, node, bytes }
 }
 
 /// Checks that the path of a run is a directory.

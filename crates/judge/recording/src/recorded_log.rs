@@ -19,8 +19,7 @@ const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run b
 
 /// A log, and the values to judge it by.
 pub struct RecordedLog {
-    /// In (time, node, counter) order; times count from the start of the run, microseconds. The launcher's process faults are among
-    /// them.
+    /// Entries in (time, node, counter) order, with the launcher's process faults; times count from the start of the run, microseconds.
     pub entries: Vec<Witnessed>,
     /// Reason for which it is INVALID, or the first fault of its chains.
     pub flaw: Option<String>,
@@ -31,7 +30,7 @@ pub struct RecordedLog {
 }
 
 impl RecordedLog {
-    /// Reads the log of a run. A live one is kept at the times of its host.
+    /// Reads the log of a run. The recording of a live run has the times of its host.
     ///
     /// # Errors
     /// When the recording cannot be read.

@@ -1,8 +1,7 @@
-//! `replay.json`: results of feeding every core of a live run its own input journal again, and the thinning of the journals that
-//! follows it.
+//! `replay.json`: results of replaying the input journal of every core of a live run, and the thinning of the journals afterwards.
 //!
-//! The replay is done right after the run, since the keys that the cores sign with are gone later. Making the cores and feeding
-//! them is left to `live::journals`.
+//! The replay is done right after the run, since the signing keys of the cores are gone afterwards. Making the cores and feeding them is
+//! left to `live::journals`.
 
 use std::io::{BufReader, BufWriter};
 use std::path::Path;
@@ -68,9 +67,9 @@ pub fn read_replays(run: &Checked) -> Result<Vec<CoreReplay>, RecordingError> {
     serde_json::from_slice(&text).map_err(|e| unreadable(e.to_string()))
 }
 
-/// Removes from the input journals of `run` all sets of frames but each `every`-th ([`input_journal::thin`]), for each core that
-/// `replays` found to be a function of its inputs in its first life: they are no longer needed to the byte, and they are nearly all
-/// of a recording. A journal with any other result stays as it is.
+/// Removes all sets of frames but each `every`-th from the input journals of `run` ([`input_journal::thin`]), for each core whose first
+/// life was replayed without a difference: the exact bytes are no longer needed, and they are most of a recording. A journal with any
+/// other result stays as it is.
 ///
 /// # Errors
 /// When a journal cannot be read or its copy cannot be written; the journal then stays as it is.

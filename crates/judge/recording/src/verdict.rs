@@ -1,7 +1,7 @@
 //! `verdict.json`: how a trial ended, with class, receipt and findings as the command prints them.
 //!
-//! The class is the oracle's, given when the trial was made. Judging is left to `oracle`, and whether the file is as it was then
-//! to [`crate::anchors`].
+//! The oracle gave the class at the end of the trial. Judging is left to `oracle`, and the check that the file is unchanged to
+//! [`crate::anchors`].
 
 use std::io::Write;
 
@@ -34,7 +34,7 @@ pub struct RecordedVerdict {
 
 impl RecordedVerdict {
     /// The verdict of this trial.
-    pub fn of(trial: &Trial) -> Self {
+    pub fn from_trial(trial: &Trial) -> Self {
         let Trial { seed, outcome, receipt, findings, .. } = trial;
         Self {
             findings: findings.clone(),
@@ -55,8 +55,7 @@ impl RecordedVerdict {
     }
 }
 
-/// The class in which the trial ended, as recorded then, and the reason for which that is no evidence; `None` where it is not
-/// recorded.
+/// The recorded class of the trial, and the reason for which it is no evidence; `None` where there is none.
 pub fn recorded_class(run: &RunFolder) -> (Option<Outcome>, Option<String>) {
     let file = run.verdict();
     if !file.exists() {
@@ -69,14 +68,14 @@ pub fn recorded_class(run: &RunFolder) -> (Option<Outcome>, Option<String>) {
             (Some(Outcome::Invalid), Some(invalid_reason(findings.first())))
         }
         Ok(RecordedVerdict { outcome, .. }) => (Some(outcome), None),
-        Err(why) => (None, Some(format!("{}: {why}: the class of the trial is not known", RunFolder::VERDICT))),
+        Err(error) => (None, Some(format!("{}: {error}: the class of the trial is not known", RunFolder::VERDICT))),
     }
 }
 
 /// The reason for which a trial that ended INVALID with this first finding is no evidence.
 pub fn invalid_reason(first_finding: Option<impl std::fmt::Display>) -> String {
-    let why = first_finding.map_or_else(|| "an injection has no receipt".to_owned(), |why| why.to_string());
-    format!("the trial itself ended INVALID: {why}")
+    let reason = first_finding.map_or_else(|| "an injection has no receipt".to_owned(), |finding| finding.to_string());
+    format!("the trial itself ended INVALID: {reason}")
 }
 
 #[cfg(test)]
@@ -91,6 +90,6 @@ mod tests {
         let verdict: RecordedVerdict = serde_json::from_str(GOLDEN).unwrap();
         assert_eq!(serde_json::to_string_pretty(&verdict).unwrap() + "\n", GOLDEN);
         let trial = Trial { findings: verdict.findings, ..Trial::example(verdict.seed, verdict.outcome) };
-        assert_eq!(serde_json::to_string_pretty(&RecordedVerdict::of(&trial)).unwrap() + "\n", GOLDEN);
+        assert_eq!(serde_json::to_string_pretty(&RecordedVerdict::from_trial(&trial)).unwrap() + "\n", GOLDEN);
     }
 }

@@ -16,18 +16,18 @@ use crate::read::{check_directory, read_guard_logs, read_recording};
 /// Integrity of a run's evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VerifiedRun {
-    /// SHA-256 of `held.json`, hexadecimal: the same as when the run was made, or the whole directory may be another's.
+    /// SHA-256 of `held.json`, hexadecimal: equal to the one printed with the run, or the whole directory may be forged.
     #[serde(rename = "held")]
     pub anchors_sha256: String,
-    /// Files that are covered, each to the last byte.
+    /// Number of files that a digest covers.
     pub files: u64,
-    /// Parts without cover, in a directory of a program that did not cover them.
+    /// Parts that no anchor covers, in a directory of an earlier program.
     pub uncovered: Vec<String>,
-    /// Events in the log.
+    /// Number of events in the log.
     pub events: u64,
     /// Head of the chain, hexadecimal.
     pub head: String,
-    /// Heads held outside the recorder that it was set against.
+    /// Number of heads held outside the recorder that the log was compared with.
     pub heads: u64,
     /// True if the closing seal is there; without it the log is TRUNCATED.
     pub sealed: bool,
@@ -74,7 +74,7 @@ pub fn verify_run(run: &RunFolder) -> Result<VerifiedRun, RecordingError> {
     })
 }
 
-/// Entries of the recorder, and behind them, where they sign them, the own logs of guards and launcher.
+/// Entries of the recorder, followed by the own logs of guards and launcher, where they sign these.
 fn whole_log(run: &RunFolder, witnesses: bool) -> Result<Vec<Logged>, RecordingError> {
     let mut log = read_recording(run)?;
     log.retain(|logged| witnesses || by_recorder(logged.node));
@@ -89,5 +89,5 @@ fn uncovered(anchors: &TrustAnchors) -> Vec<String> {
     let files = "bytes that are in no entry, and every file but the recording: held.json lists no file";
     let witnesses = "what guards saw and the launcher noted: held.json has no key and no head of theirs";
     let open = [(anchors.files.is_none(), files), (!anchors.knows_witnesses(), witnesses)];
-    open.into_iter().filter(|(open, _)| *open).map(|(_, what)| what.to_owned()).collect()
+    open.into_iter().filter(|(open, _)| *open).map(|(_, gap)| gap.to_owned()).collect()
 }

@@ -1,4 +1,4 @@
-//! Writing the parts of a run that a launcher knows before or without the processes: its log in the twin, its plan live.
+//! Writing of the parts of a run that a launcher knows before or without the processes: its log in the twin, its plan live.
 //!
 //! The evidence as JSON lines is left to [`crate::events`], the verdict to [`crate::verdict`], the replays to [`crate::replays`]
 //! and the trust anchors, last of all, to [`crate::anchors`].
@@ -29,29 +29,28 @@ pub fn write_log(run: &RunFolder, log: &[Logged]) -> Result<()> {
     is_whole.then_some(()).ok_or_else(|| Error::other("the recording cannot be written"))
 }
 
-/// Writes the site as it was planned, as JSON. It is there from the beginning and has no secret: spectators of a running run read
-/// it.
+/// Writes the planned site as JSON, before the run. It has no secret: spectators read it during the run.
 ///
 /// # Errors
 /// When the file is there already or cannot be written.
 pub fn write_site(run: &RunFolder, site: &impl Serialize) -> Result<()> {
-    // What another run left there stays.
+    // The file of another run in this folder is never overwritten.
     File::create_new(run.site())?.write_all(&serde_json::to_vec(site)?)
 }
 
 /// Signs the rights on the buses of a run, and writes document and signature.
 ///
 /// # Errors
-/// When they cannot be signed, or a file is there already or cannot be written; in words.
+/// When they cannot be signed, or a file is there already or cannot be written; as text.
 pub fn write_enclaves(
     run: &RunFolder,
     enclaves: &Enclaves,
     authority: &Key,
 ) -> std::result::Result<SignedEnclaves, String> {
-    let signed = enclaves.sign(authority).map_err(|why| why.to_string())?;
+    let signed = enclaves.sign(authority).map_err(|error| error.to_string())?;
     let write = |file, bytes: &[u8]| File::create_new(file)?.write_all(bytes);
     let written = write(run.enclaves(), signed.document.as_bytes())
         .and_then(|()| write(run.enclaves_signature(), &signed.signature));
-    written.map_err(|why| format!("cannot write to {}: {why}", run.path().display()))?;
+    written.map_err(|error| format!("cannot write to {}: {error}", run.path().display()))?;
     Ok(signed)
 }

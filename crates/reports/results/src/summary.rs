@@ -96,7 +96,7 @@ pub struct ChainLink {
 /// The run with this name. `flaw` is the fault of its log.
 pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
     let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
-    let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();
+    let done = truth::lasting(entries).into_iter().map(|l| clock.lasted(l.action, l.from, l.to)).collect();
     let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.reason(e)).collect();
     RunSummary {
         name: name.to_owned(),

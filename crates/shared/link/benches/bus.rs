@@ -1,7 +1,8 @@
-//! Protection of the inner bus, level by level: no protection, tags (integrity), tags and encryption (confidentiality). From the call that
-//! publishes a message to the judged message at its reader, on real shared memory; and CPU time of the whole process a message.
+//! Cost of protection on the inner bus, by level: no protection, tags (integrity), tags and encryption (confidentiality). Measured are the
+//! time from the call that publishes a message to the judged message at its reader, on real shared memory, and the CPU time of the whole
+//! process per message.
 //!
-//! Levels alternate in every round. Sizes are those of a set-point, of tracks, and of a set of rendered frames. Run with
+//! Levels alternate in every round. Message sizes: a set-point, tracks, a set of rendered frames. Run with
 //! `cargo bench -p link --bench bus`.
 
 use link::bus::sweep::sweep;
@@ -47,11 +48,11 @@ fn main() {
     println!("{:8} {:>8} {:13} {:>8} {:>8} {:>14}", "topic", "bytes", "level", "p50 us", "p99 us", "CPU us/message");
     for (size, (topic, _, bytes)) in SIZES.into_iter().enumerate() {
         for (level, (name, ..)) in LEVELS.into_iter().enumerate() {
-            let of = &mut times[size][level];
-            of.sort_unstable();
-            let at = |share: f64| of[((of.len() - 1) as f64 * share) as usize];
+            let sorted = &mut times[size][level];
+            sorted.sort_unstable();
+            let quantile = |share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
             let each = cpu[size][level] as f64 / (ROUNDS * MESSAGES) as f64;
-            println!("{:8} {bytes:>8} {name:13} {:>8} {:>8} {each:>14.1}", topic.name(), at(0.5), at(0.99));
+            println!("{:8} {bytes:>8} {name:13} {:>8} {:>8} {each:>14.1}", topic.name(), quantile(0.5), quantile(0.99));
         }
     }
 }
@@ -72,7 +73,7 @@ fn exchange(domain: &Domain, topic: Topic, producer: NodeId, bytes: usize, tagge
     // A reader that makes the same message again has done the work of checking its tag.
     let mut reader = Sender::new(topic, producer, Boot(1), key);
     let body = vec![1; bytes];
-    let once = |_| {
+    let exchange_one = |_| {
         let start = trace_us();
         let message = if tagged { sender.seal(Instant(start), &body) } else { body.clone() };
         publisher.publish(&message).expect("it is published");
@@ -80,5 +81,5 @@ fn exchange(domain: &Domain, topic: Topic, producer: NodeId, bytes: usize, tagge
         assert!(bytes == if tagged { reader.seal(Instant(start), &body) } else { body.clone() }, "the message");
         trace_us() - start
     };
-    (0..MESSAGES).map(once).collect()
+    (0..MESSAGES).map(exchange_one).collect()
 }

@@ -1,7 +1,7 @@
 //! The host's clock, as a core sees it, and the trace clock, as the oracle sees it.
 //!
-//! Each simulated host has its own zero and drift over the machine's `CLOCK_MONOTONIC`. Processes of one host are given
-//! the same two numbers and so agree. The raw reading stamps traces; no core is ever handed it.
+//! Each simulated host has its own zero and drift over the machine's `CLOCK_MONOTONIC`. Processes of one host get
+//! the same two numbers and so agree. The raw reading stamps traces; no core ever gets it.
 
 use std::time::{Duration, SystemTime};
 
@@ -38,21 +38,21 @@ impl HostClock {
         Instant(saturate(i128::from(self.zero_us) + elapsed))
     }
 
-    /// The first raw reading at which the host's clock reads `at` or later.
-    pub fn trace_at(&self, at: Instant) -> u64 {
-        let elapsed = i128::from(at.0) - i128::from(self.zero_us);
+    /// The first raw reading at which the host's clock reads `time` or later.
+    pub fn trace_at(&self, time: Instant) -> u64 {
+        let elapsed = i128::from(time.0) - i128::from(self.zero_us);
         if elapsed <= 0 {
             return 0;
         }
         // div_ceil on the inverse, then one more microsecond for the rounding of the forward direction.
         let raw = (elapsed * MILLION).div_euclid(MILLION + self.drift());
         let raw = saturate(raw);
-        (raw..=raw.saturating_add(2)).find(|r| self.at_trace(*r) >= at).unwrap_or(raw.saturating_add(2))
+        (raw..=raw.saturating_add(2)).find(|r| self.at_trace(*r) >= time).unwrap_or(raw.saturating_add(2))
     }
 
-    /// Time until the host's clock reads `at`; zero if it already does.
-    pub fn until(&self, at: Instant) -> Duration {
-        Duration::from_micros(self.trace_at(at).saturating_sub(trace_us()))
+    /// Time until the host's clock reads `deadline`; zero if it already does.
+    pub fn time_to(&self, deadline: Instant) -> Duration {
+        Duration::from_micros(self.trace_at(deadline).saturating_sub(trace_us()))
     }
 
     fn drift(&self) -> i128 {
@@ -76,12 +76,12 @@ fn micros(clock: ClockId) -> u64 {
     saturate(i128::from(now.tv_sec()) * MILLION + i128::from(now.tv_nsec()) / 1_000)
 }
 
-/// The wall clock, microseconds since 1970, for a viewer outside that goes by it.
+/// The wall clock, microseconds since 1970, for a viewer outside of the run.
 pub fn wall_us() -> u64 {
     wall().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_micros() as u64)
 }
 
-/// The wall clock, for the validity of certificates and for who looks on from outside.
+/// The wall clock, for the validity of certificates and for viewers outside of the run.
 #[expect(clippy::disallowed_methods, reason = "certificates are dated; no core is handed this")]
 pub fn wall() -> SystemTime {
     SystemTime::now()
@@ -117,9 +117,9 @@ mod tests {
         for drift_ppm in [-200, -37, 0, 1, 199, 1_000_000] {
             let clock = HostClock { zero_us: 5_000_000_000, drift_ppm };
             for raw in [0, 1, 999_999, 86_400_000_000, 8_640_000_000_001] {
-                let at = clock.at_trace(raw);
-                let back = clock.trace_at(at);
-                assert!(clock.at_trace(back) >= at, "{drift_ppm} {raw}");
+                let time = clock.at_trace(raw);
+                let back = clock.trace_at(time);
+                assert!(clock.at_trace(back) >= time, "{drift_ppm} {raw}");
                 assert!(back <= raw + 1, "{drift_ppm} {raw} {back}");
             }
         }
@@ -128,10 +128,10 @@ mod tests {
     /// Processes of one host agree on the time; hosts do not.
     #[test]
     fn clocks_agree_within_a_host_only() {
-        let here = HostClock { zero_us: 7, drift_ppm: 20 };
-        let there = HostClock { zero_us: 90_000_000, drift_ppm: -20 };
+        let host = HostClock { zero_us: 7, drift_ppm: 20 };
+        let other_host = HostClock { zero_us: 90_000_000, drift_ppm: -20 };
         let raw = trace_us();
-        assert_eq!(here.at_trace(raw), HostClock { zero_us: 7, drift_ppm: 20 }.at_trace(raw));
-        assert_ne!(here.at_trace(raw), there.at_trace(raw));
+        assert_eq!(host.at_trace(raw), HostClock { zero_us: 7, drift_ppm: 20 }.at_trace(raw));
+        assert_ne!(host.at_trace(raw), other_host.at_trace(raw));
     }
 }

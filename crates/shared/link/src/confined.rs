@@ -1,6 +1,7 @@
-//! Confinement of a service by its row of the table of rights, at the places that its specification names.
+//! Confinement of a service by its row of the table of rights, with the files, ports and folders of its specification.
 //!
-//! The launcher makes the files that a service writes ([`prepare`]), since a confined one can make none. The layers are `sandbox`'s.
+//! The launcher creates the files that a service writes ([`prepare`]), since a confined service can create none. The layers are left to
+//! `sandbox`.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,7 @@ fn rights(spec: &ServiceSpec, confinement: &Confinement) -> Rights {
         recording: spec.recorder.as_ref().map(|recorder| recorder.directory.clone()),
         bus: spec.bus.iter().map(|bus| bus.root.clone()).collect(),
         log: socket.and_then(|socket| folder(socket)),
-        connects: streams.into_iter().chain(relayed).map(|at| at.socket().port()).collect(),
+        connects: streams.into_iter().chain(relayed).map(|address| address.socket().port()).collect(),
         window: confinement.window,
     }
 }

@@ -18,7 +18,7 @@ const X11: [(&str, &str); 6] = [
     ("libGL.so.1", "libgl1"),
 ];
 
-/// The same on Wayland, where the keyboard's comes with the first key.
+/// Libraries that the window loads on Wayland, with the keyboard's, which it loads at the first key.
 const WAYLAND: [(&str, &str); 4] = [
     ("libwayland-client.so.0", "libwayland-client0"),
     ("libwayland-egl.so.1", "libwayland-egl1"),
@@ -26,7 +26,7 @@ const WAYLAND: [(&str, &str); 4] = [
     ("libEGL.so.1", "libegl1"),
 ];
 
-/// Search folders of the dynamic loader, on the systems that we know.
+/// Search folders of the dynamic loader, on the known systems.
 const FOLDERS: [&str; 9] = [
     "/lib/x86_64-linux-gnu",
     "/usr/lib/x86_64-linux-gnu",
@@ -72,8 +72,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// This process's.
-    pub fn own() -> Self {
+    /// The environment of this process.
+    pub fn from_process() -> Self {
         let named = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
         let folders = named("LD_LIBRARY_PATH").map(|path| std::env::split_paths(&path).collect());
         Self {
@@ -91,40 +91,40 @@ impl Environment {
     /// The missing part, and how to install it.
     pub fn probe(&self) -> Result<(), NoWindow> {
         let (libraries, display, answers) = match (&self.wayland, &self.x11) {
-            (Some(name), _) => (&WAYLAND[..], name.display().to_string(), self.composes(name)),
+            (Some(name), _) => (&WAYLAND[..], name.display().to_string(), self.compositor_answers(name)),
             (None, Some(display)) => (&X11[..], display.clone(), answers(display)),
             (None, None) => return Err(NoWindow::NoDisplay),
         };
         let missing: Vec<&str> =
-            libraries.iter().filter(|(library, _)| !self.has(library)).map(|(_, package)| *package).collect();
+            libraries.iter().filter(|(library, _)| !self.has_library(library)).map(|(_, package)| *package).collect();
         match (missing.is_empty(), answers) {
             (false, _) => Err(NoWindow::Libraries(missing)),
-            (true, false) => Err(NoWindow::Silent { display, named: self.names() }),
+            (true, false) => Err(NoWindow::Silent { display, named: self.display_variable() }),
             (true, true) => Ok(()),
         }
     }
 
-    /// The variable that decides.
-    fn names(&self) -> &'static str {
+    /// The variable that names the display.
+    fn display_variable(&self) -> &'static str {
         if self.wayland.is_some() { "WAYLAND_DISPLAY" } else { "DISPLAY" }
     }
 
     /// True if a compositor listens there: a socket by this name in the user's folder, or by its whole path.
-    fn composes(&self, name: &OsStr) -> bool {
+    fn compositor_answers(&self, name: &OsStr) -> bool {
         let folder = self.runtime.as_deref().unwrap_or(Path::new("/"));
         UnixStream::connect(folder.join(name)).is_ok()
     }
 
-    fn has(&self, library: &str) -> bool {
+    fn has_library(&self, library: &str) -> bool {
         let system = FOLDERS.iter().map(Path::new);
-        // Where the loader found it when it was asked last, wherever that is.
-        let cached = || std::fs::read("/etc/ld.so.cache").is_ok_and(|cache| names(&cache, library));
+        // The loader's cache also has libraries in folders that this list lacks.
+        let cached = || std::fs::read("/etc/ld.so.cache").is_ok_and(|cache| cache_names(&cache, library));
         self.folders.iter().map(PathBuf::as_path).chain(system).any(|folder| folder.join(library).exists()) || cached()
     }
 }
 
-/// True if the loader's cache has a library of this name: names stand in it between zero bytes.
-fn names(cache: &[u8], library: &str) -> bool {
+/// True if the loader's cache has a library of this name: zero bytes separate its names.
+fn cache_names(cache: &[u8], library: &str) -> bool {
     cache.split(|byte| *byte == 0).any(|name| name == library.as_bytes())
 }
 
@@ -138,7 +138,7 @@ fn answers(display: &str) -> bool {
         return true;
     }
     let path = format!("/tmp/.X11-unix/X{number}");
-    let hidden = SocketAddr::from_abstract_name(&path).and_then(|at| UnixStream::connect_addr(&at));
+    let hidden = SocketAddr::from_abstract_name(&path).and_then(|address| UnixStream::connect_addr(&address));
     hidden.is_ok() || UnixStream::connect(&path).is_ok()
 }
 
@@ -146,15 +146,15 @@ fn answers(display: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn at(display: Option<&str>) -> Environment {
+    fn with_display(display: Option<&str>) -> Environment {
         Environment { x11: display.map(str::to_owned), ..Environment::default() }
     }
 
     #[test]
     fn missing_display_is_reported_with_its_remedy() {
-        let why = at(None).probe().expect_err("no display");
-        assert_eq!(why, NoWindow::NoDisplay);
-        assert!(why.to_string().contains("holdsafe watch") && !why.to_string().contains('\n'));
+        let error = with_display(None).probe().expect_err("no display");
+        assert_eq!(error, NoWindow::NoDisplay);
+        assert!(error.to_string().contains("holdsafe watch") && !error.to_string().contains('\n'));
         let packages = NoWindow::Libraries(vec!["libxi6", "libgl1"]).to_string();
         assert!(packages.ends_with("apt-get install libxi6 libgl1"), "{packages}");
     }
@@ -166,23 +166,29 @@ mod tests {
         }
     }
 
-    /// In the user's folder, or by its path; one that has ended is not found.
+    /// Its socket is in the user's folder or at a path; a compositor that has ended is not found.
     #[test]
     fn compositor_is_found_by_name_or_path() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("wayland-7");
         let listens = std::os::unix::net::UnixListener::bind(&path).expect("a socket");
         let named = Environment { runtime: Some(folder.path().to_owned()), ..Environment::default() };
-        assert!(named.composes(OsStr::new("wayland-7")) && Environment::default().composes(path.as_os_str()));
-        assert!(!named.composes(OsStr::new("wayland-8")) && !Environment::default().composes(OsStr::new("wayland-7")));
+        assert!(
+            named.compositor_answers(OsStr::new("wayland-7"))
+                && Environment::default().compositor_answers(path.as_os_str())
+        );
+        assert!(
+            !named.compositor_answers(OsStr::new("wayland-8"))
+                && !Environment::default().compositor_answers(OsStr::new("wayland-7"))
+        );
         drop(listens);
-        assert!(!named.composes(OsStr::new("wayland-7")), "its socket is still there");
+        assert!(!named.compositor_answers(OsStr::new("wayland-7")), "its socket is still there");
     }
 
     #[test]
     fn a_library_that_is_nowhere_is_missing() {
-        assert!(!at(None).has("libthis-is-no-library.so.1"));
+        assert!(!with_display(None).has_library("libthis-is-no-library.so.1"));
         let cache = b"glibc-ld.so.cache1.1\0libGL.so.1\0/opt/libGL.so.1\0";
-        assert!(names(cache, "libGL.so.1") && !names(cache, "libGL.so") && !names(cache, "GL.so.1"));
+        assert!(cache_names(cache, "libGL.so.1") && !cache_names(cache, "libGL.so") && !cache_names(cache, "GL.so.1"));
     }
 }

@@ -1,9 +1,9 @@
-//! Opening and making the files of a run, in folders where another program may have put files; the places of the logs that
+//! Opening and creating the files of a run, in folders where another program may have put files; the paths of the logs that
 //! a process writes itself.
 //!
-//! A path may lead to a pipe, on which a reader waits for ever, or to an endless device: only a regular file is opened, and
-//! no more of it is read than its reader states. The content is left to that reader, and the other files of a run's folder
-//! to `recording::layout`.
+//! A path may lead to a pipe, on which a reader waits forever, or to an endless device: only a regular file is opened, and
+//! read up to the bound of its reader. The content is left to that reader, and the other files of a run's folder to
+//! `recording::layout`.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -44,12 +44,12 @@ fn log_name(node: NodeId, boot: Boot) -> String {
     }
 }
 
-/// Opens a regular file, by way of links too, and never waits.
+/// Opens a regular file, through links too, and never waits.
 ///
 /// # Errors
 /// When there is none at `path`, or something that is no regular file.
 pub fn open(path: &Path) -> Result<File> {
-    // A pipe without a writer is opened at once like this, and then seen to be one; a regular file does not mind.
+    // O_NONBLOCK opens a pipe without a writer at once, so that it can be refused; it has no effect on a regular file.
     let file = OpenOptions::new().read(true).custom_flags(OFlag::O_NONBLOCK.bits()).open(path)?;
     match file.metadata()?.is_file() {
         true => Ok(file),
@@ -69,30 +69,31 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
         return Err(too_long(length));
     }
     let mut bytes = Vec::with_capacity(length as usize);
-    // It may grow meanwhile.
+    // The file may grow between the check of its length and the read.
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
-/// Opens a file that the launcher made and left empty, to write to it; makes it where there is none.
+/// Opens an empty file that the launcher created, to write to it; creates it where there is none.
 ///
 /// # Errors
 /// When it has content already, is a link, or cannot be made.
 pub(crate) fn begin(path: &Path) -> Result<File> {
+    // O_NOFOLLOW: a link that another program put here could lead the log into any file of this user.
     match File::options().write(true).custom_flags((OFlag::O_NONBLOCK | OFlag::O_NOFOLLOW).bits()).open(path) {
-        Err(why) if why.kind() == ErrorKind::NotFound => create(path),
+        Err(error) if error.kind() == ErrorKind::NotFound => create(path),
         opened => {
             let file = opened?;
-            let about = file.metadata()?;
-            if about.is_file() && about.len() == 0 { Ok(file) } else { Err(ErrorKind::AlreadyExists.into()) }
+            let metadata = file.metadata()?;
+            if metadata.is_file() && metadata.len() == 0 { Ok(file) } else { Err(ErrorKind::AlreadyExists.into()) }
         }
     }
 }
 
-/// Makes a new file, readable by its owner only, and the folders above it.
+/// Creates a new file, readable by its owner only, and the folders above it.
 ///
 /// # Errors
-/// When there is one already, or it cannot be made.
+/// When there is one already, or it cannot be created.
 pub fn create(path: &Path) -> Result<File> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;

@@ -12,7 +12,7 @@ use foxglove::{ChannelBuilder, Context, RawChannel, Schema, WebSocketServer, Web
 
 use crate::loopback::LoopbackAddr;
 
-/// Messages that wait for one who looks; of more, the oldest are lost to it.
+/// Messages that wait for a client; beyond, it loses the oldest.
 const BACKLOG: usize = 256;
 
 /// Type of the messages of one topic.
@@ -30,7 +30,7 @@ pub struct Kind<'a> {
 
 /// A server, until this is dropped.
 pub struct Offered {
-    at: LoopbackAddr,
+    address: LoopbackAddr,
     context: Arc<Context>,
     channels: BTreeMap<String, Arc<RawChannel>>,
     server: Option<WebSocketServerHandle>,
@@ -43,30 +43,30 @@ impl Offered {
     ///
     /// When the port is taken.
     pub fn open(port: u16) -> io::Result<Self> {
-        let wanted = LoopbackAddr::on_port(port);
+        let requested = LoopbackAddr::on_port(port);
         let context = Context::new();
         let server = WebSocketServer::new()
             .name("holdsafe")
             .context(&context)
             .message_backlog_size(BACKLOG)
-            .bind(wanted.socket().ip().to_string(), wanted.port())
+            .bind(requested.socket().ip().to_string(), requested.port())
             .start_blocking()
             .map_err(io::Error::other)?;
-        let at = LoopbackAddr::on_port(server.port());
-        Ok(Self { at, context, channels: BTreeMap::new(), server: Some(server) })
+        let address = LoopbackAddr::on_port(server.port());
+        Ok(Self { address, context, channels: BTreeMap::new(), server: Some(server) })
     }
 
     /// Address for the app.
     pub fn address(&self) -> String {
-        format!("ws://{}", self.at)
+        format!("ws://{}", self.address)
     }
 
-    /// Gives a message to the connected clients.
+    /// Sends a message to the connected clients.
     ///
     /// # Errors
     ///
     /// When there can be no channel of this kind.
-    pub fn say(&mut self, kind: Kind<'_>, message: &[u8]) -> io::Result<()> {
+    pub fn send(&mut self, kind: Kind<'_>, message: &[u8]) -> io::Result<()> {
         if !self.channels.contains_key(kind.topic) {
             let [name, encoding] = kind.schema;
             let channel = ChannelBuilder::new(kind.topic)

@@ -1,4 +1,4 @@
-//! Messages over a stream between two processes of one program: a length of 4 bytes, little endian, and so many bytes.
+//! Messages over a stream between two processes of one program: a length of 4 bytes, little endian, then that many bytes.
 //!
 //! The meaning of a message is left to its ends.
 
@@ -21,8 +21,8 @@ pub fn read(stream: &mut impl Read, most: usize) -> Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match stream.read_exact(&mut length) {
         Ok(()) => {}
-        Err(why) if why.kind() == ErrorKind::UnexpectedEof => return Ok(None),
-        Err(why) => return Err(why),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(None),
+        Err(error) => return Err(error),
     }
     let length = u32::from_le_bytes(length) as usize;
     if length > most {

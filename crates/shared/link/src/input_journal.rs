@@ -5,8 +5,8 @@
 //! byte; the reader reports a damage and its place, and allocates no more than [`MAX_ENTRY`]. A stored journal may lack most
 //! of the sensor frames ([`thin`]).
 //!
-//! The journal stands in `link` and not in `recording`, which owns the folder of a run: the processes of `link` write it while
-//! they run ([`crate::drive`]), and the console's player reads it, which knows no more than `wire` and `link`.
+//! The journal is in `link` and not in `recording`, which owns the folder of a run: the processes of `link` write it
+//! ([`crate::drive`]), and the console's player reads it, which depends on `wire` and `link` only.
 
 use std::io::{self, Read, Write};
 
@@ -16,7 +16,7 @@ use wire::event::wire_hash;
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
-/// First bytes of every log.
+/// First bytes of every journal.
 pub const MAGIC: [u8; 8] = *b"hsmouth1";
 
 /// The largest encoded entry, in bytes: a rendered frame and its envelope.
@@ -31,7 +31,7 @@ pub struct Header {
     /// Its boot.
     #[n(1)]
     pub boot: Boot,
-    /// The host's time with which the core was made.
+    /// The host's time at the start of the core.
     #[n(2)]
     pub started: Instant,
 }
@@ -39,7 +39,7 @@ pub struct Header {
 /// One input or output of a core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Entry {
-    /// Fed to the core at `now`.
+    /// An input, fed to the core at `now`.
     #[n(0)]
     Input {
         /// The host's time.
@@ -49,13 +49,13 @@ pub enum Entry {
         #[n(1)]
         input: Input,
     },
-    /// Given back after the last input.
+    /// An output of the core after the last input.
     #[n(1)]
     Output(#[n(0)] Output),
-    /// A message on shared memory stood here, which was left out when the log was [thinned](thin).
+    /// A message on shared memory that [thinning](thin) removed.
     #[n(2)]
     LeftOut {
-        /// The host's time, where it was fed to the core; none where the core gave it back.
+        /// The host's time of an input; none for an output.
         #[n(0)]
         now: Option<Instant>,
         /// Its channel.
@@ -84,40 +84,40 @@ enum EntryRef<'a> {
     Output(#[n(0)] &'a Output),
 }
 
-/// A log could not be read.
+/// A journal could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// Not an input journal.
     #[error("no input journal: the first bytes are wrong")]
     Magic,
     /// The file ends inside an entry (a killed writer leaves this).
-    #[error("cut off inside the entry at byte {at}")]
+    #[error("cut off inside the entry at byte {offset}")]
     Truncated {
         /// Offset of the entry.
-        at: u64,
+        offset: u64,
     },
     /// A length beyond [`MAX_ENTRY`].
-    #[error("entry at byte {at} claims {length} bytes")]
+    #[error("entry at byte {offset} claims {length} bytes")]
     TooLong {
         /// Offset of the entry.
-        at: u64,
+        offset: u64,
         /// Claimed length.
         length: u64,
     },
     /// Bytes that are not exactly one entry.
-    #[error("entry at byte {at} does not decode: {why}")]
+    #[error("entry at byte {offset} does not decode: {reason}")]
     Malformed {
         /// Offset of the entry.
-        at: u64,
-        /// The decoder's words.
-        why: String,
+        offset: u64,
+        /// The decoder's error.
+        reason: String,
     },
     /// The file.
     #[error("reading: {0}")]
     Io(#[from] io::Error),
 }
 
-/// Writes a journal, up to a number of bytes; the excess is counted.
+/// Writer of a journal, up to a number of bytes; the excess is counted.
 pub struct Writer<W: Write> {
     out: W,
     room: u64,
@@ -126,7 +126,7 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Starts a log of at most `room` bytes of entries.
+    /// Starts a journal of at most `room` bytes of entries.
     ///
     /// # Errors
     /// As the writer below.
@@ -180,7 +180,7 @@ impl<W: Write> Writer<W> {
         let bytes = minicbor::to_vec(entry).map_err(io::Error::other)?;
         let length = u32::try_from(bytes.len()).map_err(io::Error::other)?;
         let cost = u64::from(length) + 4;
-        // Once one entry is left out the log cannot be replayed past it, so nothing follows.
+        // A journal cannot be replayed past an entry that was left out, so nothing is written after it.
         if self.dropped > 0 || cost > self.room || bytes.len() > MAX_ENTRY {
             self.dropped += 1;
             return Ok(());
@@ -192,10 +192,11 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// Reads a log entry by entry; ends after the first error.
+/// Reader of a journal, entry by entry; ends after the first error.
 pub struct Reader<R: Read> {
     source: R,
-    at: u64,
+    /// Offset behind the last whole entry.
+    offset: u64,
     header: Header,
     ended: bool,
 }
@@ -204,7 +205,7 @@ impl<R: Read> Reader<R> {
     /// Reads magic and header.
     ///
     /// # Errors
-    /// When these are not those of an input journal.
+    /// When they are wrong or cut.
     pub fn new(mut source: R) -> Result<Self, JournalError> {
         let mut magic = [0; MAGIC.len()];
         let filled = fill(&mut source, &mut magic)?;
@@ -212,16 +213,16 @@ impl<R: Read> Reader<R> {
             return Err(JournalError::Magic);
         }
         if filled < magic.len() {
-            return Err(JournalError::Truncated { at: 0 });
+            return Err(JournalError::Truncated { offset: 0 });
         }
-        let mut at = MAGIC.len() as u64;
-        let header = record(&mut source, &mut at)?.ok_or(JournalError::Truncated { at })?;
-        Ok(Self { source, at, header, ended: false })
+        let mut offset = MAGIC.len() as u64;
+        let header = record(&mut source, &mut offset)?.ok_or(JournalError::Truncated { offset })?;
+        Ok(Self { source, offset, header, ended: false })
     }
 
-    /// Goes on with a log that may have grown, `at` the byte behind its last whole entry, where `source` stands.
-    pub fn resume(source: R, header: Header, at: u64) -> Self {
-        Self { source, at, header, ended: false }
+    /// Continues a journal that may have grown; `source` is at `offset`, behind the last whole entry.
+    pub fn resume(source: R, header: Header, offset: u64) -> Self {
+        Self { source, offset, header, ended: false }
     }
 
     /// Owner of the journal.
@@ -229,9 +230,9 @@ impl<R: Read> Reader<R> {
         self.header
     }
 
-    /// The byte behind the last whole entry.
-    pub fn at(&self) -> u64 {
-        self.at
+    /// Offset behind the last whole entry.
+    pub fn offset(&self) -> u64 {
+        self.offset
     }
 }
 
@@ -242,35 +243,35 @@ impl<R: Read> Iterator for Reader<R> {
         if self.ended {
             return None;
         }
-        let next = record(&mut self.source, &mut self.at).transpose();
+        let next = record(&mut self.source, &mut self.offset).transpose();
         self.ended = !matches!(next, Some(Ok(_)));
         next
     }
 }
 
 /// One length-prefixed record; `None` at a clean end.
-fn record<T: for<'b> Decode<'b, ()>>(source: &mut impl Read, at: &mut u64) -> Result<Option<T>, JournalError> {
+fn record<T: for<'b> Decode<'b, ()>>(source: &mut impl Read, offset: &mut u64) -> Result<Option<T>, JournalError> {
     let mut prefix = [0; 4];
     match fill(source, &mut prefix)? {
         0 => return Ok(None),
         4 => {}
-        _ => return Err(JournalError::Truncated { at: *at }),
+        _ => return Err(JournalError::Truncated { offset: *offset }),
     }
     let length = u32::from_be_bytes(prefix) as usize;
     if length > MAX_ENTRY {
-        return Err(JournalError::TooLong { at: *at, length: length as u64 });
+        return Err(JournalError::TooLong { offset: *offset, length: length as u64 });
     }
     let mut bytes = vec![0; length];
     if fill(source, &mut bytes)? < length {
-        return Err(JournalError::Truncated { at: *at });
+        return Err(JournalError::Truncated { offset: *offset });
     }
-    let malformed = |why: String| JournalError::Malformed { at: *at, why };
+    let malformed = |reason: String| JournalError::Malformed { offset: *offset, reason };
     let mut decoder = minicbor::Decoder::new(&bytes);
     let value = decoder.decode().map_err(|e| malformed(e.to_string()))?;
     if decoder.position() != bytes.len() {
         return Err(malformed("bytes after the entry".to_owned()));
     }
-    *at += 4 + length as u64;
+    *offset += 4 + length as u64;
     Ok(Some(value))
 }
 
@@ -294,7 +295,7 @@ pub struct Replayed {
     pub inputs: u64,
     /// Outputs compared and found equal.
     pub outputs: u64,
-    /// Outputs of the last input that the log no longer has (its writer was killed).
+    /// Outputs of the last input that the journal lacks (its writer was killed).
     pub unlogged: u64,
 }
 
@@ -304,7 +305,7 @@ pub struct Replayed {
 pub struct Divergence {
     /// The last input that was fed, counted from 1.
     pub input: u64,
-    /// Number of the output in the log, from 0.
+    /// Number of the output in the journal, from 0.
     pub index: u64,
     /// Output in the journal; `None` if the core gave an additional one.
     pub expected: Option<Output>,
@@ -312,13 +313,13 @@ pub struct Divergence {
     pub got: Option<Output>,
 }
 
-/// A replay did not come to the end of the log.
+/// A replay did not reach the end of the journal.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The core and the log differ.
+    /// The core and the journal differ.
     #[error(transparent)]
     Diverged(#[from] Box<Divergence>),
-    /// The log is damaged before its end; a cut in the last entry is not an error.
+    /// The journal is damaged before its end; a cut in the last entry is not an error.
     #[error(transparent)]
     Unreadable(#[from] JournalError),
     /// The journal was thinned: removed entries can be neither fed nor compared.
@@ -372,9 +373,9 @@ pub struct Thinned {
     pub left_out: u64,
 }
 
-/// Copies a journal, but for sets of sensor frames, which are most of it: of those among the core's inputs each `every`-th stays whole, from
-/// the first on (none where `every` is zero); those among its outputs are removed, for the receiver's journal has them. A journal cut off by
-/// its writer's death is copied up to there. It cannot be replayed afterwards.
+/// Copies a journal without most sets of sensor frames, which are most of its bytes. Among the core's inputs each `every`-th set stays whole,
+/// from the first on (none where `every` is zero). Sets among its outputs are removed, since the receiver's journal has them. A journal that
+/// its writer's death cut off is copied up to the cut. The copy cannot be replayed.
 ///
 /// # Errors
 ///

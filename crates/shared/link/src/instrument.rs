@@ -1,7 +1,7 @@
-//! The instrument plane's way to the recorder: a Unix-domain stream, apart from the data plane.
+//! The instrument plane's link to the recorder: a Unix-domain stream, apart from the data plane.
 //!
-//! A service hands frames to a bounded queue and never waits; when the recorder is slow or gone the queue fills and
-//! frames are lost and counted, and the service goes on. The consequence of an unsealed log is its core's decision.
+//! A service hands frames to a bounded queue and never waits. When the recorder is slow or absent, the queue fills and
+//! frames are lost and counted, and the service continues. The response to an unsealed log is left to its core.
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
@@ -37,20 +37,20 @@ const LAST_WORDS: Duration = Duration::from_secs(2);
 
 /// Head of a process's chain for its closing statistics: its boot, entries and the SHA-256 of the last, hexadecimal.
 pub fn head(last: &[u8]) -> serde_json::Value {
-    let told = |head: Head| {
+    let account = |head: Head| {
         let hash: String = head.hash.iter().map(|byte| format!("{byte:02x}")).collect();
         serde_json::json!({ "boot": head.boot, "counter": head.counter, "hash": hash })
     };
-    Head::from_last::<Any>(last).map_or(serde_json::Value::Null, told)
+    Head::from_last::<Any>(last).map_or(serde_json::Value::Null, account)
 }
 
 /// One audit entry on its way.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Frame {
-    /// Raw monotonic microseconds when the core gave it out; for traces only.
+    /// Raw monotonic microseconds at the core's output; for traces only.
     #[n(0)]
     pub trace_us: u64,
-    /// The process that gave it out.
+    /// The process whose core wrote it.
     #[n(1)]
     pub node: NodeId,
     /// Encoded `wire::audit::Entry`.
@@ -81,7 +81,7 @@ pub struct InstrumentStats {
 pub struct Instrument {
     queue: Option<blocking::SyncSender<Frame>>,
     ended: blocking::Receiver<()>,
-    taken: u64,
+    pushed: u64,
     sent: Arc<AtomicU64>,
 }
 
@@ -99,12 +99,12 @@ impl Instrument {
             forward(&socket, &frames, &count);
             drop(ended_tx);
         })?;
-        Ok(Self { queue: Some(queue), ended, taken: 0, sent })
+        Ok(Self { queue: Some(queue), ended, pushed: 0, sent })
     }
 
     /// Queues a frame, or loses it.
     pub fn push(&mut self, frame: Frame) {
-        self.taken += 1;
+        self.pushed += 1;
         if let Some(queue) = &self.queue
             && queue.try_send(frame).is_err()
         {
@@ -115,13 +115,13 @@ impl Instrument {
     /// Outcome of the frames so far; those under way count as lost.
     pub fn stats(&self) -> InstrumentStats {
         let sent = self.sent.load(Ordering::Relaxed);
-        InstrumentStats { sent, lost: self.taken.saturating_sub(sent) }
+        InstrumentStats { sent, lost: self.pushed.saturating_sub(sent) }
     }
 
     /// Hands over the queue within a time limit, and returns the outcome of the frames.
     pub fn finish(&mut self) -> InstrumentStats {
         self.queue = None;
-        // The sender never sends; the receiver hears when the thread has ended or the time is up.
+        // Nothing is ever sent: the wait ends when the thread drops its end, or when the time is up.
         let _thread_ended = self.ended.recv_timeout(LAST_WORDS);
         self.stats()
     }
@@ -144,6 +144,7 @@ fn forward(socket: &Path, frames: &blocking::Receiver<Frame>, sent: &AtomicU64) 
                 sent.fetch_add(1, Ordering::Relaxed);
                 break;
             }
+            // The next connection sends the whole frame again: the recorder drops one that a broken connection left incomplete.
             stream = None;
             crate::clock::pause(PAUSE);
         }

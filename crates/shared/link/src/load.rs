@@ -1,5 +1,4 @@
-//! Load on the real accept loop over loopback sockets: many sessions, and a flood of malformed datagrams beside a valid
-//! one.
+//! Load on the real accept loop over loopback sockets: many sessions, and a flood of malformed datagrams beside valid ones.
 //!
 //! Both ends are in this process, so that every datagram is in one of its counters or in the kernel's. It measures and
 //! returns figures; judging them is left to the caller.
@@ -32,12 +31,12 @@ const GRACE: Duration = Duration::from_secs(2);
 /// Time limit for all sessions together to open.
 const OPENING: Duration = Duration::from_secs(60);
 
-/// Datagrams of a flood that are sent between two looks at the clock.
+/// Datagrams of a flood that are sent between two readings of the clock.
 const BURST: u32 = 30;
 
 /// Parameters of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Asked {
+pub struct LoadSettings {
     /// Valid sessions.
     pub sessions: usize,
     /// Records that each sends in a second.
@@ -52,53 +51,54 @@ pub struct Asked {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
     /// Its parameters.
-    pub asked: Asked,
+    #[serde(rename = "asked")]
+    pub settings: LoadSettings,
     /// Sessions that opened.
     pub opened: usize,
-    /// Valid records that the sessions took to send.
+    /// Valid records that the sessions sent.
     pub sent: u64,
-    /// Valid records that came out of the listener.
+    /// Valid records that the listener delivered.
     pub delivered: u64,
-    /// Datagrams of the flood that the kernel took.
+    /// Datagrams of the flood that the kernel accepted.
     pub flooded: u64,
     /// Datagrams that the kernel dropped at the listener's socket.
     pub kernel_dropped: u64,
-    /// Datagrams that the diallers and the flood sent, less those that the listener's loop counted and the kernel dropped:
-    /// lost without a trace. Not zero is a defect.
+    /// Datagrams that the diallers and the flood sent, minus the ones that the listener counted or the kernel dropped. Any other value
+    /// than zero is a defect.
     pub unaccounted: i64,
     /// The listener's counters.
     pub listener: SessionStats,
-    /// Memory of this process before and at its most, in KiB.
+    /// Memory of this process before the load and at its peak, in KiB.
     pub resident_kib: [u64; 2],
 }
 
-/// Puts the load on for as long as is asked.
+/// Applies the load for its duration.
 ///
 /// # Errors
-/// When sockets or certificates are not to be had, or a session does not open in a minute.
-pub fn run(asked: Asked) -> Result<Measured, DtlsError> {
+/// When a socket or certificate cannot be made, or a session does not open in a minute.
+pub fn run(load_settings: LoadSettings) -> Result<Measured, DtlsError> {
     crate::crypto::init();
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
-    let measured = runtime.block_on(load(asked));
+    let measured = runtime.block_on(load(load_settings));
     runtime.shutdown_timeout(Duration::from_millis(200));
     measured
 }
 
 struct Ends {
     listener: Listener,
-    of_listener: Arc<SessionCounters>,
-    of_diallers: Arc<SessionCounters>,
+    listener_counters: Arc<SessionCounters>,
+    dialler_counters: Arc<SessionCounters>,
     handles: Vec<SessionHandle>,
     diallers: Vec<Dialler>,
 }
 
-async fn load(asked: Asked) -> Result<Measured, DtlsError> {
+async fn load(settings: LoadSettings) -> Result<Measured, DtlsError> {
     let before = resident_kib();
-    let mut ends = open(asked.sessions).await?;
-    let until = Instant::now() + Duration::from_secs(asked.seconds);
-    let flooding = tokio::spawn(flood(ends.listener.local(), asked.flood, until));
+    let mut ends = open(settings.sessions).await?;
+    let until = Instant::now() + Duration::from_secs(settings.seconds);
+    let flooding = tokio::spawn(flood(ends.listener.local(), settings.flood, until));
     let mut peak = before;
-    let mut ticks = interval(Duration::from_secs(1) / asked.rate.max(1));
+    let mut ticks = interval(Duration::from_secs(1) / settings.rate.max(1));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Burst);
     while Instant::now() < until {
         ticks.tick().await;
@@ -108,36 +108,36 @@ async fn load(asked: Asked) -> Result<Measured, DtlsError> {
         peak = peak.max(resident_kib());
     }
     let flooded = flooding.await.unwrap_or(0);
-    settle(&ends.of_listener).await;
+    settle(&ends.listener_counters).await;
     peak = peak.max(resident_kib());
     let kernel_dropped = sockets::kernel_drops(ends.listener.local()).unwrap_or(0);
     for dialler in &mut ends.diallers {
         dialler.stop().await;
     }
-    settle(&ends.of_listener).await;
-    let (listener, diallers) = (ends.of_listener.read(), ends.of_diallers.read());
-    let in_hand = listener.guard.datagrams
+    settle(&ends.listener_counters).await;
+    let (listener, diallers) = (ends.listener_counters.read(), ends.dialler_counters.read());
+    let counted = listener.guard.datagrams
         + listener.overflowed
         + listener.abandoned
         + listener.unknown_peers
         + listener.shed
         + listener.unproven
         + listener.proved;
-    let left = diallers.dialled + flooded;
+    let dispatched = diallers.dialled + flooded;
     Ok(Measured {
-        asked,
+        settings,
         opened: ends.handles.len(),
         sent: diallers.sent,
         delivered: listener.delivered,
         flooded,
         kernel_dropped,
-        unaccounted: left as i64 - in_hand as i64 - kernel_dropped as i64,
+        unaccounted: dispatched as i64 - counted as i64 - kernel_dropped as i64,
         listener,
         resident_kib: [before, peak],
     })
 }
 
-/// Waits until the listener has counted all that it is going to, or for [`GRACE`].
+/// Waits until the listener's counters stay the same, or for [`GRACE`].
 async fn settle(counters: &SessionCounters) {
     let end = Instant::now() + GRACE;
     let mut seen = counters.read();
@@ -155,24 +155,24 @@ async fn open(sessions: usize) -> Result<Ends, DtlsError> {
     let authority = Authority::new()?;
     let gateway = authority.issue(PeerId::GATEWAY, Role::Listens)?;
     let unit = authority.issue(PeerId::UNIT_A, Role::Dials)?;
-    let (told, mut at_listener) = mpsc::channel(4096);
+    let (listener_events, mut at_listener) = mpsc::channel(4096);
     let settings = settings(&gateway)?;
-    let of_listener = settings.counters.clone();
-    let listener = listen(LoopbackAddr::ANY_PORT, gateway, settings, told)?;
+    let listener_counters = settings.counters.clone();
+    let listener = listen(LoopbackAddr::ANY_PORT, gateway, settings, listener_events)?;
     tokio::spawn(async move {
         // A session at the listener ends when its handle is dropped.
-        let mut kept = Vec::new();
+        let mut handles = Vec::new();
         while let Some(event) = at_listener.recv().await {
             if let SessionEvent::Opened(handle) = event {
-                kept.push(handle);
+                handles.push(handle);
             }
         }
     });
     let settings = self::settings(&unit)?;
-    let of_diallers = settings.counters.clone();
-    let (told, mut at_diallers) = mpsc::channel(4096);
+    let dialler_counters = settings.counters.clone();
+    let (dialler_events, mut at_diallers) = mpsc::channel(4096);
     let diallers: Vec<Dialler> = (0..sessions)
-        .map(|_| dial(listener.local(), unit.clone(), PeerId::GATEWAY, settings.clone(), told.clone()))
+        .map(|_| dial(listener.local(), unit.clone(), PeerId::GATEWAY, settings.clone(), dialler_events.clone()))
         .collect();
     let mut handles = Vec::new();
     let opening = async {
@@ -186,18 +186,18 @@ async fn open(sessions: usize) -> Result<Ends, DtlsError> {
     };
     tokio::time::timeout(OPENING, opening).await.map_err(|_| DtlsError::TooSlow)?;
     tokio::spawn(async move { while at_diallers.recv().await.is_some() {} });
-    Ok(Ends { listener, of_listener, of_diallers, handles, diallers })
+    Ok(Ends { listener, listener_counters, dialler_counters, handles, diallers })
 }
 
 fn settings(credential: &Credential) -> Result<Settings, PkiError> {
-    let held = Revocations::of(credential)?;
-    Ok(Settings::new(GuardMode::Required, Duration::from_secs(600), held))
+    let revocations = Revocations::from_credential(credential)?;
+    Ok(Settings::new(GuardMode::Required, Duration::from_secs(600), revocations))
 }
 
-/// Sends malformed datagrams until the time is up, at a steady rate; returns how many the kernel took.
+/// Sends malformed datagrams at a steady rate until `until`; returns the number that the kernel accepted.
 async fn flood(to: LoopbackAddr, rate: u32, until: Instant) -> u64 {
     let Ok(socket) = sockets::udp_to(LoopbackAddr::ANY_PORT, to) else { return 0 };
-    let taken = AtomicU64::new(0);
+    let accepted = AtomicU64::new(0);
     if rate == 0 {
         return 0;
     }
@@ -209,15 +209,14 @@ async fn flood(to: LoopbackAddr, rate: u32, until: Instant) -> u64 {
         for _ in 0..BURST {
             n = n.wrapping_add(1);
             if sockets::emit(&socket, None, &malformed(n)) {
-                taken.fetch_add(1, Ordering::Relaxed);
+                accepted.fetch_add(1, Ordering::Relaxed);
             }
         }
     }
-    taken.load(Ordering::Relaxed)
+    accepted.load(Ordering::Relaxed)
 }
 
-/// Not a record, a record of a later epoch from an unknown peer, a truncated hello, a hello with wrong lengths: in
-/// turn.
+/// A malformed datagram. In turn: no record, a record of a later epoch from an unknown peer, a truncated hello, a hello with wrong lengths.
 fn malformed(n: u32) -> Vec<u8> {
     let noise = n.to_be_bytes();
     let mut bytes = match n % 4 {
@@ -231,7 +230,7 @@ fn malformed(n: u32) -> Vec<u8> {
     bytes
 }
 
-/// Resident memory of this process, out of `/proc/self/statm` by pages of 4 KiB; zero where there is none.
+/// Resident memory of this process, by pages of 4 KiB in `/proc/self/statm`; zero where that is missing.
 pub fn resident_kib() -> u64 {
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     statm.split_whitespace().nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0) * 4
@@ -244,7 +243,7 @@ mod tests {
     /// A flood reaches no session.
     #[test]
     fn every_datagram_is_accounted_for_under_flood() {
-        let measured = run(Asked { sessions: 20, rate: 20, flood: 2_000, seconds: 1 }).unwrap();
+        let measured = run(LoadSettings { sessions: 20, rate: 20, flood: 2_000, seconds: 1 }).unwrap();
         assert_eq!(measured.opened, 20, "more at once than a calm listener admits");
         assert_eq!(measured.unaccounted, 0, "{measured:?}");
         assert!(measured.flooded > 0 && measured.listener.unknown_peers > 0);

@@ -1,6 +1,6 @@
-//! A socket for datagrams in lock-step: one goes out, and no other before its answer came.
+//! A socket for datagrams in lock-step: one is sent, and the next only after the answer.
 //!
-//! For measurements between ends of other authors, each behind a port of its own. The meaning of a datagram is left to others.
+//! It is for measurements between ends of other authors, each behind its port. The meaning of a datagram is left to them.
 
 use std::io::{self, ErrorKind};
 use std::net::UdpSocket;
@@ -19,7 +19,7 @@ pub struct Lockstep {
 }
 
 impl Lockstep {
-    /// Opens one on a port of the kernel's choice.
+    /// Opens a socket on a port that the kernel chooses.
     ///
     /// # Errors
     /// When it cannot be bound.
@@ -37,7 +37,7 @@ impl Lockstep {
     /// Sends a datagram.
     ///
     /// # Errors
-    /// When the kernel does not take all of it.
+    /// When the kernel does not accept all of it.
     pub fn send(&self, to: LoopbackAddr, datagram: &[u8]) -> io::Result<()> {
         match self.socket.send_to(datagram, to.socket())? {
             sent if sent == datagram.len() => Ok(()),
@@ -45,12 +45,12 @@ impl Lockstep {
         }
     }
 
-    /// The next datagram; `None` if none comes `within` this time.
+    /// The next datagram; `None` if none arrives before the `timeout`.
     ///
     /// # Errors
     /// When the socket fails, or the sender is not on the loopback interface.
-    pub fn receive(&self, within: Duration) -> io::Result<Option<Vec<u8>>> {
-        self.socket.set_read_timeout(Some(within))?;
+    pub fn receive(&self, timeout: Duration) -> io::Result<Option<Vec<u8>>> {
+        self.socket.set_read_timeout(Some(timeout))?;
         let mut bytes = vec![0; DATAGRAM];
         match self.socket.recv_from(&mut bytes) {
             Ok((length, from)) => {

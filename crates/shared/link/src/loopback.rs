@@ -37,10 +37,11 @@ impl LoopbackAddr {
         Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port))
     }
 
-    /// An address that one run has to itself, of the run's `number`, with a port of the kernel's choice. Never in
+    /// The address of the run with this `number` alone, with a port that the kernel chooses. Never in
     /// `127.0.0.0/16`, where the host's other programs are, and never on a wire between hosts.
     pub fn of_run(number: u32) -> Self {
         let [_, high, middle, low] = number.to_be_bytes();
+        // The second byte is 1 to 253: the host's programs use 127.0, the wires between hosts 127.254.
         Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::new(127, 1 + high % 253, middle, low)), 0))
     }
 
@@ -49,7 +50,7 @@ impl LoopbackAddr {
         Self(SocketAddr::new(IpAddr::V4(sandbox::wire::address(number)), 0))
     }
 
-    /// True if `other` is of the same run, whatever its port: at the same address, or on the same wire.
+    /// True if `other`, with any port, belongs to the same run: at the same address, or on the same wire.
     pub fn is_host_of(self, other: SocketAddr) -> bool {
         let on_wire = |address: SocketAddr| sandbox::wire::is_on_wire(address.ip());
         self.0.ip() == other.ip() || on_wire(self.0) && on_wire(other)
@@ -66,19 +67,19 @@ impl LoopbackAddr {
     }
 }
 
-/// Checks that the loopback interface is up and a socket can be bound at `own`.
+/// Checks that the loopback interface is up and a socket can be bound at `address`.
 ///
 /// # Errors
 ///
 /// The reason.
-pub fn probe(own: LoopbackAddr) -> Result<(), String> {
+pub fn probe(address: LoopbackAddr) -> Result<(), String> {
     // Bit 0 of the interface's flags says that it is up.
     let flags = std::fs::read_to_string("/sys/class/net/lo/flags").ok();
     let value = flags.as_deref().and_then(|f| u32::from_str_radix(f.trim().trim_start_matches("0x"), 16).ok());
     if value.is_none_or(|flags| flags & 1 == 0) {
         return Err("down or unknown".to_owned());
     }
-    std::net::UdpSocket::bind(own.socket()).map(|_| ()).map_err(|error| format!("{own}: {error}"))
+    std::net::UdpSocket::bind(address.socket()).map(|_| ()).map_err(|error| format!("{address}: {error}"))
 }
 
 impl TryFrom<SocketAddr> for LoopbackAddr {
@@ -149,9 +150,9 @@ mod tests {
     #[test]
     fn run_address_differs_from_the_hosts_programs() {
         for number in [0, 1, 0x00ff_ffff, u32::MAX] {
-            let own = LoopbackAddr::of_run(number);
-            assert!(LoopbackAddr::try_from(own.socket()).is_ok(), "{own}");
-            assert!(!own.is_host_of(LoopbackAddr::ANY_PORT.socket()), "{own}");
+            let address = LoopbackAddr::of_run(number);
+            assert!(LoopbackAddr::try_from(address.socket()).is_ok(), "{address}");
+            assert!(!address.is_host_of(LoopbackAddr::ANY_PORT.socket()), "{address}");
         }
         assert!(!LoopbackAddr::of_run(1).is_host_of(LoopbackAddr::of_run(2).socket()));
         let (one, other) = (LoopbackAddr::on_wire(1), LoopbackAddr::on_wire(5));

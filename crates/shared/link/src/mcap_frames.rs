@@ -1,7 +1,7 @@
-//! Audit frames out of the MCAP files that [`crate::recorder`] wrote.
+//! Audit frames in the MCAP files that [`crate::recorder`] wrote.
 //!
-//! The files may be cut or hostile: sizes are bounded before allocation, and a cut file gives the frames before the
-//! cut. The chains of the frames are left to `wire::audit`, the run that they belong to is left to the crate `recording`.
+//! The files may be cut or hostile: sizes are bounded before allocation, and a cut file yields the frames before the
+//! cut. The chains of the frames are left to `wire::audit`, the run's folder to the crate `recording`.
 
 use std::io::Read;
 use std::mem::size_of;
@@ -15,7 +15,7 @@ use crate::instrument::{Frame, MAX_FRAME};
 
 /// The largest recording file that is read, bytes.
 const MAX_FILE: u64 = 1 << 30;
-/// The longest record of a file that is loaded, bytes: the library takes a file's word for a length, and memory for it.
+/// The longest record of a file that is loaded, bytes: the library allocates any length that a file claims.
 const MAX_RECORD: usize = 1 << 20;
 /// Memory for the frames of one recording, bytes: a tiny compressed file can hold any number.
 pub const MAX_MEMORY: usize = 1 << 30;
@@ -23,33 +23,33 @@ pub const MAX_MEMORY: usize = 1 << 30;
 /// The MCAP files of a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum McapFramesError {
-    /// The operating system said so.
+    /// The operating system refused to read a file.
     #[error("{}: {error}", file.display())]
     Io {
-        /// Which file or folder.
+        /// The file or folder.
         file: PathBuf,
         /// Reason.
         error: std::io::Error,
     },
     /// It is not a recording, or damaged.
-    #[error("{}: not a readable recording: {why}", file.display())]
+    #[error("{}: not a readable recording: {reason}", file.display())]
     Damaged {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// MCAP's message.
-        why: String,
+        /// The library's message.
+        reason: String,
     },
 }
 
 /// Every frame of the MCAP files in `directory`, file by file in the order of their numbers.
 ///
 /// # Errors
-/// When a file cannot be read at all. A file that is cut gives the frames before the cut.
+/// When a file cannot be read at all. A cut file yields the frames before the cut.
 pub fn frames_of_folder(directory: &Path) -> Result<Vec<Frame>, McapFramesError> {
     frames_within_lengths(directory, |_| None)
 }
 
-/// The same frames, of as many bytes of each file as `length` gives for its name; of the whole file where it gives none.
+/// Every frame in the first bytes of each file, as many as `length` returns for its name; in the whole file where it returns none.
 ///
 /// # Errors
 /// As [`frames_of_folder`].
@@ -65,13 +65,13 @@ pub fn frames_within_lengths(
             files.push(path);
         }
     }
-    // By number: the tenth file comes behind the second.
+    // Files by their number, the shorter name first: the tenth comes after the second.
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     let (mut frames, mut room) = (Vec::new(), MAX_MEMORY);
     for file in files {
         let most = file.file_name().and_then(|name| length(name.to_str()?));
         let bytes = read_file(&file, most)?;
-        frames.extend(frames_of_bytes(&bytes, &mut room).map_err(|why| McapFramesError::Damaged { file, why })?);
+        frames.extend(frames_of_bytes(&bytes, &mut room).map_err(|reason| McapFramesError::Damaged { file, reason })?);
     }
     Ok(frames)
 }
@@ -88,7 +88,7 @@ fn read_file(file: &Path, length: Option<u64>) -> Result<Vec<u8>, McapFramesErro
     read().map_err(|error| McapFramesError::Io { file: file.to_owned(), error })
 }
 
-/// The frames of one file, within `room` bytes of memory, from which their cost is taken off.
+/// The frames of one file, within `room` bytes of memory, from which their size is subtracted.
 ///
 /// # Errors
 ///
@@ -97,22 +97,22 @@ pub fn frames_of_bytes(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, Str
     let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
     let mut reader = MessageReader::new_with_options(options);
     let (mut frames, mut rest) = (Vec::new(), bytes);
-    // A cut file ends in an error; what stands before it counts.
+    // A cut file ends in an error; the frames before it count.
     while let Some(Ok(event)) = reader.next_event() {
         let message = match event {
             MessageReadEvent::Message(message) => message,
             MessageReadEvent::ReadRequest(need) => {
-                let (next, behind) = rest.split_at(need.min(rest.len()));
+                let (next, remaining) = rest.split_at(need.min(rest.len()));
                 reader.insert(next.len()).copy_from_slice(next);
                 reader.notify_read(next.len());
-                rest = behind;
+                rest = remaining;
                 continue;
             }
         };
         let node = NodeId::from_name(message.channel.topic.trim_start_matches("/audit/"));
         let Some(node) = node.filter(|_| message.data.len() <= MAX_FRAME) else { continue };
-        let taken = size_of::<Frame>() + message.data.len();
-        *room = room.checked_sub(taken).ok_or("more entries than any run of ours writes")?;
+        let size = size_of::<Frame>() + message.data.len();
+        *room = room.checked_sub(size).ok_or("more entries than any run of ours writes")?;
         frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.into_owned() });
     }
     Ok(frames)

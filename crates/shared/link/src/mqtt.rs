@@ -1,13 +1,13 @@
-//! The command plane's client: MQTT 5 over mutual TLS 1.3. Its other end, for an adversary in the broker's place, is
+//! The command plane's client: MQTT 5 over mutual TLS 1.3. Its other end, for an adversary in place of the broker, is
 //! [`server`].
 //!
-//! That another connection has taken a session is not told apart from a cut: MQTT 5 has a reason code for it (0x8E), but
+//! A session that another connection takes over is not distinguished from a cut: MQTT 5 has a reason code for it (0x8E), but
 //! mosquitto 2.0.11 sends none, and this client library waits for more of a DISCONNECT that ends with its reason code.
-//! Either way the session is lost, and the core is told so.
+//! In both cases the session is lost, and the core gets that as an input.
 //!
 //! Clean start, QoS 1, Nagle off, one certificate per connection, client identifier = certificate name. The driver
-//! never waits for it: both directions are bounded queues. QoS 1 can deliver twice, a broker can lose and a publisher's
-//! name is hearsay; all three are the cores' business.
+//! never waits for it: both directions are bounded queues. QoS 1 can deliver twice, a broker can lose messages, and a publisher's
+//! name is not authenticated; all three are left to the cores.
 
 pub mod server;
 
@@ -38,11 +38,11 @@ pub const OUTBOUND: usize = 256;
 /// The largest payload, in bytes; the broker's limit is above it.
 pub const MAX_PAYLOAD: usize = 8 * 1024;
 
-/// Longest silence before the client asks whether the broker is there, in seconds.
+/// Longest silence before the client pings the broker, in seconds.
 pub const KEEP_ALIVE_S: u16 = 5;
 
-/// First and longest pause between connection attempts. A session that stood for less than the longest one does not make
-/// the next pause the first again: two who hold one certificate do not take turns as fast as they can.
+/// First and longest pause between connection attempts. A session shorter than the longest pause does not reset the pause to the first:
+/// two holders of one certificate would otherwise displace each other without end, at full speed.
 pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
 
 /// Counts of publications by outcome.
@@ -68,15 +68,15 @@ pub struct MqttStats {
     pub published: u64,
     /// Publications lost: too long, or no room.
     pub lost: u64,
-    /// Publications received on one of our subjects.
+    /// Publications received on a known subject.
     pub received: u64,
     /// Publications received on another topic or too long.
     pub refused: u64,
-    /// Sessions that ended, and not by us.
+    /// Sessions that the network or the broker ended.
     pub ended: u64,
 }
 
-/// A connection that is kept up until this is dropped.
+/// A connection that stays open until this is dropped.
 pub struct Mqtt {
     outbound: mpsc::Sender<(Subject, Vec<u8>)>,
     counters: Arc<Counters>,
@@ -84,34 +84,35 @@ pub struct Mqtt {
 }
 
 impl Mqtt {
-    /// Connects to the broker at `at` as `own` and subscribes to `subjects`; arrivals are noted in `log`. Must be called
-    /// inside a tokio runtime.
+    /// Connects to the broker at `address` as `client` and subscribes to `subjects`; arrivals are noted in `log`. Must be
+    /// called inside a tokio runtime.
     ///
     /// # Errors
     /// When the credential is unusable.
     pub fn start(
-        at: LoopbackAddr,
-        own: PeerId,
+        address: LoopbackAddr,
+        client: PeerId,
         broker: PeerId,
         (credential, revocations): (&Credential, &Revocations),
         subjects: Vec<Subject>,
         log: StreamLog,
         to: mpsc::Sender<Input>,
     ) -> Result<Self, PkiError> {
-        Ok(Self::over(tls::client(credential, broker, revocations)?, at, (own, broker), subjects, log, to))
+        let tls = tls::client(credential, broker, revocations)?;
+        Ok(Self::with_tls(tls, address, (client, broker), subjects, log, to))
     }
 
-    /// The same with a TLS configuration that is there already. Must be called inside a tokio runtime.
-    pub fn over(
+    /// Connects as [`Mqtt::start`] with an existing TLS configuration. Must be called inside a tokio runtime.
+    pub fn with_tls(
         tls: rustls::ClientConfig,
-        at: LoopbackAddr,
-        (own, broker): (PeerId, PeerId),
+        address: LoopbackAddr,
+        (client, broker): (PeerId, PeerId),
         subjects: Vec<Subject>,
         log: StreamLog,
         to: mpsc::Sender<Input>,
     ) -> Self {
         let latest = Latest::default();
-        let options = options(at, own, broker, tls, log, latest.clone());
+        let options = options(address, client, broker, tls, log, latest.clone());
         let (client, events) = AsyncClient::builder(options).capacity(OUTBOUND).build();
         let (outbound, to_send) = mpsc::channel(OUTBOUND);
         let counters = Arc::new(Counters::default());
@@ -151,8 +152,8 @@ impl Drop for Mqtt {
 type Latest = Arc<Mutex<Option<Witness>>>;
 
 fn options(
-    at: LoopbackAddr,
-    own: PeerId,
+    address: LoopbackAddr,
+    client: PeerId,
     broker: PeerId,
     tls: rustls::ClientConfig,
     log: StreamLog,
@@ -160,7 +161,7 @@ fn options(
 ) -> MqttOptions {
     crate::crypto::init();
     // The name is checked against the broker's certificate; the connector below never resolves it.
-    let mut options = MqttOptions::new(own.to_string(), (dns_name(broker), at.port()));
+    let mut options = MqttOptions::new(client.to_string(), (dns_name(broker), address.port()));
     options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(tls))));
     options.set_session_mode(SessionMode::Clean);
     options.set_keep_alive(KEEP_ALIVE_S);
@@ -168,7 +169,7 @@ fn options(
     options.set_socket_connector(move |_, _| {
         let (log, latest) = (log.clone(), latest.clone());
         async move {
-            let stream = TcpStream::connect(at.socket()).await?;
+            let stream = TcpStream::connect(address.socket()).await?;
             LoopbackAddr::try_from(stream.peer_addr()?).map_err(std::io::Error::other)?;
             stream.set_nodelay(true)?;
             let ingress = Ingress::new(stream, log);
@@ -212,12 +213,13 @@ async fn poll(
     to: &mpsc::Sender<Input>,
     counters: &Counters,
 ) {
-    let (mut pause, mut stands) = (PAUSES.0, None);
+    let (mut pause, mut connected_at) = (PAUSES.0, None);
     while !to.is_closed() {
         match events.poll().await {
             Ok(Event::Incoming(Packet::ConnAck(_))) => {
                 add(&counters.connected);
-                stands = Some(trace_us());
+                connected_at = Some(trace_us());
+                // With every connection: after a clean start the broker has no subscription of the last session.
                 for subject in subjects {
                     if let Err(error) = client.try_subscribe(subject.topic(), QoS::AtLeastOnce) {
                         tracing::warn!(%error, "subscription not sent");
@@ -247,7 +249,7 @@ async fn poll(
                 if let Some(witness) = &*latest.lock().unwrap_or_else(PoisonError::into_inner) {
                     witness.failed(&error);
                 }
-                if let Some(since) = stands.take() {
+                if let Some(since) = connected_at.take() {
                     add(&counters.ended);
                     if to.send(Input::SessionLost).await.is_err() {
                         return;

@@ -1,8 +1,8 @@
 //! Telemetry packets for a ground system on this host: over TCP, on loopback, to every client that connects.
 //!
-//! No byte is read from a client, so none can give an order. There is no secret: every user of the host can connect, and reads the values that the console
-//! displays. A client that does not keep up is cut off at a packet's end or in the middle, and may connect again; no packet waits for it here. The
-//! content of packets is the caller's.
+//! No byte is read from a client, so none can give an order. There is no secret: every user of the host can connect and reads the values that the
+//! console displays. A slow client is disconnected, possibly within a packet, and may connect again; no packet waits for it here. The
+//! content of packets is left to the caller.
 
 use std::io::{self, ErrorKind, Write};
 use std::net::{TcpListener, TcpStream};
@@ -16,7 +16,7 @@ pub const MAX_CLIENTS: usize = 8;
 #[derive(Debug)]
 pub struct Offered {
     listener: TcpListener,
-    at: LoopbackAddr,
+    address: LoopbackAddr,
     clients: Vec<TcpStream>,
 }
 
@@ -29,27 +29,28 @@ impl Offered {
     pub fn open(port: u16) -> io::Result<Self> {
         let listener = TcpListener::bind(LoopbackAddr::on_port(port).socket())?;
         listener.set_nonblocking(true)?;
-        let at = LoopbackAddr::on_port(listener.local_addr()?.port());
-        Ok(Self { listener, at, clients: Vec::new() })
+        let address = LoopbackAddr::on_port(listener.local_addr()?.port());
+        Ok(Self { listener, address, clients: Vec::new() })
     }
 
     /// Address for a client.
     pub fn address(&self) -> LoopbackAddr {
-        self.at
+        self.address
     }
 
-    /// Gives whole packets to the connected clients, and gives their number.
+    /// Sends whole packets to the connected clients; returns their number.
     ///
     /// # Errors
     ///
     /// When no client can be accepted any more.
-    pub fn say(&mut self, packets: &[u8]) -> io::Result<usize> {
-        self.welcome()?;
+    pub fn send(&mut self, packets: &[u8]) -> io::Result<usize> {
+        self.accept_waiting()?;
+        // A partial write would leave the client in the middle of a packet, and the rest has no place to wait.
         self.clients.retain_mut(|client| matches!(client.write(packets), Ok(written) if written == packets.len()));
         Ok(self.clients.len())
     }
 
-    fn welcome(&mut self) -> io::Result<()> {
+    fn accept_waiting(&mut self) -> io::Result<()> {
         loop {
             match self.listener.accept() {
                 Ok((client, _)) if self.clients.len() < MAX_CLIENTS => {
@@ -57,9 +58,9 @@ impl Offered {
                     self.clients.push(client);
                 }
                 Ok(_) => {}
-                Err(why) if why.kind() == ErrorKind::WouldBlock => return Ok(()),
-                Err(why) if why.kind() == ErrorKind::ConnectionAborted => {}
-                Err(why) => return Err(why),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
+                Err(error) if error.kind() == ErrorKind::ConnectionAborted => {}
+                Err(error) => return Err(error),
             }
         }
     }
@@ -74,9 +75,9 @@ mod tests {
     #[test]
     fn client_reads_packets_from_its_connection_on() {
         let mut offered = Offered::open(0).unwrap();
-        assert_eq!(offered.say(b"before").unwrap(), 0);
+        assert_eq!(offered.send(b"before").unwrap(), 0);
         let mut client = TcpStream::connect(offered.address().socket()).unwrap();
-        assert_eq!(offered.say(b"packet").unwrap(), 1);
+        assert_eq!(offered.send(b"packet").unwrap(), 1);
         let mut read = [0; 6];
         client.read_exact(&mut read).unwrap();
         assert_eq!(&read, b"packet");
@@ -87,14 +88,14 @@ mod tests {
         let mut offered = Offered::open(0).unwrap();
         let _slow = TcpStream::connect(offered.address().socket()).unwrap();
         let packets = vec![7; 1 << 20];
-        let mut left = offered.say(&packets).unwrap();
+        let mut left = offered.send(&packets).unwrap();
         // A socket's buffers hold a few mebibytes.
         for _ in 0..64 {
-            left = offered.say(&packets).unwrap();
+            left = offered.send(&packets).unwrap();
         }
         assert_eq!(left, 0);
         let _next = TcpStream::connect(offered.address().socket()).unwrap();
-        assert_eq!(offered.say(b"packet").unwrap(), 1);
+        assert_eq!(offered.send(b"packet").unwrap(), 1);
     }
 
     #[test]
@@ -102,6 +103,6 @@ mod tests {
         let mut offered = Offered::open(0).unwrap();
         let _clients: Vec<TcpStream> =
             (0..=MAX_CLIENTS).map(|_| TcpStream::connect(offered.address().socket()).unwrap()).collect();
-        assert_eq!(offered.say(b"packet").unwrap(), MAX_CLIENTS);
+        assert_eq!(offered.send(b"packet").unwrap(), MAX_CLIENTS);
     }
 }

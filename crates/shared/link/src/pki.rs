@@ -1,8 +1,8 @@
 //! Certificates of one run: an authority that lives in the launcher's memory, and its certificates.
 //!
 //! Leaves are P-256, valid for at most a day, and name their holder by exactly one URI, `urn:holdsafe:<name>`. A
-//! [`Credential`] goes to its service over the inherited pipe and never to a disk. Permissions of a name are the cores'
-//! business.
+//! [`Credential`] goes to its service over the inherited pipe and never to a disk. Permissions of a name are left to the
+//! cores.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
@@ -20,7 +20,7 @@ use x509_parser::prelude::{FromDer, GeneralName, X509Certificate};
 
 use crate::clock::wall;
 
-/// The longest life of anything the authority makes.
+/// The longest validity of a certificate or list of the authority.
 pub const MAX_LIFE: Duration = Duration::from_secs(24 * 3600);
 
 /// Backdating of a certificate's start, so that a host with a slightly late wall clock accepts it.
@@ -44,7 +44,7 @@ pub enum PkiError {
     /// The leaf has not exactly one URI name.
     #[error("peer certificate has {0} URI names instead of one")]
     UriNames(usize),
-    /// The revocation list beside the certificate is none of its authority.
+    /// The revocation list beside the certificate is not its authority's.
     #[error(transparent)]
     List(#[from] ListRefused),
     /// The URI is not a name of the table.
@@ -52,7 +52,7 @@ pub enum PkiError {
     UnknownName(String),
 }
 
-/// The longest revocation list that is looked at, in bytes.
+/// The longest revocation list that is read, in bytes.
 pub const MAX_LIST: usize = 16 * 1024;
 
 /// Reason for which a revocation list was refused; the previous one stays.
@@ -67,12 +67,12 @@ pub enum ListRefused {
     /// Not signed by the authority of this end's certificate.
     #[error("a revocation list of this run's authority expected, got another's")]
     Foreign,
-    /// Not newer than the one that is held.
+    /// Not newer than the present one.
     #[error("a revocation list after number {held} expected, got {got}")]
     Old {
-        /// Number of the list that is held.
+        /// Number of the present list.
         held: u64,
-        /// Number of the list that came.
+        /// Number of the received list.
         got: u64,
     },
 }
@@ -132,7 +132,7 @@ impl Credential {
     }
 }
 
-/// The certificate authority of one run. Dropped, its key is gone.
+/// The certificate authority of one run; its key exists only as long as this.
 pub struct Authority {
     issuer: Issuer<'static, KeyPair>,
     root_der: Vec<u8>,
@@ -185,7 +185,7 @@ impl Authority {
         self.issue_between(holder, role, self.born - BACKDATE, self.born + MAX_LIFE)
     }
 
-    /// A credential for `holder` with a validity of its own (expired and not yet valid ones are scenarios).
+    /// A credential for `holder` with another validity (expired and not yet valid ones are scenarios).
     pub fn issue_between(
         &self,
         holder: PeerId,
@@ -230,7 +230,7 @@ impl Authority {
     }
 }
 
-/// Fields of every leaf, but for its validity.
+/// Fields of every leaf, except for its validity.
 fn leaf(holders: &[PeerId], role: Role) -> Result<CertificateParams, PkiError> {
     let mut params = CertificateParams::new(holders.iter().map(|h| dns_name(*h)).collect::<Vec<_>>())?;
     for holder in holders {
@@ -247,7 +247,7 @@ fn leaf(holders: &[PeerId], role: Role) -> Result<CertificateParams, PkiError> {
     Ok(params)
 }
 
-/// The serial number of a certificate, as it stands in it.
+/// The serial number of a certificate, in its encoding.
 fn serial(cert_der: &[u8]) -> Result<Vec<u8>, PkiError> {
     let (_, cert) = X509Certificate::from_der(cert_der).map_err(|_| PkiError::Unreadable)?;
     Ok(cert.raw_serial().to_vec())

@@ -1,4 +1,4 @@
-//! The recorder's process: receives audit frames, writes the recording, and says how far it is sealed.
+//! The recorder's process: receives audit frames, writes the recording, and publishes seals over it.
 
 use std::process::ExitCode;
 
@@ -14,9 +14,9 @@ use wire::sign::Secret;
 
 use crate::spec::ServiceSpec;
 
-/// Parts of a `config::setup::Setup` that the recorder needs; it has no use for policy or bounds.
+/// Parts of a `config::setup::Setup` that the recorder needs; policy and bounds are left out.
 #[derive(Deserialize)]
-struct Making {
+struct RecorderSetup {
     boot: Boot,
     secret: Secret,
     channels: Vec<Channel>,
@@ -24,14 +24,15 @@ struct Making {
 
 /// Runs the recorder until its launcher ends it.
 pub fn main() -> ExitCode {
+    // Before any thread starts: a thread inherits the signal mask of its creator.
     survive_limits();
     match recorder() {
         Ok((spec, core)) => crate::drive::run(spec, Box::new(core)),
-        Err(why) => crate::drive::refuse("recorder", &why.to_string()),
+        Err(error) => crate::drive::refuse("recorder", &error.to_string()),
     }
 }
 
-/// A write beyond a limit on the size of files fails like any other, instead of ending the process by its signal.
+/// Blocks the signal of a write beyond a limit on the size of files: the write fails like any other, and the process lives on.
 fn survive_limits() {
     let mut signals = SigSet::empty();
     signals.add(Signal::SIGXFSZ);
@@ -42,9 +43,9 @@ fn survive_limits() {
 
 fn recorder() -> Result<(ServiceSpec, Recorder<Any>), Box<dyn std::error::Error>> {
     let spec = crate::confined::from_stdin("recorder")?;
-    let making: Making = spec.config()?;
-    let seals = making.channels.iter().find(|c| c.topic == Topic::Seals).ok_or(NoChannel(Topic::Seals))?;
-    let key = Key::from_bytes(&making.secret.0);
-    let core = Recorder::new(making.boot, key, seals.key.clone(), spec.started());
+    let setup: RecorderSetup = spec.config()?;
+    let seals = setup.channels.iter().find(|c| c.topic == Topic::Seals).ok_or(NoChannel(Topic::Seals))?;
+    let key = Key::from_bytes(&setup.secret.0);
+    let core = Recorder::new(setup.boot, key, seals.key.clone(), spec.started());
     Ok((spec, core))
 }

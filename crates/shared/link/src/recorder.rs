@@ -1,10 +1,9 @@
 //! The recording: audit frames in MCAP files, one channel per node.
 //!
-//! A chunk is closed whenever something has to be on file before the world hears of it ([`Recording::flush`]), so a killed
-//! recorder loses nothing it has sealed. A frame counts as on file only once it was flushed there. A full disk loses no
-//! frame at once either: frames wait, as many as there is room for, and go to the next file once one can be written. Until
-//! then the waiting frames do not reach the recorder's core and no seal goes out, so that a seal never covers an entry that
-//! is on no file. Chains and seals are the core's business (`wire::audit`).
+//! A chunk is closed before any output that depends on it is sent ([`Recording::flush`]), so a killed recorder loses no sealed
+//! entry. A frame counts as on file only after its flush. On a full disk frames wait, within a bound, and go to the next file that can
+//! be written. Until then the waiting frames do not reach the recorder's core and no seal is sent, so that a seal never covers an entry
+//! that is on no file. Chains and seals are left to the core (`wire::audit`).
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
@@ -22,7 +21,7 @@ use crate::instrument::Frame;
 /// A chunk is closed at this size at the latest, in bytes.
 const CHUNK: u64 = 64 * 1024;
 
-/// A file is closed at this size, in bytes, and the next one begun: the index of its chunks is in memory until then.
+/// A file is closed at this size, in bytes, and the next one begun: until then the index of its chunks is in memory.
 const FILE: u64 = 16 << 20;
 
 /// Pause between attempts to open a file after a failure, in microseconds.
@@ -31,13 +30,13 @@ const PAUSE_US: u64 = 100_000;
 /// Files that one recorder may begin.
 const MAX_FILES: u32 = 1_000;
 
-/// Frames are flushed when so many are written and not flushed yet.
+/// Number of written frames at which they are flushed.
 const UNFLUSHED: usize = 1_024;
 
 /// Room for frames that wait for a file, in bytes, each with its overhead.
 pub const ROOM: usize = 16 << 20;
 
-/// Share of [`ROOM`] that a frame of so many bytes takes.
+/// Share of [`ROOM`] that a frame of this many bytes takes.
 pub fn cost(bytes: usize) -> usize {
     bytes + size_of::<Waiting>()
 }
@@ -47,7 +46,7 @@ pub fn cost(bytes: usize) -> usize {
 pub struct RecordingStats {
     /// Frames on file.
     pub written: u64,
-    /// Frames that are on no file: there was no room for them to wait, or they waited in vain.
+    /// Frames that are on no file: there was no room for them to wait, or no file could be written until the end.
     pub lost: u64,
     /// Files begun.
     pub files: u32,
@@ -63,25 +62,25 @@ pub struct Recording {
     /// Number of them, from the oldest on, already written to the open file.
     unflushed: usize,
     room: usize,
-    /// Entries that were written since they were last asked for.
+    /// Entries that were written and are not yet taken by [`Recording::written`].
     fresh: VecDeque<Vec<u8>>,
     stats: RecordingStats,
 }
 
 struct Waiting {
     frame: Frame,
-    /// True if the recorder's core has still to be fed with it.
+    /// True if the recorder's core has not got it yet.
     feeds: bool,
 }
 
 struct Open {
     writer: Writer<BufWriter<File>>,
-    /// The same file, for cutting off an incomplete write.
+    /// Handle of the writer's file, for cutting off an incomplete write.
     file: File,
     path: PathBuf,
     /// Its length after the last flush.
     length: u64,
-    /// Frames in that.
+    /// Frames in that length.
     frames: u64,
     channels: BTreeMap<NodeId, (u16, u32)>,
 }
@@ -101,13 +100,12 @@ impl Recording {
         }
     }
 
-    /// Writes a frame, or lets it wait.
+    /// Writes a frame, or queues it.
     pub fn write(&mut self, frame: Frame) {
         self.take(frame, false);
     }
 
-    /// Writes a frame of which the recorder's core is to hear, or lets it wait; [`Recording::written`] gives it once it is
-    /// written.
+    /// Writes a frame for the recorder's core, or queues it; [`Recording::written`] returns it after it is written.
     pub fn receive(&mut self, frame: Frame) {
         self.take(frame, true);
     }
@@ -147,6 +145,7 @@ impl Recording {
 
     /// Writes the index and closes the file.
     pub fn finish(&mut self) -> RecordingStats {
+        // The last attempt does not wait for the pause after a failure.
         self.retry_at_us = 0;
         self.flush();
         self.close();
@@ -174,7 +173,7 @@ impl Recording {
         }
     }
 
-    /// Writes waiting frames, as long as that succeeds.
+    /// Writes waiting frames, up to the first failure.
     fn write_waiting(&mut self) {
         if self.unflushed < self.waiting.len() {
             self.begin_if_due();
@@ -186,18 +185,20 @@ impl Recording {
                 return self.fail();
             }
             self.unflushed += 1;
+            // Once: after a failure the frame is written again, to the next file. The core may have it before its flush, since its
+            // seals wait for that flush (`drive::ports`).
             if std::mem::take(&mut waiting.feeds) {
                 self.fresh.push_back(waiting.frame.bytes.clone());
             }
         }
     }
 
-    /// Gives the file up as far as it is not flushed; that waits for the next one.
+    /// Closes the file at its last flush; the frames after it wait for the next file.
     fn fail(&mut self) {
         self.unflushed = 0;
         let Some(open) = self.open.take() else { return };
         self.retry_at_us = trace_us() + PAUSE_US;
-        // One without a frame would be begun again and again while the disk is full.
+        // A removed file does not count: on a full disk each attempt makes one, and would use up `MAX_FILES`.
         self.stats.files -= u32::from(open.cut());
     }
 
@@ -216,7 +217,7 @@ impl Recording {
 
     fn begin(&mut self) -> McapResult<Open> {
         std::fs::create_dir_all(&self.directory)?;
-        // A recorder that was restarted goes on in the next free file.
+        // A restarted recorder continues in the next free file, and never overwrites one of its earlier life.
         let (path, file) = loop {
             let path = self.directory.join(format!("audit-{}.mcap", self.stats.files));
             match File::create_new(&path) {
@@ -230,7 +231,7 @@ impl Recording {
         let options = WriteOptions::new().library("holdsafe").compression(None).chunk_size(Some(CHUNK));
         let writer = options.create(BufWriter::new(file.try_clone()?))?;
         let mut open = Open { writer, file, path, length: 0, frames: 0, channels: BTreeMap::new() };
-        // A disk that is full says so here, before anything is given to it.
+        // A full disk shows here, before any frame is written to it.
         if let Err(error) = open.flush(0) {
             open.cut();
             return Err(error);
@@ -255,7 +256,7 @@ impl Open {
         self.writer.write_to_known_channel(&header, &frame.bytes)
     }
 
-    /// Hands everything to the operating system: `frames` more than before.
+    /// Hands everything to the operating system, with `frames` new frames in it.
     fn flush(&mut self, frames: u64) -> McapResult<()> {
         self.writer.flush()?;
         self.length = self.file.metadata()?.len();
@@ -263,10 +264,10 @@ impl Open {
         Ok(())
     }
 
-    /// Cuts off the unflushed part; true when the file was empty then and is removed.
+    /// Cuts off the unflushed part; true when no frame is left and the file is removed.
     fn cut(self) -> bool {
         let Open { writer, file, path, length, frames, .. } = self;
-        // It tries to write its end, which is cut off too.
+        // Dropped before the cut: the writer tries to write its end, which is cut off too.
         drop(writer);
         let done = if frames == 0 { std::fs::remove_file(&path) } else { file.set_len(length) };
         if let Err(error) = &done {
@@ -284,7 +285,7 @@ mod tests {
         Frame { trace_us, node: NodeId::SIM, bytes: vec![trace_us as u8; length] }
     }
 
-    /// A recording in a folder that cannot be made as long as a file stands in its place.
+    /// A recording in a folder that cannot be created, since a file has its path.
     fn blocked(parent: &tempfile::TempDir) -> (Recording, PathBuf) {
         let folder = parent.path().join("recording");
         std::fs::write(&folder, "in the way").unwrap();
@@ -296,18 +297,18 @@ mod tests {
     fn waiting_frames_are_reported_in_file_order() {
         let parent = tempfile::tempdir().unwrap();
         let (mut recording, folder) = blocked(&parent);
-        (1..=3).for_each(|at| recording.receive(frame(at, 10)));
+        (1..=3).for_each(|time| recording.receive(frame(time, 10)));
         recording.write(frame(4, 10));
         assert!(!recording.flush() && recording.written().is_none());
         std::fs::remove_file(&folder).unwrap();
         while !recording.flush() {
             std::thread::yield_now();
         }
-        let told: Vec<u8> = std::iter::from_fn(|| recording.written()).map(|bytes| bytes[0]).collect();
-        assert_eq!(told, [1, 2, 3], "its own it is not told");
+        let fed: Vec<u8> = std::iter::from_fn(|| recording.written()).map(|bytes| bytes[0]).collect();
+        assert_eq!(fed, [1, 2, 3], "without the recorder's own");
         assert_eq!(recording.finish(), RecordingStats { written: 4, lost: 0, files: 1 });
-        let kept = crate::mcap_frames::frames_of_folder(&folder).unwrap();
-        assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2, 3, 4]);
+        let recorded = crate::mcap_frames::frames_of_folder(&folder).unwrap();
+        assert_eq!(recorded.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 
     /// They never reach the recorder's core.
@@ -316,7 +317,7 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let (mut recording, _folder) = blocked(&parent);
         let room = ROOM / cost(1000);
-        (0..=room as u64).for_each(|at| recording.receive(frame(at, 1000)));
+        (0..=room as u64).for_each(|time| recording.receive(frame(time, 1000)));
         assert_eq!((recording.stats().lost, recording.written()), (1, None));
         assert_eq!(recording.finish(), RecordingStats { written: 0, lost: room as u64 + 1, files: 0 });
     }
@@ -327,13 +328,13 @@ mod tests {
         let folder = parent.path().join("recording");
         let mut recording = Recording::new(folder.clone());
         let frames = 2 * FILE / 50_000 + 100;
-        (1..=frames).for_each(|at| {
-            recording.receive(frame(at, 50_000));
+        (1..=frames).for_each(|time| {
+            recording.receive(frame(time, 50_000));
             assert!(recording.flush());
         });
         assert_eq!(recording.finish(), RecordingStats { written: frames, lost: 0, files: 3 });
-        let kept = crate::mcap_frames::frames_of_folder(&folder).unwrap();
-        assert!(kept.iter().map(|f| f.trace_us).eq(1..=frames));
+        let recorded = crate::mcap_frames::frames_of_folder(&folder).unwrap();
+        assert!(recorded.iter().map(|f| f.trace_us).eq(1..=frames));
     }
 
     #[test]
@@ -349,9 +350,9 @@ mod tests {
         while !recording.flush() {
             std::thread::yield_now();
         }
-        assert_eq!(recording.written(), None, "it was told of");
+        assert_eq!(recording.written(), None, "the core has it already");
         assert_eq!(recording.finish(), RecordingStats { written: 2, lost: 0, files: 2 });
-        let kept = crate::mcap_frames::frames_of_folder(&folder).unwrap();
-        assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2]);
+        let recorded = crate::mcap_frames::frames_of_folder(&folder).unwrap();
+        assert_eq!(recorded.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2]);
     }
 }

@@ -1,10 +1,10 @@
-//! The sockets of a relay: arrivals on either side become inputs of the core, its outputs go out on either side.
+//! The sockets of a relay: arrivals on both sides become inputs of the core, and its outputs are sent on both sides.
 //!
-//! The core decides which datagrams pass, when and how often; this file owns no policy and sees only ciphertext. A
-//! datagram relay carries one path, that of one client: a process of the same run that has begun a session through it.
-//! When the client begins one from another port, as it does after each loss, the relay takes a new socket towards the
+//! The core decides which datagrams pass, when and how often; this file has no policy and sees only ciphertext. A
+//! datagram relay carries the path of one client: a process of the same run that has begun a session through it.
+//! When the client begins a session from another port, as it does after each loss, the relay opens a new socket towards the
 //! server, so that the server sees a new path too. Datagrams of any other sender are counted and dropped. Both ends are
-//! loopback addresses out of the specification. A process of the same user can still come from the run's own address and
+//! loopback addresses of the specification. A process of the same user can still use the run's own address and
 //! begin a session.
 
 use std::collections::BTreeMap;
@@ -43,13 +43,13 @@ pub struct RelayStats {
     pub received: [u64; 2],
     /// Datagrams emitted towards the client and towards the server.
     pub emitted: [u64; 2],
-    /// Datagrams emitted towards the server from an address of the relay's own.
+    /// Datagrams emitted towards the server from another address of the relay.
     pub strange: u64,
     /// Datagrams at the client side from outside of the run: dropped, and in no other count.
     pub outsiders: u64,
-    /// The same from a socket of the run that is not the client's, or not any more.
+    /// Datagrams at the client side from a socket of the run that is not the client's, or no longer: dropped too.
     pub stale: u64,
-    /// Datagrams towards the client and towards the server, from whatever address, that could not be emitted (no client
+    /// Datagrams towards the client and towards the server, from any address, that could not be emitted (no client
     /// yet, or the socket refused).
     pub unsent: [u64; 2],
     /// Streams opened.
@@ -90,7 +90,7 @@ pub struct DatagramRelay {
     counters: Arc<Counters>,
 }
 
-/// The present client and the socket that stands for it towards the server.
+/// The present client and its socket towards the server.
 struct Leg {
     client: LoopbackAddr,
     back: Arc<UdpSocket>,
@@ -104,17 +104,17 @@ impl Drop for Leg {
 }
 
 impl DatagramRelay {
-    /// Opens the client side for clients of the run at `own`. Must be called inside a tokio runtime.
+    /// Opens the client side for clients of the run at `run_addr`. Must be called inside a tokio runtime.
     ///
     /// # Errors
     /// When the socket cannot be bound.
-    pub fn open(leg: RelayLeg, own: LoopbackAddr, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
+    pub fn open(leg: RelayLeg, run_addr: LoopbackAddr, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
         let front = Arc::new(sockets::udp(leg.at)?);
         let local = LoopbackAddr::try_from(front.local_addr()?).map_err(std::io::Error::other)?;
-        let unknown_peer = sockets::udp_to(own, leg.upstream)?;
+        let unknown_peer = sockets::udp_to(run_addr, leg.upstream)?;
         let path = Arc::new(Mutex::new(None));
         let counters = Arc::new(Counters::default());
-        let ends = Ends { front: front.clone(), upstream: leg.upstream, own };
+        let ends = Ends { front: front.clone(), upstream: leg.upstream, run_addr };
         tokio::spawn(front_loop(ends, path.clone(), to, counters.clone()));
         Ok(Self { local, front, path, unknown_peer, counters })
     }
@@ -124,7 +124,7 @@ impl DatagramRelay {
         self.local
     }
 
-    /// Emits a datagram towards `side`, or counts that it could not.
+    /// Emits a datagram towards `side`, or counts the failure.
     pub fn emit(&self, side: Side, bytes: &[u8]) {
         let path = self.path.lock().unwrap_or_else(PoisonError::into_inner);
         let sent = match (&*path, side) {
@@ -162,11 +162,11 @@ fn read(counters: &Counters) -> RelayStats {
     }
 }
 
-/// The client side, where the server is, and where the run's own sockets are.
+/// The client side, the server's address, and the address of the run's own sockets.
 struct Ends {
     front: Arc<UdpSocket>,
     upstream: LoopbackAddr,
-    own: LoopbackAddr,
+    run_addr: LoopbackAddr,
 }
 
 async fn front_loop(ends: Ends, path: Arc<Mutex<Option<Leg>>>, to: mpsc::Sender<Input>, counters: Arc<Counters>) {
@@ -175,15 +175,16 @@ async fn front_loop(ends: Ends, path: Arc<Mutex<Option<Leg>>>, to: mpsc::Sender<
         let Ok((n, from)) = ends.front.recv_from(&mut buf).await else { continue };
         let known = path.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(|leg| leg.client);
         if known.is_none_or(|client| client.socket() != from) {
-            let (true, Ok(client)) = (ends.own.is_host_of(from), LoopbackAddr::try_from(from)) else {
+            let (true, Ok(client)) = (ends.run_addr.is_host_of(from), LoopbackAddr::try_from(from)) else {
                 add(&counters.outsiders);
                 continue;
             };
+            // Only a sound hello makes its sender the client: a stray datagram could otherwise take the downlink away.
             if !hello::opens_association(&buf[..n]) {
                 add(&counters.stale);
                 continue;
             }
-            match sockets::udp_to(ends.own, ends.upstream).map(Arc::new) {
+            match sockets::udp_to(ends.run_addr, ends.upstream).map(Arc::new) {
                 Ok(back) => {
                     let reader = tokio::spawn(back_loop(back.clone(), to.clone(), counters.clone()));
                     *path.lock().unwrap_or_else(PoisonError::into_inner) = Some(Leg { client, back, reader });
@@ -211,7 +212,7 @@ async fn back_loop(back: Arc<UdpSocket>, to: mpsc::Sender<Input>, counters: Arc<
                     return;
                 }
             }
-            // The server is not there (yet): the kernel reports it on the next call.
+            // An absent server: the kernel reports its refusal of an earlier datagram on this call.
             Err(_) => tokio::time::sleep(std::time::Duration::from_millis(1)).await,
         }
     }
@@ -336,7 +337,7 @@ async fn carry(
     }
 }
 
-/// Reads one side until it ends; the core is told of the end by an empty piece.
+/// Reads one side until it ends; an empty piece reports the end to the core.
 async fn pump_in(mut from: OwnedReadHalf, connection: SessionId, side: Side, to: &mpsc::Sender<Input>) {
     let mut buf = vec![0; PIECE];
     loop {
@@ -351,8 +352,8 @@ async fn pump_in(mut from: OwnedReadHalf, connection: SessionId, side: Side, to:
 /// Writes one side until an empty piece or an error.
 async fn pump_out(mut to: OwnedWriteHalf, mut pieces: mpsc::Receiver<Vec<u8>>) {
     while let Some(piece) = pieces.recv().await {
-        let over = if piece.is_empty() { to.shutdown().await.is_ok() } else { to.write_all(&piece).await.is_err() };
-        if over {
+        let is_over = if piece.is_empty() { to.shutdown().await.is_ok() } else { to.write_all(&piece).await.is_err() };
+        if is_over {
             return;
         }
     }

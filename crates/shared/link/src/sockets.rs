@@ -10,47 +10,47 @@ use tokio::net::UdpSocket;
 
 use crate::loopback::LoopbackAddr;
 
-/// Receive buffer asked for, in bytes (the kernel may give less).
+/// Requested receive buffer, in bytes (the kernel may give less).
 const RECEIVE_BUFFER: usize = 1 << 20;
 
-/// A UDP socket bound at `at`; its bound address is checked again. Must be called inside a tokio runtime.
-pub fn udp(at: LoopbackAddr) -> io::Result<UdpSocket> {
-    UdpSocket::from_std(bound(at)?)
+/// A UDP socket bound at `address`; its bound address is checked again. Must be called inside a tokio runtime.
+pub fn udp(address: LoopbackAddr) -> io::Result<UdpSocket> {
+    UdpSocket::from_std(bound(address)?)
 }
 
-/// A UDP socket at `own`, with a port of the kernel's choice, that talks to `peer` alone. Must be called inside a tokio runtime.
-pub fn udp_to(own: LoopbackAddr, peer: LoopbackAddr) -> io::Result<UdpSocket> {
-    let socket = bound(own)?;
+/// A UDP socket at `local`, with a port that the kernel chooses, connected to `peer`. Must be called inside a tokio runtime.
+pub fn udp_to(local: LoopbackAddr, peer: LoopbackAddr) -> io::Result<UdpSocket> {
+    let socket = bound(local)?;
     socket.connect(peer.socket())?;
     LoopbackAddr::try_from(socket.peer_addr()?).map_err(io::Error::other)?;
     UdpSocket::from_std(socket)
 }
 
-fn bound(at: LoopbackAddr) -> io::Result<std::net::UdpSocket> {
-    let socket = std::net::UdpSocket::bind(at.socket())?;
+fn bound(address: LoopbackAddr) -> io::Result<std::net::UdpSocket> {
+    let socket = std::net::UdpSocket::bind(address.socket())?;
     socket.set_nonblocking(true)?;
     LoopbackAddr::try_from(socket.local_addr()?).map_err(io::Error::other)?;
     setsockopt(&socket, sockopt::RcvBuf, &RECEIVE_BUFFER)?;
     Ok(socket)
 }
 
-/// Sends a datagram at once, to `to` or to the socket's one peer, or not at all. True when the kernel took it.
+/// Sends a datagram at once, to `to` or to the socket's one peer, or not at all. True when the kernel accepted it.
 ///
-/// The runtime would first want to see that the socket is writable, and so lose the first datagram of a new one.
+/// The runtime would first wait to see that the socket is writable, and so lose the first datagram of a new socket.
 pub fn emit(socket: &UdpSocket, to: Option<LoopbackAddr>, bytes: &[u8]) -> bool {
     let attempt = || match to {
         Some(to) => sendto(socket.as_raw_fd(), bytes, &SockaddrStorage::from(to.socket()), MsgFlags::MSG_DONTWAIT),
         None => send(socket.as_raw_fd(), bytes, MsgFlags::MSG_DONTWAIT),
     };
     match attempt() {
-        // The answer to an earlier datagram that found nobody; this one has not been tried yet.
+        // The error of an earlier datagram to an absent peer; this datagram was not sent yet.
         Err(Errno::ECONNREFUSED) => attempt().is_ok(),
         outcome => outcome.is_ok(),
     }
 }
 
-/// Datagrams the kernel has dropped on the UDP socket bound at `local`, out of `/proc/net/udp`; `None` when it is not
-/// listed there.
+/// Datagrams that the kernel has dropped on the UDP socket bound at `local`, by `/proc/net/udp`; `None` when the socket is not listed
+/// there.
 pub fn kernel_drops(local: LoopbackAddr) -> Option<u64> {
     let (table, address) = match local.socket() {
         SocketAddr::V4(v4) => {

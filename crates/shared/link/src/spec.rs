@@ -2,7 +2,7 @@
 //!
 //! The launcher writes a [`ServiceSpec`] as JSON, preceded by its length (u32, big-endian), to the child's standard
 //! input and keeps the pipe open. Lines that follow are [`Control`]s; the end of the pipe ends the process at once.
-//! Keys travel here and nowhere else. The content of `config` is the service's own business.
+//! Keys are sent only here. The content of `config` is left to the service.
 
 use std::io::{self, BufRead, Read, Write};
 use std::path::PathBuf;
@@ -29,16 +29,16 @@ pub const MAX_SPEC: usize = 1 << 20;
 /// The longest control line, in bytes: an act of a person, in hexadecimal.
 const MAX_LINE: u64 = 512;
 
-/// Exit status when the launcher's end of the pipe is gone.
+/// Exit status after the launcher's end of the pipe was closed.
 pub const ORPHANED: i32 = 3;
 
-/// Everything one service process needs to know.
+/// Everything that one service process needs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ServiceSpec {
     /// Name of this process in records and logs.
     pub node: NodeId,
-    /// Which start of the node this is.
+    /// Number of the node's start.
     pub boot: Boot,
     /// Seed of the core's generators.
     pub seed: u64,
@@ -49,7 +49,7 @@ pub struct ServiceSpec {
     /// Shared-memory domains this process takes part in.
     #[serde(default)]
     pub bus: Vec<BusSpec>,
-    /// Rights on them; not asked for where there are none, as of an attacker's process.
+    /// Rights on them; without them no right is checked, as in an attacker's process.
     #[serde(default)]
     pub enclaves: Option<SignedEnclaves>,
     /// Accepts DTLS sessions.
@@ -61,10 +61,10 @@ pub struct ServiceSpec {
     /// Is a client of the command broker.
     #[serde(default)]
     pub mqtt: Option<MqttDial>,
-    /// Is the command broker (carried out by the broker crate), or a core in its place (by `mqtt::server`).
+    /// Is the command broker (in the broker crate), or a core in its place (with `mqtt::server`).
     #[serde(default)]
     pub broker: Option<BrokerListen>,
-    /// Stands in the middle of a path.
+    /// Relays a path.
     #[serde(default)]
     pub relay: Option<RelaySpec>,
     /// The recorder's socket, for audit entries.
@@ -78,7 +78,7 @@ pub struct ServiceSpec {
     pub recorder: Option<RecorderSpec>,
     /// Mode of the DTLS guard: drop unauthenticated records, or pass them.
     pub guard: GuardMode,
-    /// The run's own address, with port 0: from there its processes send datagrams; those from elsewhere are an
+    /// The run's own address, with port 0, from which its processes send datagrams; datagrams from other addresses are an
     /// outsider's, and counted apart.
     #[serde(default = "any_port")]
     pub own: LoopbackAddr,
@@ -91,10 +91,10 @@ pub struct ServiceSpec {
     /// The core's own configuration.
     #[serde(default)]
     pub config: serde_json::Value,
-    /// Start of the run, raw monotonic microseconds; the core is made for that instant. Zero: at once.
+    /// Start of the run, raw monotonic microseconds: the start time of the core. Zero: at once.
     #[serde(default)]
     pub start_us: u64,
-    /// The host's time when the specification was read.
+    /// The host's time at which the specification was read.
     #[serde(skip)]
     started: Instant,
     /// The level of confinement that this process has reached.
@@ -110,11 +110,11 @@ fn default_journal_bytes() -> u64 {
     1 << 30
 }
 
-/// Settings of a service's confinement that its links do not tell.
+/// Settings of a service's confinement that do not follow from its links.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Confinement {
-    /// Process that holds the namespaces of the service's host; none where the machine gives none.
+    /// Process that holds the namespaces of the service's host; none where the machine has none.
     #[serde(default)]
     pub host: Option<u32>,
     /// Models and libraries of others that it reads.
@@ -172,7 +172,7 @@ pub struct DtlsListen {
     pub credential: Credential,
 }
 
-/// Keeping one DTLS session up.
+/// Keeping one DTLS session open.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DtlsDial {
@@ -194,12 +194,12 @@ pub struct MqttDial {
     pub own: PeerId,
     /// Expected peer.
     pub expect: PeerId,
-    /// Our certificate.
+    /// Own credential.
     pub credential: Credential,
     /// Subjects to receive, by topic name (`hs/cmd/unit-a`).
     #[serde(default, with = "subject_names")]
     pub subscribe: Vec<Subject>,
-    /// Not from the start, but from when the core asks for it to when it gives it up (adversaries).
+    /// True if the session is opened and closed by outputs of the core, and not at the start (adversaries).
     #[serde(default)]
     pub on_demand: bool,
 }
@@ -214,7 +214,7 @@ pub struct BrokerListen {
     pub credential: Credential,
 }
 
-/// Standing in the middle of one path.
+/// Relaying one path.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RelaySpec {
@@ -257,9 +257,9 @@ pub struct RecorderSpec {
     pub socket: PathBuf,
     /// Directory of recordings; files are named `audit-<n>.mcap`.
     pub directory: PathBuf,
-    /// True if the launcher is told of entries that a step of an attack may wait for ([`ground_truth::is_awaited`]).
-    #[serde(default)]
-    pub tell: bool,
+    /// True if the launcher gets the entries that a step of an attack may wait for ([`ground_truth::is_awaited`]).
+    #[serde(default, rename = "tell")]
+    pub reports_awaited: bool,
 }
 
 /// A specification could not be read.
@@ -277,7 +277,7 @@ pub enum SpecError {
     /// The table of rights has no such service.
     #[error("no row for `{0}` in the table of rights")]
     NoRow(String),
-    /// The process keeps rights that it is to give up.
+    /// The process could not drop rights that it must not have.
     #[error(transparent)]
     Confinement(#[from] sandbox::Error),
 }
@@ -291,14 +291,14 @@ pub enum Control {
     Finish,
     /// The event that a step waits for has occurred.
     Cue(StepName),
-    /// The host kept a service waiting for a core so long, microseconds (the console only).
+    /// Time for which the host kept a service waiting for a core, microseconds (the console only).
     HostWait(Span),
-    /// A person does something, encoded (the console only): a hand without a window, to measure with.
+    /// An act of a person, encoded (the console only): for measurements without a window.
     Act(Vec<u8>),
 }
 
 impl Control {
-    /// The line that says it.
+    /// The line of the message.
     pub fn line(&self) -> String {
         match self {
             Control::Quiesce => "quiesce\n".to_owned(),
@@ -325,7 +325,7 @@ impl Control {
     }
 }
 
-/// Lower case only: a line means one thing, and one thing has one line.
+/// Bytes in lower-case hexadecimal only, so that each message has exactly one line.
 fn bytes_of(hex: &str) -> Option<Vec<u8>> {
     let digit = |digit: char| digit.to_digit(16).filter(|_| !digit.is_ascii_uppercase());
     let digits: Option<Vec<u32>> = hex.chars().map(digit).collect();
@@ -371,7 +371,7 @@ impl ServiceSpec {
         Ok(T::deserialize(&self.config)?)
     }
 
-    /// The host's time when the specification was read: the start time of a core, and of the journal's header.
+    /// The start of the run, or the host's time at which the specification was read: the start time of a core, and of the journal's header.
     pub fn started(&self) -> Instant {
         self.started
     }
@@ -391,10 +391,10 @@ impl ServiceSpec {
         files::guard_log(&self.run_dir, self.node, self.boot)
     }
 
-    /// Writes the specification as [`ServiceSpec::read`] wants it.
+    /// Writes the specification for [`ServiceSpec::read`].
     ///
     /// # Errors
-    /// When it is too long or the pipe is gone.
+    /// When it is too long or the pipe is closed.
     pub fn write(&self, mut to: impl Write) -> Result<(), SpecError> {
         let json = serde_json::to_vec(self)?;
         let length = u32::try_from(json.len()).ok().filter(|_| json.len() <= MAX_SPEC);
@@ -430,11 +430,11 @@ impl ServiceSpec {
     ///
     /// As [`ServiceSpec::read`].
     pub fn from_stdin() -> Result<Self, SpecError> {
-        // A backstop: it follows the launcher's spawning thread; the end of the pipe is what counts.
+        // Only a second means: it depends on the launcher's spawning thread. The end of the pipe decides (`watch`).
         nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGKILL).map_err(io::Error::from)?;
         crate::crypto::init();
         let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn,dtls=error".into());
-        // Standard error may be a file on a full disk: what cannot be said is not said, and nobody falls over it.
+        // Standard error may be a file on a full disk: a message that cannot be written is dropped without a panic.
         let logging = tracing_subscriber::fmt().log_internal_errors(false);
         let logging = logging.with_env_filter(filter).with_writer(io::stderr).try_init();
         if logging.is_err() {
@@ -444,7 +444,7 @@ impl ServiceSpec {
     }
 }
 
-/// Watches standard input for controls on a thread of its own. The end of the pipe ends the process at once.
+/// Watches standard input for controls on a separate thread. The end of the pipe ends the process at once.
 ///
 /// # Errors
 /// When the thread cannot be started.

@@ -1,7 +1,7 @@
 //! Delivery witness of a byte stream: the bytes that arrive at an end, their time, and the stream's end, as the second
 //! witness of a relay's statements.
 //!
-//! It stands below TLS and sees only ciphertext, as anyone on the path does; names and places are `ground_truth::Place`'s.
+//! It is below TLS and sees only ciphertext, as anyone on the path does; names and places are in `ground_truth::Place`.
 //! Bytes beyond the log's room are not logged, and so prove nothing. Judging is left to the oracle.
 
 use std::io::{Error, Result};
@@ -26,9 +26,9 @@ pub struct StreamLog(Arc<Mutex<Option<Sink>>>);
 /// Destination of sights.
 #[derive(Debug)]
 enum Sink {
-    /// Into the log of the guard.
+    /// The log of the guard.
     Witness(WitnessLog),
-    /// To one who listens in this process.
+    /// A listener in this process.
     Listener(SyncSender<StreamSight>),
 }
 
@@ -40,7 +40,7 @@ impl Sink {
                 log.sighted(sight);
                 true
             }
-            // One who listens no more has heard what it wanted.
+            // A listener that is gone needs no more; only a full queue loses a sight.
             Sink::Listener(to) => !matches!(to.try_send(*sight), Err(TrySendError::Full(_))),
         }
     }
@@ -53,20 +53,21 @@ impl StreamLog {
     }
 
     /// The log of the guard of this process, where it has one.
-    pub fn of(witness: Option<&WitnessLog>) -> Self {
+    pub fn from_witness(witness: Option<&WitnessLog>) -> Self {
         Self(Arc::new(Mutex::new(witness.cloned().map(Sink::Witness))))
     }
 
-    /// A log that is no file but is heard in this process, as long as at most `room` entries wait.
-    pub fn heard(room: usize) -> (Self, Receiver<StreamSight>) {
-        let (to, heard) = sync_channel(room);
-        (Self(Arc::new(Mutex::new(Some(Sink::Listener(to))))), heard)
+    /// A log for a listener in this process, without a file; it ends when more than `room` entries wait.
+    pub fn to_listener(room: usize) -> (Self, Receiver<StreamSight>) {
+        let (to, sights) = sync_channel(room);
+        (Self(Arc::new(Mutex::new(Some(Sink::Listener(to))))), sights)
     }
 
     fn write(&self, sight: &StreamSight) {
         let mut log = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if log.as_mut().is_some_and(|sink| !sink.take(sight)) {
             tracing::warn!("stream log ended");
+            // No later sight is written: a log with a gap would deny an arrival that happened.
             *log = None;
         }
     }
@@ -111,7 +112,7 @@ impl Witness {
         self.log.write(&StreamSight { trace_us: trace_us(), sight, stream, offset, length, hash });
     }
 
-    /// Notes `error` when it is the secure layer's: it refused the arrived bytes, or the far end did and reported it.
+    /// Notes `error` when it comes from the secure layer: this end or the far end refused the bytes.
     pub fn failed(&self, error: &(dyn std::error::Error + 'static)) {
         let mut link = Some(error);
         while let Some(error) = link {
@@ -207,7 +208,7 @@ pub fn watched(stream: TcpStream, log: StreamLog) -> Result<(TcpStream, Witness)
 async fn carry(ingress: Ingress<TcpStream>, end: UnixStream) {
     let (mut from_network, mut to_network) = tokio::io::split(ingress);
     let (mut from_end, mut to_end) = end.into_split();
-    // A failed direction is an ended one; which side ended it, the witness knows.
+    // A failed direction counts as ended; the witness has noted which side ended it.
     let inward = async {
         let _ = tokio::io::copy(&mut from_network, &mut to_end).await;
         let _ = to_end.shutdown().await;
@@ -229,7 +230,7 @@ mod tests {
     use tokio::io::AsyncReadExt;
 
     fn log() -> (Receiver<StreamSight>, StreamLog) {
-        let (log, heard) = StreamLog::heard(64);
+        let (log, heard) = StreamLog::to_listener(64);
         (heard, log)
     }
 

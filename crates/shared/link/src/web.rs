@@ -1,8 +1,8 @@
 //! Pages for a browser on this host: read only, over HTTP/1.1 on loopback.
 //!
 //! A port of loopback is open to every user of the host, and to every page that a browser on it shows. So a reader needs the address with
-//! its secret, of 128 random bits; the request has to be for that address by number, for a name may be made to lead here; and no page of
-//! another origin may embed or read the pages. No request has a side effect. Page content is the caller's.
+//! its secret of 128 random bits; the `Host` of the request has to be the numeric address, since another name may resolve to it; and no page of
+//! another origin may embed or read the pages. No request has a side effect. Page content is left to the caller.
 
 use std::convert::Infallible;
 use std::io;
@@ -22,11 +22,11 @@ use tokio::sync::{Semaphore, oneshot};
 
 use crate::loopback::LoopbackAddr;
 
-/// Connections at once; who comes when there are so many is turned away.
+/// Connections at once, at most; further ones are closed.
 const CONNECTIONS: usize = 16;
-/// In which a connection has to send the head of a request.
+/// Time limit for the head of a request.
 const HEAD: Duration = Duration::from_secs(5);
-/// After which a connection ends, whatever it does; a browser makes another.
+/// Time after which any connection ends; a browser opens another.
 const LIFE: Duration = Duration::from_secs(60);
 /// Longest head of a request, bytes, and most lines in it.
 const MAX_HEAD: (usize, usize) = (16 * 1024, 64);
@@ -34,7 +34,7 @@ const MAX_HEAD: (usize, usize) = (16 * 1024, 64);
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Something that can be asked for.
+/// A page that can be requested.
 pub struct Page {
     /// Its path below the address; empty for the address itself.
     pub path: &'static str,
@@ -46,15 +46,15 @@ pub struct Page {
 
 /// Content of a page.
 pub enum Content {
-    /// Always the same.
+    /// Fixed content.
     Fixed(&'static str),
-    /// Made anew whenever it is asked for.
+    /// Content that is made for each request.
     Made(Box<dyn Fn() -> String + Send + Sync>),
 }
 
 /// Pages that are served until this is dropped.
 pub struct Served {
-    at: LoopbackAddr,
+    address: LoopbackAddr,
     secret: String,
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -68,11 +68,11 @@ impl Served {
     pub fn open(port: u16, pages: Vec<Page>) -> io::Result<Self> {
         let listener = std::net::TcpListener::bind(LoopbackAddr::on_port(port).socket())?;
         listener.set_nonblocking(true)?;
-        let at = LoopbackAddr::try_from(listener.local_addr()?).map_err(io::Error::other)?;
+        let address = LoopbackAddr::try_from(listener.local_addr()?).map_err(io::Error::other)?;
         let mut random = [0; 16];
         SystemRandom::new().fill(&mut random).map_err(|_| io::Error::other("no randomness for the page's address"))?;
         let secret: String = random.iter().map(|byte| format!("{byte:02x}")).collect();
-        let site = Arc::new(Site { host: at.to_string(), secret, pages });
+        let site = Arc::new(Site { host: address.to_string(), secret, pages });
         let secret = site.secret.clone();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (end, ended) = oneshot::channel();
@@ -85,12 +85,12 @@ impl Served {
             });
         };
         let thread = std::thread::Builder::new().name("web".into()).spawn(serve)?;
-        Ok(Self { at, secret, end: Some(end), thread: Some(thread) })
+        Ok(Self { address, secret, end: Some(end), thread: Some(thread) })
     }
 
     /// Address for a browser.
     pub fn address(&self) -> String {
-        format!("http://{}/{}/", self.at, self.secret)
+        format!("http://{}/{}/", self.address, self.secret)
     }
 }
 
@@ -121,7 +121,7 @@ async fn listen(listener: std::net::TcpListener, site: Arc<Site>) {
     loop {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
-            // Out of descriptors, or the peer has gone again.
+            // Out of descriptors, or the peer has closed already: the pause keeps it from a busy loop.
             Err(_) => {
                 tokio::time::sleep(Duration::from_millis(50)).await;
                 continue;
@@ -130,7 +130,7 @@ async fn listen(listener: std::net::TcpListener, site: Arc<Site>) {
         let Ok(place) = Arc::clone(&room).try_acquire_owned() else { continue };
         let site = Arc::clone(&site);
         tokio::spawn(async move {
-            // However it ends, it has ended.
+            // Any outcome ends the connection; there is nobody to report it to.
             let _ = tokio::time::timeout(LIFE, attend(stream, site)).await;
             drop(place);
         });
@@ -173,8 +173,8 @@ impl Site {
     }
 }
 
-fn plain(status: StatusCode, why: &'static str) -> Response<Full<Bytes>> {
-    response(status, "text/plain; charset=utf-8", Bytes::from_static(why.as_bytes()))
+fn plain(status: StatusCode, reason: &'static str) -> Response<Full<Bytes>> {
+    response(status, "text/plain; charset=utf-8", Bytes::from_static(reason.as_bytes()))
 }
 
 fn response(status: StatusCode, media: &'static str, content: Bytes) -> Response<Full<Bytes>> {

@@ -1,7 +1,7 @@
 //! Log of the delivery witness of a process's secure sessions and streams: the target's half of a receipt.
 //!
-//! It is a hash chain of the guard's own, signed with the guard's own key as a service's is, in a file of its own, so that no
-//! recorder handles it. The process states its head in its closing account. The meaning of entries is left to the oracle, their
+//! It is a separate hash chain, signed with the guard's key as a service's chain is with the service's, in a separate file, so that no
+//! recorder handles it. The process reports its head in its closing account. The meaning of entries is left to the oracle, their
 //! verification to `recording::log`.
 
 use std::collections::VecDeque;
@@ -53,7 +53,7 @@ pub struct StreamSight {
     pub hash: u64,
 }
 
-/// The log of one guard, from wherever in the process something is seen.
+/// The log of one guard, shared by all observers in the process.
 #[derive(Clone, Debug)]
 pub struct WitnessLog(Arc<Mutex<Log>>);
 
@@ -64,25 +64,25 @@ struct Log {
     interface: Interface,
     /// True if this process dials the gateway, with no relay in between.
     direct: bool,
-    /// None once it is closed, or could not be written.
+    /// The file; none after the close or a failed write.
     out: Option<BufWriter<File>>,
     room: u64,
     last: Vec<u8>,
 }
 
 impl WitnessLog {
-    /// The log that the specification asks for.
+    /// The log of the specification, if it has one.
     ///
     /// # Errors
-    /// When its file is there already or cannot be made.
+    /// When its file has content already or cannot be created.
     pub fn create(spec: &ServiceSpec) -> Result<Option<Self>> {
-        let Some(making) = &spec.witness else { return Ok(None) };
+        let Some(witness) = &spec.witness else { return Ok(None) };
         let file = files::begin(&spec.guard_log())?;
-        let key = Key::from_bytes(&making.secret.0);
+        let key = Key::from_bytes(&witness.secret.0);
         let log = Log {
-            journal: Journal::new(making.node, spec.boot, Some(key)),
+            journal: Journal::new(witness.node, spec.boot, Some(key)),
             interface: if spec.node == NodeId::GATEWAY { Interface::Uplink } else { Interface::Downlink },
-            direct: making.direct,
+            direct: witness.direct,
             out: Some(BufWriter::with_capacity(1 << 16, file)),
             room: LOG_BYTES,
             last: Vec::new(),
@@ -97,8 +97,7 @@ impl WitnessLog {
         seen.events(interface).into_iter().flatten().for_each(|event| log.note(seen.trace_us, event));
     }
 
-    /// Notes a stream's observation, and hands it over at once: there are few of them, and they survive a killed
-    /// process.
+    /// Notes a stream's observation, and hands it to the operating system at once: there are few, and they survive a killed process.
     pub(crate) fn sighted(&self, seen: &StreamSight) {
         let StreamSight { trace_us, sight, stream, offset, length, hash } = *seen;
         let mut log = self.log();
@@ -119,7 +118,7 @@ impl WitnessLog {
     pub fn close(&self, sessions: Option<(SessionStats, u64)>) -> Value {
         let mut log = self.log();
         let now = trace_us();
-        // For this there is room: it is bounded, and not counted.
+        // The closing account has room beyond the bound: its length is bounded by itself.
         log.room = u64::MAX;
         let accounts = sessions.map(|(stats, kernel_drops)| accounts(&stats, kernel_drops, log.direct));
         for (account, n) in accounts.into_iter().flatten() {
@@ -139,7 +138,7 @@ impl WitnessLog {
 }
 
 impl Log {
-    fn note(&mut self, at: u64, event: impl Encode<()>) {
+    fn note(&mut self, time: u64, event: impl Encode<()>) {
         if self.out.is_none() {
             return;
         }
@@ -149,7 +148,7 @@ impl Log {
             return;
         }
         let mut out = VecDeque::new();
-        self.journal.write(Instant(at), event, &mut out);
+        self.journal.write(Instant(time), event, &mut out);
         self.put(out);
     }
 
@@ -193,7 +192,7 @@ fn piece(out: &mut impl Write, bytes: &[u8]) -> Result<()> {
     out.write_all(bytes)
 }
 
-/// The encoded entries of such a log, up to the first that is cut, too long or none.
+/// The encoded entries of such a log, up to the first that is cut or has an impossible length.
 ///
 /// # Errors
 /// When the file cannot be opened.
@@ -220,7 +219,8 @@ pub fn entries_of(mut from: impl Read) -> Vec<Vec<u8>> {
 /// discarded; other records that the guard passed are the handshake's.
 fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account, u64); 10] {
     let SessionStats { guard, unknown_peers, shed, unproven, proved, .. } = *stats;
-    let unguarded = stats.overflowed + stats.abandoned + unknown_peers + shed + unproven + proved + stats.asked;
+    let unguarded =
+        stats.overflowed + stats.abandoned + unknown_peers + shed + unproven + proved + stats.cookie_requests;
     let unknown_peers = unknown_peers + shed + unproven;
     let handshake = (guard.records + proved).saturating_sub(guard.refused()).saturating_sub(guard.application);
     [

@@ -2,7 +2,7 @@
 //! accept loop over loopback sockets. It measures and prints; only a datagram that is in no account is a failure.
 
 use evidence::SCHEMA_VERSION;
-use link::load::{Asked, Measured, run as load};
+use link::load::{LoadSettings, Measured, run as load};
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
@@ -37,15 +37,15 @@ struct Told {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let measure = |requested: Asked| {
+    let measure = |requested: LoadSettings| {
         let measured = (requested.seconds > 0).then(|| load(requested)).transpose();
         measured.map_err(|error| Failure::new(Exit::Environment, format!("{error}; is the loopback interface there?")))
     };
     let (sessions, rate) = (args.sessions as usize, args.rate);
     let told = Told {
         schema_version: SCHEMA_VERSION,
-        sessions: measure(Asked { sessions, rate, flood: 0, seconds: args.seconds })?,
-        flood: measure(Asked { sessions: 1, rate: BESIDE, flood: args.flood, seconds: args.flood_seconds })?,
+        sessions: measure(LoadSettings { sessions, rate, flood: 0, seconds: args.seconds })?,
+        flood: measure(LoadSettings { sessions: 1, rate: BESIDE, flood: args.flood, seconds: args.flood_seconds })?,
     };
     if context.json {
         out::print_json("bench-load", &told)?;
@@ -68,9 +68,9 @@ fn text(name: &str, m: &Measured) -> String {
          in no account: {}\n  \
          resident memory: {} KiB before, {} KiB at most\n",
         m.opened,
-        m.asked.rate,
-        m.asked.seconds,
-        m.asked.flood,
+        m.settings.rate,
+        m.settings.seconds,
+        m.settings.flood,
         m.sent,
         m.delivered,
         share(m.sent.saturating_sub(m.delivered), m.sent),

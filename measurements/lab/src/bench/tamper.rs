@@ -17,7 +17,7 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use recording::log::LogVerifier;
-use recording::log::sweep::{Came, Sweep, is_seal};
+use recording::log::sweep::{Detection, Sweep, is_seal};
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, engine, out, plan};
@@ -64,24 +64,24 @@ struct Tally {
 }
 
 impl Tally {
-    fn note(&mut self, came: &Came, what: impl FnOnce() -> String) {
+    fn note(&mut self, detection: &Detection, change: impl FnOnce() -> String) {
         self.n += 1;
-        match *came {
-            Came::Harmless => self.harmless += 1,
-            Came::Retimed(by) => {
+        match *detection {
+            Detection::Harmless => self.harmless += 1,
+            Detection::Retimed(shift_us) => {
                 self.retimed += 1;
-                self.retimed_at_most_us = self.retimed_at_most_us.max(by);
+                self.retimed_at_most_us = self.retimed_at_most_us.max(shift_us);
             }
-            Came::Found { located } => {
+            Detection::Found { located } => {
                 self.found += 1;
                 self.located += u64::from(located);
             }
-            Came::Unchained | Came::Missed => {
-                let missed = *came == Came::Missed;
+            Detection::Unchained | Detection::Missed => {
+                let missed = *detection == Detection::Missed;
                 self.missed += u64::from(missed);
                 self.unchained += u64::from(!missed);
                 if self.misses.len() < NAMED {
-                    self.misses.push(what());
+                    self.misses.push(change());
                 }
             }
         }
@@ -235,7 +235,7 @@ fn changes(context: &Context, sweep: &Sweep<'_>, recorded: &Recorded, values: u8
             let first = rng.next_u32() % 255;
             // Steps that share no factor with 255 come to each of its values once.
             for with in (0..u32::from(values)).map(|n| ((first + n * 97) % 255 + 1) as u8) {
-                tally.note(&sweep.byte(at, with), || format!("byte {at} ^ {with:#04x}"));
+                tally.note(&sweep.changed_byte(at, with), || format!("byte {at} ^ {with:#04x}"));
             }
         }
         if let Ok(mut all) = all.lock() {
@@ -303,8 +303,8 @@ fn rewrites(recorded: &Recorded, does: Tampering) -> Tally {
             let _ = log_verifier.take(logged.at, logged.node, &logged.bytes);
         }
         let found = !log_verifier.close().flaws.is_empty();
-        let came = if found { Came::Found { located: false } } else { Came::Missed };
-        tally.note(&came, || format!("rewrite {seed}"));
+        let detection = if found { Detection::Found { located: false } } else { Detection::Missed };
+        tally.note(&detection, || format!("rewrite {seed}"));
     }
     tally
 }

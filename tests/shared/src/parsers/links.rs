@@ -94,7 +94,7 @@ fn authority() -> &'static (Credential, Revocations, CertificateVerifier) {
         link::crypto::init();
         let authority = Authority::new().expect("an authority");
         let own_credential = authority.issue(PeerId::UNIT_A, Role::Both).expect("a certificate");
-        let list = Revocations::of(&own_credential).expect("the list beside it");
+        let list = Revocations::from_credential(&own_credential).expect("the list beside it");
         let verifier = CertificateVerifier::new(&own_credential, &list).expect("a check");
         (own_credential, list, verifier)
     })

@@ -119,7 +119,9 @@ pub fn journal(bytes: &[u8]) -> bool {
 fn placed(error: &JournalError, length: usize) {
     match error {
         JournalError::Magic => {}
-        JournalError::Truncated { at } | JournalError::TooLong { at, .. } | JournalError::Malformed { at, .. } => {
+        JournalError::Truncated { offset }
+        | JournalError::TooLong { offset, .. }
+        | JournalError::Malformed { offset, .. } => {
             assert!(*at <= length as u64, "{error}: behind its end");
         }
         JournalError::Io(error) => panic!("memory does not fail: {error}"),

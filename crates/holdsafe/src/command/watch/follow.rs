@@ -30,7 +30,7 @@ impl Follow {
         self.file.seek(SeekFrom::Start(self.read.map_or(0, |(_, offset)| offset)))?;
         let source = BufReader::new(&self.file);
         let mut log = match self.read {
-            Some((header, at)) => Reader::resume(source, header, at),
+            Some((header, offset)) => Reader::resume(source, header, offset),
             None => match Reader::new(source) {
                 Err(JournalError::Truncated { .. }) => return Ok(()),
                 begun => begun?,
@@ -44,7 +44,7 @@ impl Follow {
                 Err(error) => return Err(error),
             }
         }
-        self.read = Some((log.header(), log.at()));
+        self.read = Some((log.header(), log.offset()));
         Ok(())
     }
 }

@@ -96,7 +96,7 @@ impl Ground {
             Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {reason}"))
         };
         let packets = self.packets.look(link::clock::wall_us(), picture).map_err(|error| untold(&error))?;
-        self.offered.say(&packets).map(|_| ()).map_err(|error| untold(&error))
+        self.offered.send(&packets).map(|_| ()).map_err(|error| untold(&error))
     }
 }
 
@@ -135,7 +135,7 @@ impl Viewer {
     fn say(&mut self, message: &export::Message) -> Result<(), Failure> {
         let export::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
         let kind = link::foxglove::Kind { topic, encoding, schema: [name, language], definition };
-        self.offered.say(kind, bytes).map_err(|error| untold(&error))
+        self.offered.send(kind, bytes).map_err(|error| untold(&error))
     }
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn guest_failure(evidence: &Evidence) -> Option<GuestFailure> {
         Event::GuestFailed { fault, why } if time <= evidence.duration => Some(GuestFailure {
             at_ms: time as f64 / 1000.0,
             fault: fault.name().to_owned(),
-            why: why.as_str().to_owned(),
+            reason: why.as_str().to_owned(),
         }),
         _ => None,
     })

@@ -54,11 +54,11 @@ pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Pr
     let longest = stuck.iter().rev().max_by_key(|stay| length(stay)).map(|stay| Stretch {
         from_ms: samples[stay.first].at as f64 / 1000.0,
         s: length(stay) as f64 / 1e6,
-        why: reason_of(evidence, timeline, &samples[stay.first..=stay.last]),
+        reason: reason_of(evidence, timeline, &samples[stay.first..=stay.last]),
     });
     Some(Progress {
         passed: way.passed as u32,
-        of: way.points_to_pass() as u32,
+        total: way.points_to_pass() as u32,
         covered: way.covered(),
         driving_s: driving as f64 / 1e6,
         farthest_m: farthest / 1000.0,

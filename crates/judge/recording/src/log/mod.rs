@@ -1,7 +1,7 @@
 //! The log of a run in memory: from encoded entries to events in order, and the verification of their writers.
 //!
-//! [`read_log`] decodes a log and follows its chains, [`verify_log`] sets it against trust anchors too, `verifier` follows it
-//! entry by entry, `clock` judges the times in it, [`sweep`] measures which manipulations are found. No function here opens a
+//! [`read_log`] decodes a log and follows its chains, [`verify_log`] compares it with trust anchors too, `verifier` follows it
+//! entry by entry, `clock` judges its times, [`sweep`] measures the detection of manipulations. No function here opens a
 //! file: the folder of a run is left to [`crate::verify`].
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -23,16 +23,17 @@ use wire::sign::SharedVerifier;
 
 pub use verifier::{LogVerifier, Verification};
 
-/// The head of each life's chain, from the log before it was in anybody's hands. The recorder's own is no witness against it.
+/// The head of each life's chain, from a log that nobody could change yet. The recorder's own head is left out: it is no witness against
+/// the recorder.
 pub fn chain_heads(log: &[Logged]) -> Vec<HeadAnchor> {
     let (mut last, mut first_life) = (BTreeMap::<Life, &Logged>::new(), BTreeSet::new());
-    // From the end: what comes before the last entry of a node's first life is of no use.
+    // Backwards, since only the last entry of each life counts: none is needed before the last entry of a node's first life.
     for logged in log.iter().rev().filter(|l| l.node != NodeId::RECORDER) {
         if first_life.contains(&logged.node) {
             continue;
         }
         let Ok(entry) = Entry::decode(&logged.bytes) else { continue };
-        last.entry(Life::of(&entry)).or_insert(logged);
+        last.entry(Life::from_entry(&entry)).or_insert(logged);
         if entry.node == logged.node && entry.boot == Boot(1) {
             first_life.insert(logged.node);
         }
@@ -40,8 +41,8 @@ pub fn chain_heads(log: &[Logged]) -> Vec<HeadAnchor> {
     last.into_values().filter_map(|l| Head::from_last::<Any>(&l.bytes)).map(HeadAnchor::from).collect()
 }
 
-/// Decodes the log of a twin, follows its chains and sets it against its trust anchors; `verifier` is that of its cores.
-/// Gives the entries in (time, node, counter) order, the first problem found, and the verification.
+/// Decodes the log of a twin, follows its chains and compares it with its trust anchors; `verifier` is shared with its cores.
+/// Returns the entries in (time, node, counter) order, the first problem found, and the verification.
 pub fn verify_log(
     log: &[Logged],
     anchors: &TrustAnchors,
@@ -52,7 +53,7 @@ pub fn verify_log(
     (entries, problem, log_verifier.close())
 }
 
-/// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.
+/// Decodes a log and follows its chains. Returns the entries in (time, node, counter) order and the first problem found.
 pub fn read_log(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
     let mut chains = Chains::default();
     follow_all(log, |l| chains.follow(&l.bytes).map(|(entry, _)| entry))

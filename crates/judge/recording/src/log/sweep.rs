@@ -1,9 +1,9 @@
-//! Detection rate of manipulations of a recording: every byte of its file changed, every entry taken out, put in again or
-//! exchanged with the next, the file cut at every byte.
+//! Detection rate of manipulations of a recording: every byte of its file changed, every entry removed, repeated or
+//! swapped with the next, the file cut at every byte.
 //!
-//! One sweep is over the file of one run that is whole, every byte of it. Findings of chains, signatures and heads are told apart from
-//! those of the digest of the whole file alone: of those, changes that leave every entry as it was, changes that move the time under which one is
-//! kept by less than a host's clock allows for, and changes of an entry. Writing whole stories anew is `adversary::insider`'s business.
+//! A sweep covers every byte of the file of one unchanged run. Findings by chains, signatures and heads count apart from findings by the
+//! digest of the file alone. The latter are changes that leave every entry as it was, changes of an entry's handover time within the
+//! bound of a host's clock, and changes of an entry. Forging whole chains is left to `adversary::insider`.
 
 use evidence::anchors::{Life, TrustAnchors};
 use evidence::log::{Logged, by_recorder};
@@ -17,7 +17,7 @@ use wire::sign::SharedVerifier;
 use super::Verification;
 use super::verifier::LogVerifier;
 
-/// A whole recording, and its trust anchors.
+/// An unchanged recording, and its trust anchors.
 pub struct Sweep<'a> {
     file: &'a [u8],
     log: Vec<Logged>,
@@ -27,19 +27,19 @@ pub struct Sweep<'a> {
     verifier: SharedVerifier,
 }
 
-/// Result of one change.
+/// Detection of one change.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Came {
-    /// It changed bytes of which no entry is made: an index, a checksum that is not needed, the name of the library. Only the digest of the
-    /// file is another; or two neighbours are swapped that have no order between them.
+pub enum Detection {
+    /// It changed bytes of no entry: an index, a checksum that is not needed, the name of the library. Only the digest of the
+    /// file shows it. Or it swapped two neighbours that have no order between them.
     Harmless,
-    /// It moved the time under which an entry is kept, by less than can be told, microseconds. Only the digest of the file is another.
+    /// It moved the handover time of an entry within the bound, microseconds. Only the digest of the file shows it.
     Retimed(u64),
-    /// It changed an entry, and only the digest of the file is another.
+    /// It changed an entry, and only the digest of the file shows it.
     Unchained,
-    /// It was found by chains, signatures, heads or clocks: whether at the entry or at the next of its chain.
+    /// Chains, signatures, heads or clocks show it.
     Found {
-        /// True if the first flaw is told there.
+        /// True if the first flaw is at the entry or at the next of its chain.
         located: bool,
     },
     /// No check found it.
@@ -47,10 +47,10 @@ pub enum Came {
 }
 
 impl<'a> Sweep<'a> {
-    /// Of a file's bytes; `verifier` may remember its earlier answers.
+    /// A sweep over the bytes of a file; `verifier` may remember its earlier answers.
     ///
     /// # Errors
-    /// When it is not whole to begin with.
+    /// When the file has a flaw before any change.
     pub fn new(file: &'a [u8], anchors: &'a TrustAnchors, verifier: SharedVerifier) -> Result<Self, String> {
         let digest = Sha256::digest(file).into();
         let mut sweep = Sweep { file, log: Vec::new(), anchors, digest, verifier };
@@ -61,73 +61,73 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Its entries.
+    /// Number of its entries.
     pub fn entries(&self) -> usize {
         self.log.len()
     }
 
-    /// The byte at `at` of the file is another: `with` exclusive-or.
-    pub fn byte(&self, at: usize, with: u8) -> Came {
+    /// Detection of a changed byte: the one at `index` of the file, exclusive-or `mask`.
+    pub fn changed_byte(&self, index: usize, mask: u8) -> Detection {
         let mut bytes = self.file.to_vec();
-        if let Some(byte) = bytes.get_mut(at) {
-            *byte ^= with;
+        if let Some(byte) = bytes.get_mut(index) {
+            *byte ^= mask;
         }
-        let Ok(log) = read(&bytes) else { return Came::Found { located: false } };
+        let Ok(log) = read(&bytes) else { return Detection::Found { located: false } };
         let digest: [u8; 32] = Sha256::digest(&bytes).into();
         if log == self.log {
-            return if digest == self.digest { Came::Missed } else { Came::Harmless };
+            return if digest == self.digest { Detection::Missed } else { Detection::Harmless };
         }
         let verification = self.judged(&log);
         let differ: Vec<usize> =
             (0..log.len().max(self.log.len())).filter(|i| log.get(*i) != self.log.get(*i)).collect();
         if verification.flaws.is_empty() {
-            let retimed = self.retimed(&log, &differ).map_or(Came::Unchained, Came::Retimed);
-            return if digest == self.digest { Came::Missed } else { retimed };
+            let retimed = self.retimed(&log, &differ).map_or(Detection::Unchained, Detection::Retimed);
+            return if digest == self.digest { Detection::Missed } else { retimed };
         }
-        Came::Found { located: differ.len() == 1 && self.told_near(&verification, differ[0]) }
+        Detection::Found { located: differ.len() == 1 && self.is_first_flaw_near(&verification, differ[0]) }
     }
 
-    /// Entry `i` is gone.
-    pub fn deleted(&self, i: usize) -> Came {
+    /// Detection of the removal of entry `i`.
+    pub fn deleted(&self, i: usize) -> Detection {
         let mut log = self.log.clone();
         log.remove(i);
         self.found(&log, i)
     }
 
-    /// Entry `i` is there once more, before entry `to`.
-    pub fn inserted(&self, i: usize, to: usize) -> Came {
+    /// Detection of a copy of entry `i` before entry `to`.
+    pub fn inserted(&self, i: usize, to: usize) -> Detection {
         let mut log = self.log.clone();
         log.insert(to, self.log[i].clone());
         self.found(&log, to)
     }
 
-    /// Entries `i` and `i + 1` stand the other way round. Where one of the two is a seal, or a guard's or the launcher's, that is not
-    /// said to be found: where among the entries of others these stand is not sealed.
-    pub fn swapped(&self, i: usize) -> Came {
+    /// Detection of a swap of entries `i` and `i + 1`. A swap with a seal, or with an entry of a guard or the launcher, is harmless: no
+    /// seal covers the place of these among the entries of others.
+    pub fn swapped(&self, i: usize) -> Detection {
         let mut log = self.log.clone();
         log.swap(i, i + 1);
-        let came = self.found(&log, i);
+        let detection = self.found(&log, i);
         let unsealed = log[i..=i + 1].iter().any(|l| l.node == NodeId::RECORDER || !by_recorder(l.node));
-        if came == Came::Missed && unsealed { Came::Harmless } else { came }
+        if detection == Detection::Missed && unsealed { Detection::Harmless } else { detection }
     }
 
-    /// Number of entries read of the file's first `length` bytes; none where these are not the first of the whole.
+    /// Number of entries in the file's first `length` bytes; none where they are not the first entries of the whole file.
     pub fn cut(&self, length: usize) -> Option<usize> {
         let log = read(self.file.get(..length)?).ok()?;
         self.log.starts_with(&log).then_some(log.len())
     }
 
-    /// True if it is noticed that the file ends there.
+    /// True if a check finds the cut after `length` bytes, or no entry is lost by it.
     pub fn cut_is_found(&self, length: usize) -> bool {
         let log = read(self.file.get(..length).unwrap_or(self.file)).unwrap_or_default();
         log.len() == self.log.len() || !self.judged(&log).flaws.is_empty()
     }
 
-    fn found(&self, log: &[Logged], place: usize) -> Came {
+    fn found(&self, log: &[Logged], place: usize) -> Detection {
         let verification = self.judged(log);
         match verification.flaws.is_empty() {
-            true => Came::Missed,
-            false => Came::Found { located: self.told_near(&verification, place) },
+            true => Detection::Missed,
+            false => Detection::Found { located: self.is_first_flaw_near(&verification, place) },
         }
     }
 
@@ -135,7 +135,7 @@ impl<'a> Sweep<'a> {
         LogVerifier::new(self.anchors).with_shared_verifier(self.verifier.clone()).verify(log)
     }
 
-    /// By how much the only difference, a time, was moved.
+    /// Difference of the handover times, where nothing else differs.
     fn retimed(&self, log: &[Logged], differ: &[usize]) -> Option<u64> {
         let moved = |i: &usize| {
             let (was, is) = (self.log.get(*i)?, log.get(*i)?);
@@ -144,14 +144,15 @@ impl<'a> Sweep<'a> {
         differ.iter().map(moved).collect::<Option<Vec<u64>>>()?.into_iter().max()
     }
 
-    /// True if the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
+    /// True if the first flaw is at the entry at `place`, or at the next of that life's chain, or behind the last where there is
     /// none. Places count from 0, flaws from 1.
-    fn told_near(&self, verification: &Verification, place: usize) -> bool {
-        let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::of(&entry));
-        let Some(of) = self.log.get(place).and_then(life) else { return false };
-        let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(of));
-        let at = verification.flaws.first().map_or(0, |flaw| flaw.at);
-        at == place + 1 || next.map_or(at >= verification.events, |next| at.abs_diff(next + 1) <= 1)
+    fn is_first_flaw_near(&self, verification: &Verification, place: usize) -> bool {
+        let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::from_entry(&entry));
+        let Some(changed) = self.log.get(place).and_then(life) else { return false };
+        let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(changed));
+        let flaw = verification.flaws.first().map_or(0, |flaw| flaw.at);
+        // One place off is near enough: an entry more or less moves the ones after it by one.
+        flaw == place + 1 || next.map_or(flaw >= verification.events, |next| flaw.abs_diff(next + 1) <= 1)
     }
 }
 

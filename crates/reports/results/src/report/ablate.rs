@@ -166,7 +166,7 @@ impl Ablation {
         holm(&mut pairs);
         for check in &mut checks {
             let paired = overlaps.iter().any(|overlap| overlap.checks.contains(&check.check));
-            check.worth = match (check.attacks.iter().any(|attack| attack.gain.any()), paired) {
+            check.worth = match (check.attacks.iter().any(|attack| attack.gain.lets_through()), paired) {
                 (true, _) => Worth::Alone,
                 (false, true) => Worth::Pair,
                 (false, false) => Worth::None,
@@ -279,7 +279,7 @@ fn row(check: &CheckRow) -> Vec<String> {
 
 /// True if the attack gets further without the check.
 fn gained(attack: &&AttackRow) -> bool {
-    attack.gain.any()
+    attack.gain.lets_through()
 }
 
 fn line(row: &AttackRow) -> String {

@@ -146,7 +146,7 @@ mod tests {
         trial.transitions = causes.iter().map(row).collect();
         let value = serde_json::Value::Null;
         trial.injections =
-            vec![InjectionRow { what: value, from_ms: 4_000, fate: FateName::Noticed, at_ms: None, by: None }];
+            vec![InjectionRow { what: value, from_ms: 4_000, fate: FateName::Noticed, at_ms: None, mask: None }];
         trial
     }
 

@@ -56,7 +56,7 @@ impl ProgressSummary {
             |value: &dyn Fn(&Progress) -> f64| each.iter().map(|progress| value(progress)).sum::<f64>() / n as f64;
         (n > 0).then(|| Self {
             n,
-            completed: mean(&|progress| f64::from(progress.passed) / f64::from(progress.of.max(1))),
+            completed: mean(&|progress| f64::from(progress.passed) / f64::from(progress.total.max(1))),
             covered: mean(&|progress| progress.covered),
             driving_s: mean(&|progress| progress.driving_s),
             stuck: each.iter().filter(|progress| progress.is_stuck()).count() as u64,
@@ -124,7 +124,7 @@ impl MissionSummary {
 
 /// A step that was never carried out; the times in why it was not are left out, for they differ by trial.
 fn missed_step(step: &Carried) -> Option<String> {
-    let reason = step.why.as_ref()?;
+    let reason = step.reason.as_ref()?;
     let reason = reason.strip_prefix("given at ").and_then(|rest| Some(rest.split_once(", ")?.1)).unwrap_or(reason);
     Some(format!("{}: never, {reason}", step.verb.name()))
 }
@@ -139,11 +139,11 @@ mod tests {
     #[test]
     fn stuck_trials_are_counted_beside_the_share_passed() {
         let of = |passed: u32, stuck_s: f64| {
-            let stretch = Stretch { from_ms: 2000.0, s: stuck_s, why: Standstill::Planner };
+            let stretch = Stretch { from_ms: 2000.0, s: stuck_s, reason: Standstill::Planner };
             let stuck = (stuck_s > 0.0).then_some(stretch);
             let progress = Progress {
                 passed,
-                of: 4,
+                total: 4,
                 covered: 0.5,
                 driving_s: 30.0,
                 farthest_m: 9.0,
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn missed_step_is_reported_once_with_count() {
         let arm =
-            |reason: &str| Carried { verb: Verb::Arm, due_ms: 2500.0, done_ms: None, why: Some(reason.to_owned()) };
+            |reason: &str| Carried { verb: Verb::Arm, due_ms: 2500.0, done_ms: None, reason: Some(reason.to_owned()) };
         let trial = |seed, reason| Trial {
             mission: Some(Mission { steps: vec![arm(reason)], driven_m: 4.0, ..Mission::default() }),
             ..Trial::example(seed, Outcome::Invalid)

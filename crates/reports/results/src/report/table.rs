@@ -155,13 +155,14 @@ pub(super) fn host_line<'a>(rows: impl IntoIterator<Item = (&'a str, &'a Summary
 fn fates(run: &RunObject) -> String {
     let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
     for injection in run.trials.iter().flat_map(|t| &t.injections) {
-        let values = injection.by.as_ref().map(|value| format!(" ({})", plain(value))).unwrap_or_default();
+        let values = injection.mask.as_ref().map(|value| format!(" ({})", plain(value))).unwrap_or_default();
         *counts.entry((injection.fate, values)).or_default() += 1;
     }
     if counts.keys().all(|(fate, _)| *fate == FateName::Noticed) {
         return String::new();
     }
-    let texts: Vec<String> = counts.iter().map(|((fate, author), n)| format!("{n} {}{author}", fate.told())).collect();
+    let texts: Vec<String> =
+        counts.iter().map(|((fate, author), n)| format!("{n} {}{author}", fate.describe())).collect();
     format!("injections: {}\n", texts.join(", "))
 }
 

@@ -133,7 +133,8 @@ impl Tally {
         let is_unexpected = |class: Outcome| is_unexpected(scenario, &accepted, class);
         let unexpected: u64 = judged().filter(|(class, _)| is_unexpected(**class)).map(|(_, n)| n).sum();
         let progress = trials.iter().filter_map(|trial| trial.mission.as_ref()?.progress.as_ref());
-        let completed = progress.filter(|progress| progress.of > 0 && progress.passed == progress.of).count() as u64;
+        let completed =
+            progress.filter(|progress| progress.total > 0 && progress.passed == progress.total).count() as u64;
         Self { unexpected: Share::new(unexpected, n), completed, named: confusion::count(trials), outcomes }
     }
 

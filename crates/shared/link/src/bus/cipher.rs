@@ -1,7 +1,7 @@
 //! Confidentiality of a channel in shared memory: AES-256-GCM under a key that its publisher and its readers have.
 //!
-//! It hides messages from other services of the host, which can map the memory of every channel. It says nothing about a message's author, for
-//! its readers have the key too: the tags within it do (`wire::bus`). Nonces are random (NIST SP 800-38D, 8.2.2), for a
+//! It hides messages from other services of the host, which can map the memory of every channel. It does not authenticate the author of a
+//! message, since its readers have the key too: the tags in the message do (`wire::bus`). Nonces are random (NIST SP 800-38D, 8.2.2), since a
 //! channel may have several writers under one key: at most 2^32 messages, years of any channel.
 
 use ring::aead::{AES_256_GCM, Aad, LessSafeKey, NONCE_LEN, Nonce, UnboundKey};
@@ -32,6 +32,7 @@ impl Cipher {
         let mut bytes = Vec::with_capacity(message.len() + OVERHEAD);
         bytes.extend_from_slice(&nonce);
         bytes.extend_from_slice(message);
+        // The topic is authenticated too: a message copied into another channel under the same key is refused there.
         let (aad, nonce) = (Aad::from([self.topic as u8]), Nonce::assume_unique_for_key(nonce));
         let tag = self.key.seal_in_place_separate_tag(nonce, aad, &mut bytes[NONCE_LEN..]).ok()?;
         bytes.extend_from_slice(tag.as_ref());
@@ -55,19 +56,19 @@ mod tests {
     #[test]
     fn only_the_channels_key_reads_a_message() {
         let cipher = |key: u8, topic| Cipher::new(&Secret([key; 32]), topic);
-        let own = cipher(1, Topic::Tracks);
-        let sealed = own.encrypt(b"a vehicle at 12 m").unwrap();
+        let tracks = cipher(1, Topic::Tracks);
+        let sealed = tracks.encrypt(b"a vehicle at 12 m").unwrap();
         assert_eq!(sealed.len(), 17 + OVERHEAD);
         assert!(!sealed.windows(7).any(|bytes| bytes == b"vehicle"));
-        assert_ne!(own.encrypt(b"a vehicle at 12 m").unwrap(), sealed, "each message has a nonce of its own");
+        assert_ne!(tracks.encrypt(b"a vehicle at 12 m").unwrap(), sealed, "each message has a nonce of its own");
         assert_eq!(cipher(1, Topic::Tracks).decrypt(&sealed).as_deref(), Some(&b"a vehicle at 12 m"[..]));
         assert_eq!(cipher(2, Topic::Tracks).decrypt(&sealed), None);
         assert_eq!(cipher(1, Topic::Drive).decrypt(&sealed), None, "another channel under the same key");
         for n in 0..sealed.len() {
             let mut altered = sealed.clone();
             altered[n] ^= 1;
-            assert_eq!(own.decrypt(&altered), None, "byte {n}");
-            assert_eq!(own.decrypt(&sealed[..n]), None, "cut at {n}");
+            assert_eq!(tracks.decrypt(&altered), None, "byte {n}");
+            assert_eq!(tracks.decrypt(&sealed[..n]), None, "cut at {n}");
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Rights on the inner buses of a run: which service may publish and subscribe on which channel, and when.
 //!
-//! One document for all services of a run, after the manner of SROS 2's enclaves and DDS Security's permissions: a right that it does not
-//! list is denied, and the run's authority signs it. Each service is handed the document, and opens no channel without a right; a
-//! message before or after the time of the rights is neither sent nor taken. A service that was taken over can ignore its copy: it is held
-//! back then by the keys of its channels, of which it has its own alone ([`super::cipher`], `wire::bus`).
+//! One document for all services of a run, similar to SROS 2's enclaves and DDS Security's permissions: a right that it does not
+//! list is denied, and the run's authority signs it. Each service gets the document, and opens no channel without a right; a
+//! message before or after the time of the rights is neither sent nor received. A compromised service can ignore its copy: then the
+//! channel keys restrict it, of which it has only its own ([`super::cipher`], `wire::bus`).
 
 use std::collections::BTreeMap;
 
@@ -23,9 +23,9 @@ const MAX_SIGNATURE: usize = 256;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Enclaves {
-    /// From when, microseconds of the machine's monotonic clock.
+    /// Start of the rights, microseconds of the machine's monotonic clock.
     pub from_us: u64,
-    /// Until when.
+    /// End of the rights.
     pub until_us: u64,
     /// Rights by service.
     pub services: BTreeMap<String, Rights>,
@@ -43,7 +43,7 @@ pub struct Rights {
     pub subscribes: Vec<String>,
 }
 
-/// The document as a service is handed it.
+/// The document with its signature, as a service gets it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignedEnclaves {
@@ -80,12 +80,12 @@ pub enum Denied {
 }
 
 impl Enclaves {
-    /// The document as services are handed it.
+    /// The document with the signature of `authority`.
     ///
     /// # Errors
     /// When it is longer than [`MAX_DOCUMENT`].
     pub fn sign(&self, authority: &Key) -> Result<SignedEnclaves, Denied> {
-        let document = serde_json::to_string_pretty(self).map_err(|why| Denied::Schema(why.to_string()))?;
+        let document = serde_json::to_string_pretty(self).map_err(|error| Denied::Schema(error.to_string()))?;
         if document.len() > MAX_DOCUMENT {
             return Err(Denied::Form(document.len()));
         }
@@ -94,7 +94,7 @@ impl Enclaves {
     }
 }
 
-/// Rights of one service, from a document that the authority signed. Made by [`SignedEnclaves::granted`] alone.
+/// Rights of one service, from a document that the authority signed. Only [`SignedEnclaves::granted`] constructs it.
 #[derive(Clone, Debug)]
 pub struct Granted {
     node: NodeId,
@@ -119,9 +119,11 @@ impl SignedEnclaves {
         if signed.payload != Sha256::digest(&self.document).as_slice() {
             return Err(Denied::Signature(Refusal::Signature { signer: NodeId::AUTHORITY }));
         }
-        let of: Enclaves = serde_json::from_str(&self.document).map_err(|why| Denied::Schema(why.to_string()))?;
-        let rights = of.services.get(node.name()).cloned().unwrap_or_default();
-        Ok(Granted { node, rights, time: (of.from_us, of.until_us) })
+        // Parsed after its signature is verified: a forged document reaches no parser.
+        let enclaves: Enclaves =
+            serde_json::from_str(&self.document).map_err(|error| Denied::Schema(error.to_string()))?;
+        let rights = enclaves.services.get(node.name()).cloned().unwrap_or_default();
+        Ok(Granted { node, rights, time: (enclaves.from_us, enclaves.until_us) })
     }
 }
 
@@ -129,20 +131,20 @@ impl Granted {
     /// Checks the right to write a channel.
     ///
     /// # Errors
-    /// There is none.
+    /// When there is no such right.
     pub fn may_publish(&self, scope: &str, topic: Topic) -> Result<(), Denied> {
-        self.may("publish", &self.rights.publishes, scope, topic)
+        self.check_right("publish", &self.rights.publishes, scope, topic)
     }
 
     /// Checks the right to read a channel.
     ///
     /// # Errors
-    /// There is none.
+    /// When there is no such right.
     pub fn may_subscribe(&self, scope: &str, topic: Topic) -> Result<(), Denied> {
-        self.may("subscribe", &self.rights.subscribes, scope, topic)
+        self.check_right("subscribe", &self.rights.subscribes, scope, topic)
     }
 
-    fn may(&self, verb: &'static str, rights: &[String], scope: &str, topic: Topic) -> Result<(), Denied> {
+    fn check_right(&self, verb: &'static str, rights: &[String], scope: &str, topic: Topic) -> Result<(), Denied> {
         let channel = channel(scope, topic);
         if rights.contains(&channel) { Ok(()) } else { Err(Denied::NoRight { node: self.node, verb, channel }) }
     }

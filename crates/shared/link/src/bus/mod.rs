@@ -1,9 +1,9 @@
 //! Shared-memory channels (iceoryx2), one per scope and topic, inside one domain.
 //!
 //! A [`Domain`] is a root directory and a file prefix; the vehicle's and the control room's are different, and a process
-//! opens only those it is told. Payloads are bytes, copied out once; whether to believe them is the core's business
-//! (`wire::bus`). A channel has one publisher at a time, unless one who made it first left room for more; a slow reader loses
-//! the oldest messages of each publisher, never blocks.
+//! opens only the domains of its specification. Payloads are bytes, copied out once; their authenticity is left to the core
+//! (`wire::bus`). A channel has one publisher at a time, unless its creator left room for more; a slow reader loses
+//! the oldest messages of each publisher and never blocks.
 
 pub mod cipher;
 pub mod enclave;
@@ -39,7 +39,7 @@ type Wakes = event::PortFactory<Ipc>;
 /// The longest scope name, in bytes.
 pub const MAX_SCOPE: usize = 32;
 
-/// Longest time a reader's thread sleeps before it looks whether it should end.
+/// Longest time for which a reader's thread sleeps before it checks whether it should end.
 const NAP: Duration = Duration::from_millis(100);
 
 /// Attempts, and the pause between them, to get past the remains of a killed process.
@@ -74,17 +74,17 @@ pub enum BusError {
     #[error("no randomness from the host")]
     NoRandomness,
     /// The shared-memory library refused.
-    #[error("{what}: {why}")]
+    #[error("{operation}: {reason}")]
     Library {
         /// The attempted operation.
-        what: &'static str,
-        /// The library's words.
-        why: String,
+        operation: &'static str,
+        /// The library's error.
+        reason: String,
     },
 }
 
-fn library(what: &'static str) -> impl Fn(&dyn std::fmt::Debug) -> BusError {
-    move |why| BusError::Library { what, why: format!("{why:?}") }
+fn library(operation: &'static str) -> impl Fn(&dyn std::fmt::Debug) -> BusError {
+    move |error| BusError::Library { operation, reason: format!("{error:?}") }
 }
 
 /// The longest root and prefix, in bytes: the library's listener is a socket at `root/prefix<port>.event`, the port has up
@@ -139,20 +139,20 @@ impl Domain {
         Ok(Self { config, publishers: 1, protection: Protection::default() })
     }
 
-    /// The same domain; channels first created through it have room for so many publishers at once. An existing channel
-    /// is opened as it is.
+    /// This domain with another number of publishers: channels first created through it have room for that many at once. An existing
+    /// channel is opened as it is.
     #[must_use]
     pub fn with_publishers(self, publishers: usize) -> Self {
         Self { publishers, ..self }
     }
 
-    /// The same domain; channels opened through it have this protection.
+    /// This domain with a protection for the channels opened through it.
     #[must_use]
     pub fn protected(&self, protection: Protection) -> Self {
         Self { protection, ..self.clone() }
     }
 
-    /// Opens the writing end of a channel. Not to be moved to another thread.
+    /// Opens the writing end of a channel, which stays on its thread.
     ///
     /// # Errors
     /// When the channel has a living publisher already or the library refuses.
@@ -162,18 +162,20 @@ impl Domain {
             let builder = channel.samples.publisher_builder();
             builder
                 .initial_max_slice_len(topic.max_len() + cipher::OVERHEAD)
+                // A segment that grows would be made after `reserve`, and could find a full memory in the middle of a run.
                 .allocation_strategy(AllocationStrategy::Static)
                 .create()
                 .map_err(|e| library("publisher")(&e))
         })?;
         let bell =
             persist(&channel.node, || channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e)))?;
+        // Last, when every file of this end is there.
         self.reserve()?;
         let cipher = self.protection.cipher(topic);
         Ok(Publisher { topic, port, bell, cipher, protection: self.protection.clone(), _channel: channel })
     }
 
-    /// Opens the reading end of a channel: a thread that sleeps until rung and moves messages to `to`.
+    /// Opens the reading end of a channel: a thread that sleeps until it is notified and moves messages to `to`.
     ///
     /// # Errors
     /// When the library refuses.
@@ -185,11 +187,11 @@ impl Domain {
         let thread = std::thread::Builder::new()
             .name(format!("bus-{}", topic.name()))
             .spawn(move || {
+                // Opened on the thread that reads: the ends of the library stay on their thread.
                 let ends = Ends::open(&domain, &scope, topic);
                 let failed = match ends {
                     Ok(ends) => {
-                        let heard = opened_tx.send(Ok(())).is_ok();
-                        if heard {
+                        if opened_tx.send(Ok(())).is_ok() {
                             ends.forward(&to, &stopping, &count);
                         }
                         None
@@ -218,10 +220,11 @@ impl Domain {
         }
         let node = NodeBuilder::new()
             .config(&self.config)
+            // The library would otherwise install handlers of SIGINT and SIGTERM for the whole process.
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|e| library("node")(&e))?;
-        // The library makes its management segment for every user.
+        // The library creates its management segment with rights for every user.
         sweep::restrict(self.config.global.prefix.as_bytes()).map_err(|e| library("shared memory")(&e))?;
         let text = format!("{scope}/{}", topic.name());
         let name = text.as_str().try_into().map_err(|_| BusError::Name(text.clone()))?;
@@ -233,8 +236,10 @@ impl Domain {
                 .max_subscribers(depth.subscribers)
                 .max_nodes(16)
                 .subscriber_max_buffer_size(depth.buffer)
+                // A reader copies each message out before it takes the next.
                 .subscriber_max_borrowed_samples(1)
                 .history_size(0)
+                // A full buffer drops its oldest message: a reader that stopped must not stop its publisher.
                 .enable_safe_overflow(true)
                 .open_or_create()
                 .map_err(|e| library("channel")(&e))
@@ -252,7 +257,7 @@ impl Domain {
     }
 }
 
-/// Retries for a while: resources of a killed process are cleaned up by its survivors.
+/// Repeats an attempt for a while: the remains of a killed process are in the way until a survivor cleans them up.
 fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
     let mut last = attempt();
     for _ in 1..ATTEMPTS.0 {
@@ -266,14 +271,14 @@ fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>
     last
 }
 
-/// Bounds of a topic: messages kept for a slow reader, and number of readers.
+/// Bounds of a topic: messages buffered for a slow reader, and number of readers.
 struct Depth {
     buffer: usize,
     subscribers: usize,
 }
 
-/// Number of messages of a topic kept for a slow reader; the oldest goes first.
-pub fn kept(topic: Topic) -> usize {
+/// Number of messages of a topic that are buffered for a slow reader; the oldest is dropped first.
+pub fn buffer_depth(topic: Topic) -> usize {
     depth(topic).buffer
 }
 
@@ -313,7 +318,7 @@ impl Publisher {
         self.topic
     }
 
-    /// Copies a message into shared memory and rings for its readers. Never waits for them.
+    /// Copies a message into shared memory and notifies its readers, without waiting for them.
     ///
     /// # Errors
     /// When it is too long or the library refuses.
@@ -324,9 +329,9 @@ impl Publisher {
         if !self.protection.carries() {
             return Err(BusError::Time);
         }
-        let hidden = self.cipher.as_ref().map(|cipher| cipher.encrypt(bytes));
-        let hidden = hidden.map(|hidden| hidden.ok_or(BusError::NoRandomness)).transpose()?;
-        let bytes = hidden.as_deref().unwrap_or(bytes);
+        let encrypted = self.cipher.as_ref().map(|cipher| cipher.encrypt(bytes));
+        let encrypted = encrypted.map(|encrypted| encrypted.ok_or(BusError::NoRandomness)).transpose()?;
+        let bytes = encrypted.as_deref().unwrap_or(bytes);
         let sample = self.port.loan_slice_uninit(bytes.len()).map_err(|e| library("loan")(&e))?;
         sample.write_from_slice(bytes).send().map_err(|e| library("send")(&e))?;
         self.bell.notify().map_err(|e| library("ring")(&e))?;
@@ -391,7 +396,7 @@ impl Ends {
                         if !self.protection.carries() {
                             continue;
                         }
-                        // Bytes that are no message of the channel go on as they are, for the core to refuse and write down.
+                        // Bytes that are no message of the channel are passed on unchanged, for the core to refuse and log.
                         let message = self.cipher.as_ref().and_then(|cipher| cipher.decrypt(&bytes));
                         let bytes = message.unwrap_or(bytes);
                         received.fetch_add(1, Ordering::Relaxed);

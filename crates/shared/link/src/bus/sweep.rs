@@ -1,4 +1,4 @@
-//! Removal of a run's shared memory, once all its processes are gone.
+//! Removal of a run's shared memory, after the end of all its processes.
 
 use std::fs::Permissions;
 use std::io;
@@ -16,8 +16,8 @@ pub fn checked_prefix(prefix: &str) -> Option<&str> {
     ((3..=40).contains(&run.len()) && run.bytes().all(sound)).then_some(prefix)
 }
 
-/// Removes the shared-memory files of the domain `prefix`, and its root directory. Gives the number of files removed.
-/// To be called when no process of the run is left.
+/// Removes the shared-memory files of the domain `prefix`, and its root directory. Returns the number of files removed.
+/// The caller makes sure that no process of the run is left.
 ///
 /// # Errors
 /// When the prefix is not one of ours, or a directory cannot be read.
@@ -26,8 +26,8 @@ pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
     let mut removed = 0;
     for entry in std::fs::read_dir(SHARED_MEMORY)? {
         let entry = entry?;
-        let ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
-        if ours && entry.file_type()?.is_file() && std::fs::remove_file(entry.path()).is_ok() {
+        let in_domain = entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
+        if in_domain && entry.file_type()?.is_file() && std::fs::remove_file(entry.path()).is_ok() {
             removed += 1;
         }
     }
@@ -38,8 +38,8 @@ pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
     }
 }
 
-/// Has the kernel keep memory for every byte of this domain's files, which are made with holes. Without it, a process that touches a
-/// page of a full memory is ended by SIGBUS; with it, a channel that finds no room is not opened.
+/// Allocates memory for every byte of this domain's files, which are created with holes. Without it, SIGBUS ends a process that touches
+/// a page when the memory is full; with it, a channel that finds no room is not opened.
 ///
 /// # Errors
 /// When there is no room.
@@ -49,7 +49,7 @@ pub(super) fn reserve(prefix: &[u8]) -> io::Result<()> {
         if !entry.file_name().as_bytes().starts_with(prefix) {
             continue;
         }
-        // One that another process has removed since, or may not be written to any more, needs no room.
+        // A file that another process has removed since, or that is read-only by now, needs no room.
         let Ok(file) = std::fs::File::options().write(true).open(entry.path()) else { continue };
         let length = file.metadata()?.len();
         if length > 0 {
@@ -70,7 +70,7 @@ pub(super) fn restrict(prefix: &[u8]) -> io::Result<()> {
         if !entry.file_name().as_bytes().starts_with(prefix) {
             continue;
         }
-        // A file that another process has removed meanwhile needs nothing.
+        // Another process may remove a file between the listing and this line.
         let Ok(metadata) = entry.metadata() else { continue };
         let mode = metadata.permissions().mode();
         if metadata.is_file() && mode & 0o077 != 0 {
@@ -80,13 +80,14 @@ pub(super) fn restrict(prefix: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// True if a process has shared memory of the domain `prefix` mapped: a stopped one has, too. Processes with maps that this
-/// user may not read are not covered; they are another user's.
+/// True if a process, running or stopped, has shared memory of the domain `prefix` mapped. Processes of other users, whose maps
+/// this user may not read, are not covered.
 pub fn mapped(prefix: &str) -> bool {
-    let wanted = format!("{SHARED_MEMORY}/{prefix}");
+    let file_prefix = format!("{SHARED_MEMORY}/{prefix}");
     let maps = |process: io::Result<std::fs::DirEntry>| std::fs::read_to_string(process?.path().join("maps"));
+    // Unknown counts as mapped: memory in use must not be removed.
     let Ok(processes) = std::fs::read_dir("/proc") else { return true };
-    processes.map(maps).any(|maps| maps.is_ok_and(|maps| maps.contains(&wanted)))
+    processes.map(maps).any(|maps| maps.is_ok_and(|maps| maps.contains(&file_prefix)))
 }
 
 #[cfg(test)]
@@ -110,9 +111,9 @@ mod tests {
         let domain = crate::bus::Domain::new(folder.path(), &prefix).unwrap();
         let publisher = domain.publisher("vehicle", wire::core::Topic::Seals).unwrap();
         let files = std::fs::read_dir(SHARED_MEMORY).unwrap().map(Result::unwrap);
-        let ours: Vec<_> = files.filter(|f| f.file_name().to_string_lossy().starts_with(&prefix)).collect();
-        assert!(!ours.is_empty());
-        for file in &ours {
+        let domain_files: Vec<_> = files.filter(|f| f.file_name().to_string_lossy().starts_with(&prefix)).collect();
+        assert!(!domain_files.is_empty());
+        for file in &domain_files {
             let mode = file.metadata().unwrap().permissions().mode();
             assert_eq!(mode & 0o077, 0, "{:?} has mode {mode:o}", file.file_name());
         }

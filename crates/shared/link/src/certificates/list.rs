@@ -27,11 +27,11 @@ struct Held {
 }
 
 impl Revocations {
-    /// The list beside a certificate.
+    /// The list in a credential, beside its certificate.
     ///
     /// # Errors
     /// When it is not one of that certificate's authority.
-    pub fn of(credential: &Credential) -> Result<Self, ListRefused> {
+    pub fn from_credential(credential: &Credential) -> Result<Self, ListRefused> {
         let roots = Arc::new(credential.roots().map_err(|_| ListRefused::Foreign)?);
         let this = Self { root_der: credential.root_der.clone(), roots, held: watch::Sender::new(Held::default()) };
         this.replace(credential.list_der.clone())?;
@@ -47,7 +47,7 @@ impl Revocations {
             return Err(ListRefused::Length(der.len()));
         }
         let number = number(&der, &self.root_der)?;
-        // As every handshake reads it. The reader above is laxer: a list that only that one takes would be held, and no
+        // Parsed as in every handshake. The parser above is laxer: a list that only that one accepts would be held, and no
         // certificate could be verified any more.
         let reads = WebPkiServerVerifier::builder_with_provider(self.roots.clone(), crate::crypto::provider())
             .with_crls([CertificateRevocationListDer::from(der.clone())]);
@@ -63,7 +63,7 @@ impl Revocations {
         old.map_or(Ok(()), |held| Err(ListRefused::Old { held, got: number }))
     }
 
-    /// Tells of every change from now on.
+    /// A watch of every change from now on.
     pub fn watch(&self) -> Watch {
         Watch(self.held.subscribe())
     }
@@ -110,7 +110,7 @@ mod tests {
     fn only_a_newer_list_of_the_authority_counts() {
         let (authority, other) = (Authority::new().unwrap(), Authority::new().unwrap());
         let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
-        let held = Revocations::of(&unit).unwrap();
+        let held = Revocations::from_credential(&unit).unwrap();
         let (second, third) = (authority.revoke(&[]).unwrap(), authority.revoke(&[&unit]).unwrap());
         assert_eq!(held.replace(third), Ok(()));
         assert_eq!(held.replace(second), Err(ListRefused::Old { held: 3, got: 2 }), "an old list brings nobody back");
@@ -126,14 +126,14 @@ mod tests {
     #[test]
     fn list_with_any_bit_altered_is_refused() {
         let authority = Authority::new().unwrap();
-        let held = Revocations::of(&authority.issue(PeerId::UNIT_A, Role::Dials).unwrap()).unwrap();
+        let held = Revocations::from_credential(&authority.issue(PeerId::UNIT_A, Role::Dials).unwrap()).unwrap();
         let list = authority.revoke(&[]).unwrap();
         for bit in 0..list.len() * 8 {
             let mut altered = list.clone();
             altered[bit / 8] ^= 1 << (bit % 8);
             let got = held.replace(altered);
             assert!(got.is_err(), "bit {} of byte {}", bit % 8, bit / 8);
-            // The form bit of a tag, at which the reader of the number does not look.
+            // The form bit of a tag, which the parser of the number ignores.
             assert!(bit != 5 || got == Err(ListRefused::Unreadable), "{got:?}");
         }
         assert_eq!(held.replace(list), Ok(()));

@@ -37,7 +37,7 @@ pub enum Fault {
     /// Self-signed.
     #[n(1)]
     SelfSigned,
-    /// Of another authority.
+    /// Issued by another authority.
     #[n(2)]
     Foreign,
     /// No longer valid.
@@ -52,22 +52,22 @@ pub enum Fault {
     /// Not for this end of a handshake.
     #[n(6)]
     WrongRole,
-    /// Of another identity than the one that was dialled.
+    /// Issued to another identity than the dialled one.
     #[n(7)]
     WrongName,
-    /// Of no identity, of several, or of one outside the table.
+    /// Issued to no identity, to several, or to one outside the table.
     #[n(8)]
     NoName,
     /// Not a certificate that can be read.
     #[n(9)]
     Broken,
-    /// No valid revocation list to ask.
+    /// No valid revocation list.
     #[n(10)]
     NoList,
     /// Another version of the protocol.
     #[n(11)]
     Version,
-    /// No cipher suite of ours.
+    /// No cipher suite that this end allows.
     #[n(12)]
     Suite,
     /// Without the extended master secret.
@@ -158,11 +158,11 @@ impl Fault {
 
     /// The fault behind a TLS library's error.
     #[expect(clippy::wildcard_enum_match_arm, reason = "the library may say more some day; it is a broken handshake")]
-    pub fn of_tls(error: &rustls::Error) -> Self {
+    pub fn from_tls(error: &rustls::Error) -> Self {
         use rustls::Error as E;
         use rustls::{AlertDescription as Alert, PeerIncompatible as P};
         match error {
-            E::InvalidCertificate(wrong) => Self::of_certificate(wrong),
+            E::InvalidCertificate(wrong) => Self::from_certificate_error(wrong),
             E::NoCertificatesPresented | E::AlertReceived(Alert::CertificateRequired) => Fault::Missing,
             E::PeerIncompatible(
                 P::Tls12NotOffered
@@ -179,13 +179,13 @@ impl Fault {
     }
 
     #[expect(clippy::wildcard_enum_match_arm, reason = "the library may say more some day; it is a broken certificate")]
-    fn of_certificate(wrong: &CertificateError) -> Self {
+    fn from_certificate_error(wrong: &CertificateError) -> Self {
         use CertificateError as C;
         match wrong {
             C::Expired | C::ExpiredContext { .. } => Fault::Expired,
             C::NotValidYet | C::NotValidYetContext { .. } => Fault::NotYetValid,
             C::Revoked => Fault::Revoked,
-            // Another authority may go by the name of ours; then it is its signature that does not fit.
+            // Another authority may have the name of this run's; then its signature does not verify.
             C::UnknownIssuer | C::BadSignature => Fault::Foreign,
             C::InvalidPurpose | C::InvalidPurposeContext { .. } => Fault::WrongRole,
             C::NotValidForName | C::NotValidForNameContext { .. } => Fault::WrongName,
@@ -208,7 +208,7 @@ fn signs_itself(leaf: &[u8]) -> bool {
 pub struct Refused {
     /// The fault.
     pub fault: Fault,
-    /// The received value, in the library's words or ours.
+    /// The received value, as the library or this crate describes it.
     pub got: String,
 }
 
@@ -223,8 +223,8 @@ impl Refused {
         Self { fault: Fault::Missing, got: "none".to_owned() }
     }
 
-    fn of_tls(error: &rustls::Error) -> Self {
-        Self { fault: Fault::of_tls(error), got: error.to_string() }
+    fn from_tls(error: &rustls::Error) -> Self {
+        Self { fault: Fault::from_tls(error), got: error.to_string() }
     }
 }
 
@@ -260,10 +260,11 @@ impl CertificateVerifier {
     /// The one fault for which it is refused.
     pub fn check(&self, chain: &[CertificateDer<'_>], presenter: Presenter) -> Result<PeerId, Refused> {
         let (leaf, more) = chain.split_first().ok_or_else(Refused::missing)?;
-        self.verify(leaf, more, presenter, UnixTime::now()).map_err(|error| Refused::of_tls(&error))
+        self.verify(leaf, more, presenter, UnixTime::now()).map_err(|error| Refused::from_tls(&error))
     }
 
-    /// The same in the TLS library's words, so that it can tell its peer; where it has none, ours are inside.
+    /// The peer, or the refusal as an error of the TLS library, which it reports to its peer; a refusal that the library does not know
+    /// is inside.
     fn verify(
         &self,
         leaf: &CertificateDer<'_>,
@@ -271,14 +272,14 @@ impl CertificateVerifier {
         presenter: Presenter,
         now: UnixTime,
     ) -> Result<PeerId, rustls::Error> {
-        let ours =
+        let wrapped =
             |refused| rustls::Error::InvalidCertificate(CertificateError::Other(rustls::OtherError(Arc::new(refused))));
         match self.chain(leaf, more, presenter, now) {
             Err(rustls::Error::InvalidCertificate(CertificateError::UnknownIssuer)) if signs_itself(leaf) => {
-                Err(ours(Refused { fault: Fault::SelfSigned, got: "one of nobody but itself".to_owned() }))
+                Err(wrapped(Refused { fault: Fault::SelfSigned, got: "one of nobody but itself".to_owned() }))
             }
             Err(error) => Err(error),
-            Ok(()) => peer_of(leaf).map_err(|e| ours(Refused { fault: Fault::NoName, got: e.to_string() })),
+            Ok(()) => peer_of(leaf).map_err(|e| wrapped(Refused { fault: Fault::NoName, got: e.to_string() })),
         }
     }
 
@@ -292,24 +293,24 @@ impl CertificateVerifier {
         let general = |error: &dyn fmt::Display| rustls::Error::General(error.to_string());
         match presenter {
             Presenter::Dialler => {
-                self.of_diallers().map_err(|e| general(&e))?.verify_client_cert(leaf, more, now).map(|_| ())
+                self.dialler_verifier().map_err(|e| general(&e))?.verify_client_cert(leaf, more, now).map(|_| ())
             }
             Presenter::Listener(expected) => {
                 let name = ServerName::try_from(dns_name(expected)).map_err(|e| general(&e))?;
-                let verifier = self.of_listeners().map_err(|e| general(&e))?;
+                let verifier = self.listener_verifier().map_err(|e| general(&e))?;
                 verifier.verify_server_cert(leaf, more, &name, &[], now).map(|_| ())
             }
         }
     }
 
-    fn of_diallers(&self) -> Result<Arc<dyn ClientCertVerifier>, rustls::server::VerifierBuilderError> {
+    fn dialler_verifier(&self) -> Result<Arc<dyn ClientCertVerifier>, rustls::server::VerifierBuilderError> {
         WebPkiClientVerifier::builder_with_provider(self.roots.clone(), crate::crypto::provider())
             .with_crls([self.revocations.der()])
             .enforce_revocation_expiration()
             .build()
     }
 
-    fn of_listeners(&self) -> Result<Arc<WebPkiServerVerifier>, rustls::server::VerifierBuilderError> {
+    fn listener_verifier(&self) -> Result<Arc<WebPkiServerVerifier>, rustls::server::VerifierBuilderError> {
         WebPkiServerVerifier::builder_with_provider(self.roots.clone(), crate::crypto::provider())
             .with_crls([self.revocations.der()])
             .enforce_revocation_expiration()

@@ -1,4 +1,4 @@
-//! The pinned TLS 1.3 configuration of both ends of the command plane, with [`CertificateVerifier`] as their only judge of certificates.
+//! The pinned TLS 1.3 configuration of both ends of the command plane, with [`CertificateVerifier`] as their only verifier of certificates.
 
 use std::sync::Arc;
 
@@ -38,12 +38,13 @@ pub fn server(credential: &Credential, revocations: &Revocations) -> Result<Serv
         .with_protocol_versions(&[&TLS13])?
         .with_client_cert_verifier(verifier)
         .with_single_cert(credential.chain(), credential.key())?;
+    // A resumed session would skip the check of the client's certificate, and with it the revocation list.
     config.session_storage = Arc::new(NoServerSessionStorage {});
     config.send_tls13_tickets = 0;
     Ok(config)
 }
 
-/// [`CertificateVerifier`] as the TLS library asks it.
+/// [`CertificateVerifier`] in the interface of the TLS library.
 #[derive(Debug)]
 struct Verifier {
     checks: CertificateVerifier,

@@ -24,8 +24,8 @@ use crate::instrument::Frame;
 use crate::recorder::Recording;
 use crate::spec::{Control, ServiceSpec, watch};
 
-/// Longest time until logs are handed to the operating system: those of observers in front of sessions, and after a write that failed. The
-/// entries of a core go there before its outputs are carried out.
+/// Longest time until logs are handed to the operating system: logs of observers in front of sessions, and logs after a failed write. The
+/// entries of a core are handed over before its outputs are carried out.
 pub const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
 /// Time for the last records to leave before the links are closed.
@@ -34,13 +34,13 @@ const LINGER: Duration = Duration::from_millis(50);
 /// The specification is unusable, or a link could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
-    /// A link by name, and why.
-    #[error("{link}: {why}")]
+    /// A link by name, and the reason.
+    #[error("{link}: {reason}")]
     Link {
-        /// Which link.
+        /// Name of the link.
         link: &'static str,
         /// Reason of the failure.
-        why: String,
+        reason: String,
     },
 }
 
@@ -51,30 +51,30 @@ trait Opened<T> {
 
 impl<T, E: std::fmt::Display> Opened<T> for Result<T, E> {
     fn opened(self, link: &'static str) -> Result<T, DriveError> {
-        self.map_err(|why| DriveError::Link { link, why: why.to_string() })
+        self.map_err(|error| DriveError::Link { link, reason: error.to_string() })
     }
 }
 
-/// Acts of a person that may wait: more than one press can give, which is to take note of every alarm that a display has.
+/// Acts of a person that may wait: more than the largest number from one key press, the acknowledgement of every alarm on a display.
 pub const ACTS: usize = 512;
 
-/// The end at which a person's acts are given, encoded.
+/// The sending end of a person's acts, encoded.
 #[derive(Clone, Debug)]
 pub struct Hand(mpsc::Sender<Vec<u8>>);
 
 impl Hand {
-    /// Gives an act. False when too many wait or the loop has ended: it was not given, and will not be.
+    /// Queues an act. False when too many wait or the loop has ended: the act is lost.
     #[must_use]
     pub fn give(&self, act: Vec<u8>) -> bool {
         self.0.try_send(act).is_ok()
     }
 }
 
-/// The end at which the loop takes them.
+/// The receiving end of a person's acts, in the loop.
 #[derive(Debug)]
 pub struct Acts(mpsc::Receiver<Vec<u8>>);
 
-/// A bounded way for a person's acts into the loop.
+/// A bounded queue for a person's acts into the loop.
 #[must_use]
 pub fn hands() -> (Hand, Acts) {
     let (hand, acts) = mpsc::channel(ACTS);
@@ -92,9 +92,9 @@ enum Wake {
     Audit(Frame),
     /// A guard saw a record.
     Observed(Observation),
-    /// The launcher said something.
+    /// A control line of the launcher.
     Control(Control),
-    /// The core's deadline has come.
+    /// The core's deadline is reached.
     Deadline,
     /// Time to flush.
     Flush,
@@ -103,8 +103,8 @@ enum Wake {
 /// Answers the requests of a core to its guest, and takes as long as the guest does.
 pub type Attendant = Box<dyn FnMut(&[u8]) -> Vec<u8> + Send>;
 
-/// Drives `core` with the links of `spec` until the launcher says `finish`. Prints `ready {json}` when the links are
-/// open and `stats {json}` at the end. Call it from `main`, outside any tokio runtime.
+/// Drives `core` with the links of `spec` until the launcher sends `finish`. Prints `ready {json}` when the links are
+/// open and `stats {json}` at the end. To be called from `main`, outside any tokio runtime.
 pub fn run(spec: ServiceSpec, core: Box<dyn Core>) -> ExitCode {
     run_for(spec, core, hands().1)
 }
@@ -114,7 +114,7 @@ pub fn run_attended(spec: ServiceSpec, core: Box<dyn Core>, attendant: Option<At
     run_with(spec, core, hands().1, attendant)
 }
 
-/// [`run`] for a core that a person has a hand in, on whatever thread it is called.
+/// [`run`] for a core with a person's acts, on any thread.
 pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
     run_with(spec, core, acts, None)
 }
@@ -128,7 +128,7 @@ fn run_with(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts, attendant: Optio
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(why) => refuse(spec.node.name(), &why.to_string()),
+        Err(error) => refuse(spec.node.name(), &error.to_string()),
     }
 }
 
@@ -140,27 +140,30 @@ async fn drive(
 ) -> Result<(), DriveError> {
     let (sources, senders) = sources::open(watch().opened("stdin")?, acts.0);
     let ports = Ports::open(spec, &senders, attendant)?;
-    say("ready", &ports.ready(spec));
+    print_line("ready", &ports.ready(spec));
     let mut driver = Driver { clock: spec.clock, core, ports, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;
     tokio::time::sleep(LINGER).await;
     driver.ports.telemetry.hang_up().await;
     let stats = driver.ports.finish();
-    say("stats", &json!({ "node": spec.node, "inputs": driver.inputs, "late_max_us": driver.late_us, "links": stats }));
+    print_line(
+        "stats",
+        &json!({ "node": spec.node, "inputs": driver.inputs, "late_max_us": driver.late_us, "links": stats }),
+    );
     // Kept until here, so that no source looks ended while the loop runs.
     drop(senders);
     Ok(())
 }
 
 /// Ends a service that cannot start, with the reason to its launcher and on standard error.
-pub fn refuse(service: &str, why: &str) -> ExitCode {
-    crate::note!("holdsafe-{service}: {why}");
-    say("refused", &json!(why));
+pub fn refuse(service: &str, reason: &str) -> ExitCode {
+    crate::note!("holdsafe-{service}: {reason}");
+    print_line("refused", &json!(reason));
     ExitCode::from(2)
 }
 
 /// Prints one line for the launcher: a word and a JSON value.
-pub fn say(word: &str, value: &serde_json::Value) {
+pub fn print_line(word: &str, value: &serde_json::Value) {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
     if writeln!(out, "{word} {value}").and_then(|()| out.flush()).is_err() {
@@ -187,18 +190,18 @@ impl Driver {
                 () = sleep_until(self.clock, self.core.deadline()) => Wake::Deadline,
                 _ = flush.tick() => Wake::Flush,
             };
-            if self.on(wake) {
+            if self.handle_wake(wake) {
                 return;
             }
         }
     }
 
-    /// Takes one wake; true when it was the last.
-    fn on(&mut self, wake: Wake) -> bool {
+    /// Handles one wake; true when it was the last.
+    fn handle_wake(&mut self, wake: Wake) -> bool {
         match wake {
             Wake::Input(input) => self.feed(&input),
             Wake::Session(event) => {
-                let input = self.ports.telemetry.heard(event);
+                let input = self.ports.telemetry.input_from(event);
                 self.feed(&input);
             }
             Wake::Audit(frame) => self.ports.audit.receive(frame),
@@ -211,27 +214,28 @@ impl Driver {
                 self.feed(&Input::Finish);
                 return true;
             }
-            Wake::Deadline => self.deadline(),
+            Wake::Deadline => self.feed_timeout(),
             Wake::Flush => self.ports.logs.flush(),
         }
         self.feed_recorded();
         false
     }
 
-    fn deadline(&mut self) {
+    /// Feeds a timeout, if the deadline is reached.
+    fn feed_timeout(&mut self) {
         let now = self.now();
-        if let Some(at) = self.core.deadline()
-            && at <= now
+        if let Some(deadline) = self.core.deadline()
+            && deadline <= now
         {
             // A deadline in the distant past means "at once", not a stall.
-            if at.0 > 0 && self.inputs > 0 {
-                self.late_us = self.late_us.max(now.since(at).0);
+            if deadline.0 > 0 && self.inputs > 0 {
+                self.late_us = self.late_us.max(now.since(deadline).0);
             }
             self.feed(&Input::Timeout);
         }
     }
 
-    /// Newly written frames: the recorder's core gets no others.
+    /// Feeds newly written frames: the recorder's core gets no others.
     fn feed_recorded(&mut self) {
         while let Some(bytes) = self.ports.audit.recording().and_then(Recording::written) {
             self.feed(&Input::Audit { bytes });
@@ -241,6 +245,7 @@ impl Driver {
     fn feed(&mut self, input: &Input) {
         let now = self.now();
         self.inputs += 1;
+
         self.ports.logs.input(now, input);
         self.core.handle(now, input);
         let outputs = std::iter::from_fn(|| self.core.output()).collect();
@@ -256,7 +261,7 @@ impl Driver {
 
 async fn sleep_until(clock: HostClock, deadline: Option<Instant>) {
     match deadline {
-        Some(at) => tokio::time::sleep(clock.until(at)).await,
+        Some(deadline) => tokio::time::sleep(clock.time_to(deadline)).await,
         None => std::future::pending().await,
     }
 }

@@ -21,7 +21,7 @@ use self::logs::Logs;
 use self::memory::Memory;
 use self::relay::Relay;
 use self::telemetry::Telemetry;
-use super::{Attendant, DriveError, Senders, say};
+use super::{Attendant, DriveError, Senders, print_line};
 use crate::sockets::kernel_drops;
 use crate::spec::ServiceSpec;
 
@@ -70,7 +70,7 @@ impl Ports {
         })
     }
 
-    /// Carries outputs out, once they are on file: a process that is killed leaves no act without an entry. No step waits.
+    /// Carries outputs out after they are on file: a killed process leaves no act without an entry. No step waits.
     pub(super) fn carry_out(&mut self, outputs: Vec<Output>) {
         outputs.iter().for_each(|output| self.logs.output(output));
         self.logs.flush();
@@ -79,7 +79,7 @@ impl Ports {
 
     fn carry_out_one(&mut self, output: Output) {
         let carried = match output {
-            // A seal goes out only when what it seals has been handed to the operating system.
+            // A seal goes out only after the entries that it seals were handed to the operating system.
             Output::Bus { topic: Topic::Seals, .. } if self.audit.recording().is_some_and(|r| !r.flush()) => false,
             Output::Record { session, bytes } => self.telemetry.send(session, bytes),
             Output::Publish { subject, bytes } => self.command.publish(subject, bytes),
@@ -93,18 +93,18 @@ impl Ports {
             }
             Output::Reset { connection } => self.relay.streams().map(|relay| relay.reset(connection)).is_some(),
             Output::Audit { bytes } => self.audit.write(bytes),
-            Output::Guest { bytes } => self.guest.ask(bytes),
-            // A channel keeps count of its own losses.
+            Output::Guest { bytes } => self.guest.request(bytes),
+            // The memory part counts its losses itself.
             Output::Bus { topic, bytes } => return self.memory.publish(topic, &bytes),
-            // What is over already is no loss.
+            // A session that is over already needs no closing, which is no loss.
             Output::Close { session } => return self.telemetry.close(session),
             Output::Leave => return self.command.leave(),
-            Output::Text { text, .. } => return say("text", &json!(text)),
+            Output::Text { text, .. } => return print_line("text", &json!(text)),
         };
         self.undeliverable += u64::from(!carried);
     }
 
-    /// Flushes everything and gives the closing account of the links.
+    /// Flushes everything and returns the closing account of the links.
     pub(super) fn finish(&mut self) -> Value {
         self.logs.flush();
         let (recording, instrument) = self.audit.finish();

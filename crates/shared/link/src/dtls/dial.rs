@@ -1,4 +1,4 @@
-//! Opens one session and opens it again when it ends.
+//! Dialler of one session, which it opens again when it ends.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,34 +16,34 @@ use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
 use crate::sockets;
 
-/// First and longest pause between attempts; each that fails doubles it.
+/// First and longest pause between attempts; each failed attempt doubles it.
 pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
 
-/// A session that is kept up until this is dropped.
+/// A session that stays open until this is dropped.
 pub struct Dialler {
     task: JoinHandle<()>,
-    present: Present,
+    current_socket: CurrentSocket,
     counters: Arc<SessionCounters>,
 }
 
-/// Address of the present attempt's socket.
-type Present = Arc<Mutex<Option<LoopbackAddr>>>;
+/// Address of the current attempt's socket.
+type CurrentSocket = Arc<Mutex<Option<LoopbackAddr>>>;
 
 impl Dialler {
     /// Datagrams that the kernel has dropped at the sockets of this dialler.
     pub fn kernel_drops(&self) -> u64 {
-        let present = *self.present.lock().unwrap_or_else(PoisonError::into_inner);
-        present.and_then(sockets::kernel_drops).unwrap_or(0) + self.counters.read().kernel_dropped
+        let current = *self.current_socket.lock().unwrap_or_else(PoisonError::into_inner);
+        current.and_then(sockets::kernel_drops).unwrap_or(0) + self.counters.read().kernel_dropped
     }
 
-    /// Ends the session silently: once this returns, no datagram is sent or counted.
+    /// Ends the session silently: after the return, no datagram is sent or counted.
     pub async fn stop(&mut self) {
         self.task.abort();
         if let Err(error) = (&mut self.task).await {
             tracing::trace!(%error, "dialler stopped");
         }
-        // Its drops are among the counters now.
-        *self.present.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        // The end of the socket has added its drops to the counters.
+        *self.current_socket.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 }
 
@@ -53,9 +53,9 @@ impl Drop for Dialler {
     }
 }
 
-/// Keeps a session to `expected` at `remote` up. Every attempt has a socket of its own, so that an old association at
-/// the far end never stands in the way of a new one; the previous socket is read for one attempt more, so that
-/// datagrams under way to it are counted.
+/// Keeps a session to `expected` at `remote` open. Every attempt has a new socket, so that an old association at
+/// the far end never blocks a new one; the previous socket is read for one attempt more, so that datagrams under way to
+/// it are counted.
 pub fn dial(
     remote: LoopbackAddr,
     credential: Credential,
@@ -63,13 +63,13 @@ pub fn dial(
     settings: Settings,
     events: mpsc::Sender<SessionEvent>,
 ) -> Dialler {
-    let (present, counters) = (Present::default(), settings.counters.clone());
-    let shown = present.clone();
+    let (current_socket, counters) = (CurrentSocket::default(), settings.counters.clone());
+    let current = current_socket.clone();
     let task = tokio::spawn(async move {
         let mut pause = PAUSES.0;
         let mut sockets = VecDeque::new();
         while !events.is_closed() {
-            let outcome = match Socket::open(remote, &settings, &present) {
+            let outcome = match Socket::open(remote, &settings, &current) {
                 Ok((socket, path)) => {
                     sockets.push_back(socket);
                     attempt(path, &credential, expected, &settings, &events).await
@@ -90,7 +90,7 @@ pub fn dial(
             tokio::time::sleep(pause).await;
         }
     });
-    Dialler { task, present: shown, counters }
+    Dialler { task, current_socket, counters }
 }
 
 /// One attempt's socket and its reader.
@@ -101,10 +101,14 @@ struct Socket {
 }
 
 impl Socket {
-    fn open(remote: LoopbackAddr, settings: &Settings, present: &Present) -> Result<(Self, Arc<Path>), DtlsError> {
+    fn open(
+        remote: LoopbackAddr,
+        settings: &Settings,
+        current: &CurrentSocket,
+    ) -> Result<(Self, Arc<Path>), DtlsError> {
         let socket = Arc::new(sockets::udp(settings.own)?);
         let local = LoopbackAddr::try_from(socket.local_addr()?)?;
-        *present.lock().unwrap_or_else(PoisonError::into_inner) = Some(local);
+        *current.lock().unwrap_or_else(PoisonError::into_inner) = Some(local);
         let counters = settings.counters.clone();
         let (inlet, datagrams) = mpsc::channel(INLET);
         let reader = tokio::spawn(feed(socket.clone(), remote, inlet, counters.clone()));
@@ -139,7 +143,7 @@ async fn attempt(
     Ok(())
 }
 
-/// Moves datagrams from `remote` to the association; counts those after its end, and those of other senders.
+/// Moves datagrams from `remote` to the association; counts datagrams after its end, and datagrams of other senders.
 async fn feed(
     socket: Arc<UdpSocket>,
     remote: LoopbackAddr,
@@ -155,6 +159,7 @@ async fn feed(
                 Err(mpsc::error::TrySendError::Closed(_)) => SessionCounters::add(&counters.abandoned),
             },
             Ok(_) => SessionCounters::add(&counters.outsiders),
+            // The pause keeps a persistent error from a busy loop.
             Err(error) => {
                 tracing::trace!(%error, "datagram not received");
                 tokio::time::sleep(Duration::from_millis(1)).await;

@@ -1,12 +1,12 @@
-//! Accepts sessions on one socket: a loop that never waits for any peer.
+//! Listener for sessions on one socket: a loop that never waits for any peer.
 //!
-//! The library's own listener runs a handshake inside its accept loop, so one silent ClientHello locks everyone out. Here
+//! The library's own listener runs a handshake inside its accept loop, so one silent ClientHello blocks all others. Here
 //! each peer address has a bounded queue and a task; handshakes under way and sessions are bounded. An unknown peer first
-//! passes the cookie exchange ([`crate::guard::cookie`]), which keeps no state; of those let in, the oldest unfinished
-//! handshake makes room for the newest, so that silent peers keep no one out. Losses are counted.
+//! passes the cookie exchange ([`crate::guard::cookie`]), which keeps no state; among admitted peers the oldest unfinished
+//! handshake makes room for the newest, so that silent peers block nobody. Losses are counted.
 //!
-//! A datagram from outside of the run is judged like any other, by the same cookie exchange and guards. Only its accounts
-//! are kept apart: it is counted once, as an outsider's, so that the run's own datagrams still add up.
+//! A datagram from outside of the run is judged like any other, by the same cookie exchange and guards. Only its counts
+//! are separate: it is counted once, as an outsider's, so that the counts of the run's own datagrams balance.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
@@ -35,7 +35,7 @@ pub const HALF_OPEN: usize = 64;
 /// Peer addresses that may have state at once.
 pub const PEERS: usize = 256;
 
-/// A socket that accepts sessions until this is dropped. Sessions already open go on.
+/// A socket that accepts sessions until this is dropped. Open sessions continue.
 pub struct Listener {
     local: LoopbackAddr,
     task: JoinHandle<()>,
@@ -58,21 +58,21 @@ impl Drop for Listener {
 pub enum Port {
     /// A socket.
     Socket(Arc<UdpSocket>),
-    /// A network in memory: datagrams with the address that each is from, or is for.
+    /// A network in memory: datagrams with the address of their sender, or of their receiver.
     Memory(mpsc::Receiver<(LoopbackAddr, Vec<u8>)>, mpsc::Sender<(LoopbackAddr, Vec<u8>)>),
 }
 
-/// Listens at `at`. Must be called inside a tokio runtime.
+/// Listens at `address`. Must be called inside a tokio runtime.
 ///
 /// # Errors
 /// When the socket cannot be bound to the loopback interface.
 pub fn listen(
-    at: LoopbackAddr,
+    address: LoopbackAddr,
     credential: Credential,
     settings: Settings,
     events: mpsc::Sender<SessionEvent>,
 ) -> Result<Listener, DtlsError> {
-    let socket = Arc::new(sockets::udp(at)?);
+    let socket = Arc::new(sockets::udp(address)?);
     let local = LoopbackAddr::try_from(socket.local_addr()?)?;
     accept(local, Port::Socket(socket), credential, settings, events)
 }
@@ -107,10 +107,10 @@ struct Accept {
     exchange: CookieExchange,
     credential: Arc<Credential>,
     settings: Settings,
-    /// The same for peers outside of the run: counters of their own, and no log.
+    /// Settings for peers outside of the run: separate counters, and no log.
     outside: Settings,
     events: mpsc::Sender<SessionEvent>,
-    /// Handshakes that were begun, the oldest first; those that have ended are forgotten when room is looked for.
+    /// Handshakes that were begun, the oldest first; ended ones are removed before the next is admitted.
     shaking: VecDeque<Shaking>,
     peers: BTreeMap<SocketAddr, mpsc::Sender<Vec<u8>>>,
 }
@@ -156,10 +156,12 @@ impl Accept {
         }
         let settings = if inside { &self.settings } else { &self.outside };
         let counters = &settings.counters;
+        // A peer with state needs no cookie: the exchange only guards the creation of state.
         if let Some(inlet) = self.peers.get(&from) {
             match inlet.try_send(bytes.to_vec()) {
                 Ok(()) => return,
                 Err(mpsc::error::TrySendError::Full(_)) => return SessionCounters::add(&counters.overflowed),
+                // Its association is over, so this datagram may open the next: it is judged as an unknown peer's.
                 Err(mpsc::error::TrySendError::Closed(_)) => {
                     self.peers.remove(&from);
                 }
@@ -191,10 +193,10 @@ impl Accept {
         }
     }
 
-    /// Makes room for one more handshake: at the cost of the oldest, when too many are open. False when there are too many
+    /// Makes room for one more handshake: displaces the oldest, when too many are open. False when there are too many
     /// sessions.
-    fn room(&mut self) -> bool {
-        // Whoever is first to say that it is over has the last word: a session that stands is not displaced.
+    fn make_room(&mut self) -> bool {
+        // The first to set `over` decides: the task of a completed handshake has set it, so no session is displaced.
         if self.shaking.len() >= HALF_OPEN
             && let Some(oldest) = self.shaking.pop_front()
             && !oldest.over.swap(true, Ordering::AcqRel)
@@ -204,6 +206,7 @@ impl Accept {
             note(&oldest.settings, &oldest.hello, Verdict::Unfinished, None);
             SessionCounters::add(&oldest.settings.counters.displaced);
         }
+        // The entry of an ended session stays until its peer sends again or room is needed.
         if self.peers.len() >= PEERS {
             self.peers.retain(|_, inlet| !inlet.is_closed());
         }
@@ -212,7 +215,7 @@ impl Accept {
 
     fn admit(&mut self, peer: LoopbackAddr, hello: &[u8], out: Outlet, settings: Settings) {
         let (inlet, datagrams) = mpsc::channel(INLET);
-        if !self.room() || inlet.try_send(hello.to_vec()).is_err() {
+        if !self.make_room() || inlet.try_send(hello.to_vec()).is_err() {
             note(&settings, hello, Verdict::Shed, None);
             return SessionCounters::add(&settings.counters.shed);
         }
@@ -225,6 +228,7 @@ impl Accept {
             let session = serving.next_session();
             let guard = serving.guard(session.0);
             let opened = server(path, &credential, serving.revocations.clone(), guard).await;
+            // Displaced in the meantime: `make_room` has counted it.
             if done.swap(true, Ordering::AcqRel) {
                 return;
             }

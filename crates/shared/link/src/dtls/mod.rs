@@ -42,10 +42,10 @@ pub const REPLAY_WINDOW: usize = 64;
 /// Time limit of a handshake.
 pub const HANDSHAKE_LIMIT: Duration = Duration::from_secs(3);
 
-/// Without a record for so long the dialling end ends a session, and opens another.
+/// Time without a record after which the dialling end ends a session and opens another.
 pub const DIAL_IDLE: Duration = Duration::from_secs(2);
 
-/// Without a record for so long the listening end ends a session.
+/// Time without a record after which the listening end ends a session.
 pub const LISTEN_IDLE: Duration = Duration::from_secs(30);
 
 /// Time between repeats of a handshake flight.
@@ -57,7 +57,7 @@ pub(crate) const DATAGRAM: usize = 8192;
 /// A session could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum DtlsError {
-    /// Certificate trouble on either side.
+    /// A certificate is unusable, on either side.
     #[error(transparent)]
     Pki(#[from] PkiError),
     /// The library ended the handshake.
@@ -117,10 +117,10 @@ impl Secure {
         self.life
     }
 
-    /// Checks the peer's certificate again, for the revocation list may have changed.
+    /// Checks the peer's certificate again, after a change of the revocation list.
     ///
     /// # Errors
-    /// Why it is refused now.
+    /// The refusal.
     pub fn verify_peer(&self) -> Result<PeerId, Refused> {
         check(&self.verifier, &self.chain, self.presenter)
     }
@@ -174,8 +174,8 @@ pub async fn client(
 ) -> Result<Secure, DtlsError> {
     let mut config = config(credential)?;
     config.server_name = dns_name(expected);
-    let own = Own { credential, revocations, presenter: Presenter::Listener(expected) };
-    handshake(path, config, own, guard).await
+    let trust = Trust { credential, revocations, presenter: Presenter::Listener(expected) };
+    handshake(path, config, trust, guard).await
 }
 
 /// Accepts an association over `path` from any holder of a certificate of this run.
@@ -189,52 +189,54 @@ pub async fn server(
     revocations: Revocations,
     guard: GuardSettings,
 ) -> Result<Secure, DtlsError> {
-    let own = Own { credential, revocations, presenter: Presenter::Dialler };
-    handshake(path, config(credential)?, own, guard).await
+    let trust = Trust { credential, revocations, presenter: Presenter::Dialler };
+    handshake(path, config(credential)?, trust, guard).await
 }
 
-/// An end's own credential for a handshake, and the peer it expects.
-struct Own<'a> {
+/// An end's credential and revocation list for a handshake, and the peer that it expects.
+struct Trust<'a> {
     credential: &'a Credential,
     revocations: Revocations,
     presenter: Presenter,
 }
 
-/// The library can neither read a revocation list nor say why it refuses a certificate, so its own check is replaced by
-/// [`CertificateVerifier`], for which it calls back; that it did is checked once it says that the handshake is complete.
+/// Performs a handshake with [`CertificateVerifier`] in place of the library's check, which can neither read a revocation list nor name
+/// the fault of a certificate. The library calls it back; after the handshake this function checks that it did.
 async fn handshake(
     path: Arc<dyn Conn + Send + Sync>,
     mut config: Config,
-    own: Own<'_>,
+    trust: Trust<'_>,
     guard: GuardSettings,
 ) -> Result<Secure, DtlsError> {
     crate::crypto::init();
-    let (verifier, presenter) = (CertificateVerifier::new(own.credential, &own.revocations)?, own.presenter);
+    let (verifier, presenter) = (CertificateVerifier::new(trust.credential, &trust.revocations)?, trust.presenter);
     let verdict: Arc<Mutex<Option<Result<PeerId, Refused>>>> = Arc::default();
-    let (judge, told) = (verifier.clone(), verdict.clone());
+    let (callback_verifier, callback_verdict) = (verifier.clone(), verdict.clone());
     config.insecure_skip_verify = true;
     config.client_auth = ClientAuthType::RequireAnyClientCert;
     config.verify_peer_certificate = Some(Arc::new(move |chain, _| {
-        let found = check(&judge, chain, presenter);
+        let found = check(&callback_verifier, chain, presenter);
         let answer = found.as_ref().map(|_| ()).map_err(|refused| dtls::Error::Other(refused.to_string()));
-        *told.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+        *callback_verdict.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
         answer
     }));
     let guard = Arc::new(GuardConn::new(path, guard));
-    let through: Arc<dyn Conn + Send + Sync> = guard.clone();
+    let guarded: Arc<dyn Conn + Send + Sync> = guard.clone();
     let is_client = presenter != Presenter::Dialler;
-    let opened = tokio::time::timeout(HANDSHAKE_LIMIT, DTLSConn::new(through, config, is_client, None)).await;
+    let opened = tokio::time::timeout(HANDSHAKE_LIMIT, DTLSConn::new(guarded, config, is_client, None)).await;
     let verdict = verdict.lock().unwrap_or_else(PoisonError::into_inner).take();
+    // The verdict comes before the library's error, which has the refusal as text only and not its fault.
     if let Some(Err(refused)) = verdict {
         return Err(refused.into());
     }
     let conn = opened.map_err(|_| DtlsError::TooSlow)??;
     guard.complete();
     let missing = || Refused { fault: Fault::Missing, got: "none that was checked".to_owned() };
+    // A handshake that completed without the callback had no certificate check at all.
     let peer = verdict.and_then(Result::ok).ok_or_else(missing)?;
     let chain = conn.connection_state().await.peer_certificates;
     let leaf = chain.first().ok_or_else(missing)?;
-    let life = remaining_life(leaf)?.min(remaining_life(&own.credential.cert_der)?);
+    let life = remaining_life(leaf)?.min(remaining_life(&trust.credential.cert_der)?);
     Ok(Secure { conn, peer, life, chain, verifier, presenter })
 }
 

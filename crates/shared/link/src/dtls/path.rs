@@ -1,4 +1,4 @@
-//! A datagram path as the DTLS library wants it: a bounded inlet of whole datagrams and an outlet.
+//! A datagram path in the interface of the DTLS library: a bounded inlet of whole datagrams and an outlet.
 //!
 //! A listener feeds many paths from one socket; a dialler feeds one; a test connects two in memory. Like UDP, a path
 //! that cannot take a datagram loses it.
@@ -25,7 +25,7 @@ pub enum Outlet {
     Socket(Arc<UdpSocket>, LoopbackAddr),
     /// To another path, or to a test that plays the network.
     Memory(mpsc::Sender<Vec<u8>>),
-    /// To a network in memory, with an address: that of the sender, or of the receiver.
+    /// To a network in memory, with the address of the sender or of the receiver.
     Port(mpsc::Sender<(LoopbackAddr, Vec<u8>)>, LoopbackAddr),
 }
 
@@ -62,14 +62,14 @@ impl Path {
         Self { inlet: Mutex::new(inlet), outlet, counters: None }
     }
 
-    /// The same path, which counts its unread datagrams when it ends.
+    /// This path with counters: it counts its unread datagrams when it ends.
     #[must_use]
     pub fn counted(mut self, counters: Arc<SessionCounters>) -> Self {
         self.counters = Some(Counted { counters, retry: None });
         self
     }
 
-    /// The same path for a dialler: it also counts sent datagrams, and answers cookie requests.
+    /// This path for a dialler: it also counts sent datagrams, and answers cookie requests.
     #[must_use]
     pub fn dialling(mut self, counters: Arc<SessionCounters>) -> Self {
         self.counters = Some(Counted { counters, retry: Some(CookieRetry::default()) });
@@ -79,16 +79,16 @@ impl Path {
     /// Notes a datagram that leaves a dialler.
     fn sent(&self, datagram: &[u8]) {
         if let Some(Counted { counters, retry: Some(retry) }) = &self.counters {
-            retry.out(datagram);
+            retry.note_sent(datagram);
             SessionCounters::add(&counters.dialled);
         }
     }
 
-    /// Answers a cookie request; false if the datagram is none.
-    fn answers(&self, datagram: &[u8]) -> bool {
+    /// Answers a cookie request; false for any other datagram.
+    fn answers_cookie_request(&self, datagram: &[u8]) -> bool {
         let Some(Counted { counters, retry: Some(retry) }) = &self.counters else { return false };
         let Some(answer) = retry.answer(datagram) else { return false };
-        SessionCounters::add(&counters.asked);
+        SessionCounters::add(&counters.cookie_requests);
         for datagram in answer {
             self.outlet.emit(&datagram);
             SessionCounters::add(&counters.dialled);
@@ -101,6 +101,7 @@ impl Drop for Path {
     fn drop(&mut self) {
         if let Some(counted) = &self.counters {
             let inlet = self.inlet.get_mut();
+            // Closed before it is emptied: a later sender sees that and counts the datagram, so that none is missing.
             inlet.close();
             while inlet.try_recv().is_ok() {
                 SessionCounters::add(&counted.counters.abandoned);
@@ -120,7 +121,7 @@ impl Conn for Path {
             let received = self.inlet.lock().await.recv().await;
             // The library retries on error without pausing; an ended path is silent instead.
             let Some(datagram) = received else { return std::future::pending().await };
-            if self.answers(&datagram) {
+            if self.answers_cookie_request(&datagram) {
                 continue;
             }
             let n = datagram.len().min(buf.len());

@@ -27,9 +27,9 @@ pub struct Settings {
     pub idle: Duration,
     /// Log of the guards' observations, if any.
     pub log: Option<ObservationLog>,
-    /// Shared by all sessions of the process, so that their handles are unique.
+    /// Number of the last session, shared by all sessions of the process, so that their handles are unique.
     pub sessions: Arc<AtomicU32>,
-    /// Shared by all sessions of one socket.
+    /// Counters, shared by all sessions of one socket.
     pub counters: Arc<SessionCounters>,
     /// Address of this run's datagram sockets, with port 0: a datagram from another address is an outsider's.
     pub own: LoopbackAddr,
@@ -38,7 +38,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Settings with counters of their own, of a run at `127.0.0.1`.
+    /// Settings with new counters, for a run at `127.0.0.1`.
     pub fn new(guard: GuardMode, idle: Duration, revocations: Revocations) -> Self {
         Self {
             guard,
@@ -63,7 +63,7 @@ impl Settings {
 /// Events of sessions, in order per session.
 #[derive(Debug)]
 pub enum SessionEvent {
-    /// A session stands.
+    /// A session is open.
     Opened(SessionHandle),
     /// One application record.
     Record(SessionId, Vec<u8>),
@@ -85,18 +85,18 @@ pub struct SessionHandle {
 impl SessionHandle {
     /// Queues one record; false when it is too long, the queue is full or the session has ended (counted).
     pub fn send(&self, record: Vec<u8>) -> bool {
-        let taken = record.len() <= MAX_RECORD && self.outbound.try_send(record).is_ok();
-        if !taken {
+        let queued = record.len() <= MAX_RECORD && self.outbound.try_send(record).is_ok();
+        if !queued {
             self.counters.unsent.fetch_add(1, Ordering::Relaxed);
         }
-        taken
+        queued
     }
 }
 
 /// Counters shared by the sessions of one socket.
 #[derive(Debug, Default)]
 pub struct SessionCounters {
-    /// The guards' share.
+    /// Counters of the guards.
     pub guard: Arc<GuardCounters>,
     pub(super) opened: AtomicU64,
     pub(super) failed: AtomicU64,
@@ -105,7 +105,7 @@ pub struct SessionCounters {
     pub(super) unproven: AtomicU64,
     pub(super) proved: AtomicU64,
     pub(super) displaced: AtomicU64,
-    pub(super) asked: AtomicU64,
+    pub(super) cookie_requests: AtomicU64,
     most_shaking: AtomicU64,
     most_peers: AtomicU64,
     pub(super) unknown_peers: AtomicU64,
@@ -134,12 +134,13 @@ pub struct SessionStats {
     pub shed: u64,
     /// Sound ClientHellos answered with a cookie request.
     pub unproven: u64,
-    /// ClientHellos that showed it.
+    /// ClientHellos that returned the cookie.
     pub proved: u64,
-    /// Handshakes given up to make room for newer ones.
+    /// Handshakes ended to make room for newer ones.
     pub displaced: u64,
-    /// Times that a dialler was asked to show that it receives.
-    pub asked: u64,
+    /// Cookie requests that a dialler received.
+    #[serde(rename = "asked")]
+    pub cookie_requests: u64,
     /// Handshakes under way at once, at most.
     pub most_shaking: u64,
     /// Peer addresses with state at once, at most.
@@ -147,7 +148,7 @@ pub struct SessionStats {
     /// Datagrams from unknown peers that open no association.
     #[serde(rename = "strangers")]
     pub unknown_peers: u64,
-    /// Datagrams that no process of the run sent, whatever became of them; in no other count.
+    /// Datagrams that no process of the run sent, with any outcome; in no other count.
     pub outsiders: u64,
     /// Datagrams for which an association had no room.
     pub overflowed: u64,
@@ -178,7 +179,7 @@ impl SessionCounters {
             unproven: get(&self.unproven),
             proved: get(&self.proved),
             displaced: get(&self.displaced),
-            asked: get(&self.asked),
+            cookie_requests: get(&self.cookie_requests),
             most_shaking: get(&self.most_shaking),
             most_peers: get(&self.most_peers),
             unknown_peers: get(&self.unknown_peers),
@@ -193,7 +194,7 @@ impl SessionCounters {
         }
     }
 
-    /// Notes how many handshakes are under way, and how many addresses have state.
+    /// Notes the number of handshakes under way and the number of addresses with state.
     pub(super) fn peak(&self, shaking: usize, peers: usize) {
         self.most_shaking.fetch_max(shaking as u64, Ordering::Relaxed);
         self.most_peers.fetch_max(peers as u64, Ordering::Relaxed);
@@ -208,7 +209,7 @@ impl SessionCounters {
     }
 }
 
-/// Carries one association until it ends. Returns early only when `events` has no receiver any more.
+/// Serves one association until it ends. Returns early only when `events` has no receiver any more.
 pub(super) async fn serve(
     secure: Secure,
     session: SessionId,
@@ -226,8 +227,8 @@ pub(super) async fn serve(
         secure.close().await;
         return;
     }
-    let ends = tokio::time::Instant::now() + secure.life();
-    let mut heard = tokio::time::Instant::now();
+    let expiry = tokio::time::Instant::now() + secure.life();
+    let mut last_record = tokio::time::Instant::now();
     let mut list = settings.revocations.watch();
     loop {
         tokio::select! {
@@ -237,7 +238,7 @@ pub(super) async fn serve(
             },
             received = secure.recv() => match received {
                 Ok(record) => {
-                    heard = tokio::time::Instant::now();
+                    last_record = tokio::time::Instant::now();
                     SessionCounters::add(&counters.delivered);
                     if events.send(SessionEvent::Record(session, record)).await.is_err() { break }
                 }
@@ -253,8 +254,9 @@ pub(super) async fn serve(
                 },
                 None => break,
             },
-            () = tokio::time::sleep_until(heard + settings.idle) => break,
-            () = tokio::time::sleep_until(ends) => {
+            () = tokio::time::sleep_until(last_record + settings.idle) => break,
+            // The handshake checks the validity once; a session may outlive its certificate.
+            () = tokio::time::sleep_until(expiry) => {
                 let got = format!("a certificate that has ended, of {} or ours", secure.peer());
                 dismissed(settings, session, &Refused { fault: Fault::Expired, got });
                 break;
@@ -267,7 +269,7 @@ pub(super) async fn serve(
     }
 }
 
-/// Reports that a standing session is ended because of its certificate.
+/// Reports the end of an open session because of its certificate.
 fn dismissed(settings: &Settings, session: SessionId, refused: &Refused) {
     SessionCounters::add(&settings.counters.dismissed);
     tracing::info!(%refused, ?session, "session ended");

@@ -1,8 +1,8 @@
-//! The lengths inside a ClientHello (RFC 5246 §7.4.1.2, RFC 6347 §4.2.1), checked before the library walks them.
+//! The lengths inside a ClientHello (RFC 5246 §7.4.1.2, RFC 6347 §4.2.1), checked before the library reads them.
 //!
 //! The library reads extension headers past the end of its buffer and does not skip a session identifier. A ClientHello
-//! that is fragmented, carries a session identifier (we never resume), or has any length that does not add up is not
-//! let through. The content of extensions is left to the library.
+//! that is fragmented, has a session identifier (no session is ever resumed), or has an inconsistent length is refused. The content of
+//! extensions is left to the library.
 
 use super::observe::Verdict;
 use super::record::{HANDSHAKE, Split, split};
@@ -11,7 +11,7 @@ const CLIENT_HELLO: u8 = 1;
 const HELLO_VERIFY_REQUEST: u8 = 3;
 const MESSAGE_HEADER: usize = 12;
 
-/// The largest ClientHello that is looked at, in bytes.
+/// The largest ClientHello that is checked, in bytes; a longer one is refused.
 const MAX_HELLO: usize = 2048;
 
 /// True if every ClientHello in this body of a handshake record has consistent lengths; true for other messages.
@@ -81,8 +81,8 @@ pub fn parts(datagram: &[u8]) -> Option<Parts<'_>> {
     Some(Parts { sequence: raw.sequence, random, cookie })
 }
 
-/// A HelloVerifyRequest with this cookie in a record with this sequence number. It speaks of DTLS 1.0, as RFC 6347 §4.2.1
-/// has it; the library's own speaks of 1.2, and by that our dialler knows them apart.
+/// A HelloVerifyRequest with this cookie in a record with this sequence number. Its version is DTLS 1.0, as in RFC 6347 §4.2.1;
+/// the library's own has 1.2, and by that our dialler distinguishes them.
 pub fn verify_request(sequence: u64, cookie: &[u8]) -> Vec<u8> {
     let body = [&[254, 255, cookie.len() as u8], cookie].concat();
     let length = (body.len() as u32).to_be_bytes();
@@ -94,14 +94,14 @@ pub fn verify_request(sequence: u64, cookie: &[u8]) -> Vec<u8> {
     record
 }
 
-/// The cookie of a HelloVerifyRequest of ours; `None` of anything else, the library's included.
+/// The cookie in a HelloVerifyRequest of [`verify_request`]; `None` for anything else, the library's included.
 pub fn requested_cookie(datagram: &[u8]) -> Option<&[u8]> {
     let mut pieces = split(datagram);
     let (Some(Split::Record(raw)), None) = (pieces.next(), pieces.next()) else { return None };
     let body = raw.body().get(MESSAGE_HEADER..)?;
-    let ours = raw.content == HANDSHAKE && raw.epoch == 0 && raw.body()[0] == HELLO_VERIFY_REQUEST;
+    let is_request = raw.content == HANDSHAKE && raw.epoch == 0 && raw.body()[0] == HELLO_VERIFY_REQUEST;
     let cookie = body.get(3..)?;
-    (ours && body[..2] == [254, 255] && usize::from(body[2]) == cookie.len()).then_some(cookie)
+    (is_request && body[..2] == [254, 255] && usize::from(body[2]) == cookie.len()).then_some(cookie)
 }
 
 /// A first hello again, with a cookie: the second message of its handshake.
@@ -119,7 +119,7 @@ pub fn with_cookie(first: &[u8], cookie: &[u8]) -> Option<Vec<u8>> {
     hello[14..17].copy_from_slice(&message[1..]);
     hello[17..19].copy_from_slice(&[0, 1]);
     hello[22..25].copy_from_slice(&message[1..]);
-    // Another record than the first, which the far end may have seen.
+    // A new sequence number: the far end may have seen the first record, and would discard this one as a replay.
     hello[10] = hello[10].wrapping_add(1);
     Some(hello)
 }
@@ -129,31 +129,31 @@ fn hello(message: &[u8]) -> Option<()> {
     if message.len() > MAX_HELLO {
         return None;
     }
-    let mut at = Walk(message);
-    at.skip(2 + 32)?; // version, random
-    if at.u8()? != 0 {
+    let mut walk = Walk(message);
+    walk.skip(2 + 32)?; // version, random
+    if walk.u8()? != 0 {
         return None; // session identifier
     }
-    let cookie = at.u8()?;
-    at.skip(cookie)?;
-    let suites = at.u16()?;
+    let cookie = walk.u8()?;
+    walk.skip(cookie)?;
+    let suites = walk.u16()?;
     if suites == 0 || !suites.is_multiple_of(2) {
         return None;
     }
-    at.skip(suites)?;
-    let compressions = at.u8()?;
+    walk.skip(suites)?;
+    let compressions = walk.u8()?;
     if compressions == 0 {
         return None;
     }
-    at.skip(compressions)?;
-    let extensions = at.u16()?;
-    if extensions != at.0.len() {
+    walk.skip(compressions)?;
+    let extensions = walk.u16()?;
+    if extensions != walk.0.len() {
         return None;
     }
-    while !at.0.is_empty() {
-        at.skip(2)?;
-        let length = at.u16()?;
-        at.skip(length)?;
+    while !walk.0.is_empty() {
+        walk.skip(2)?;
+        let length = walk.u16()?;
+        walk.skip(length)?;
     }
     Some(())
 }

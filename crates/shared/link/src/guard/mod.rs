@@ -1,17 +1,17 @@
-//! A datagram path that stands between the network and the DTLS library.
+//! A datagram path between the network and the DTLS library.
 //!
-//! RFC 6347 §4.1.2.7 wants invalid records discarded; the library instead ends the association on one forged plaintext
+//! RFC 6347 §4.1.2.7 requires that invalid records are discarded; the library instead ends the association on one forged plaintext
 //! record, never repeats its last flight, and indexes past the end of a crafted ClientHello. The guard
 //!
 //! - lets only handshake and well-formed change-cipher records of epoch 0 through before completion,
 //! - drops every record of epoch 0 after completion,
 //! - drops records of later epochs that cannot have been sealed: the library computes with their length before it looks
 //!   at their tag, and takes a change of cipher there without any,
-//! - repeats the last datagram sent before completion when the peer shows that it missed it,
+//! - repeats the last datagram sent before completion when the peer's records show that it was lost,
 //! - checks every length of a ClientHello ([`hello`]),
 //! - counts all of it, and reports observations for receipts ([`observe`]).
 //!
-//! It holds no key. Whether a record is authentic is the library's business, whether it is fresh the gateway's.
+//! It holds no key. The authenticity of a record is left to the library, its freshness to the gateway.
 
 pub mod cookie;
 pub mod hello;
@@ -44,7 +44,7 @@ pub const SEAL: usize = 8 + 16;
 pub enum GuardMode {
     /// Drop unprotected records.
     Required,
-    /// Pass it to the library, as the library alone would see it (an ablation).
+    /// Pass them to the library, as without a guard (an ablation).
     Waived,
 }
 
@@ -55,7 +55,7 @@ pub struct GuardSettings {
     pub mode: GuardMode,
     /// Number of the association, for the observations.
     pub association: u32,
-    /// Shared by the guards of one socket.
+    /// Counters, shared by the guards of one socket.
     pub counters: Arc<GuardCounters>,
     /// Log of observations, if any.
     pub log: Option<ObservationLog>,
@@ -95,7 +95,8 @@ pub fn judge(raw: &RawRecord<'_>, mode: GuardMode, complete: bool) -> Verdict {
 
 /// Outcome of a datagram.
 struct Admitted {
-    kept: Vec<u8>,
+    /// The records that passed, one after the other.
+    passed: Vec<u8>,
     missed_last_flight: bool,
 }
 
@@ -112,7 +113,7 @@ impl GuardConn {
         }
     }
 
-    /// Notes that the handshake is complete: from here on no record of epoch 0 is taken.
+    /// Notes that the handshake is complete: from here on every record of epoch 0 is refused.
     pub fn complete(&self) {
         self.complete.store(true, Ordering::SeqCst);
     }
@@ -120,16 +121,17 @@ impl GuardConn {
     /// Decides on each record of a datagram.
     fn admit(&self, datagram: &[u8]) -> Admitted {
         let complete = self.complete.load(Ordering::SeqCst);
-        let mut admitted = Admitted { kept: Vec::with_capacity(datagram.len()), missed_last_flight: false };
+        let mut admitted = Admitted { passed: Vec::with_capacity(datagram.len()), missed_last_flight: false };
         self.settings.counters.datagram();
         for piece in record::split(datagram) {
             match piece {
                 Split::Record(raw) => {
                     let verdict = self.judge(&raw, complete);
+                    // A handshake record after completion is the peer's repeated flight: it did not get our last one.
                     admitted.missed_last_flight |= complete && raw.epoch == 0 && raw.content == HANDSHAKE;
                     self.note(&raw, verdict);
                     if verdict == Verdict::Passed {
-                        admitted.kept.extend_from_slice(raw.bytes);
+                        admitted.passed.extend_from_slice(raw.bytes);
                     }
                 }
                 Split::Remainder(bytes) => {
@@ -170,7 +172,7 @@ impl GuardConn {
         }
     }
 
-    /// Repeats the last datagram sent before completion, a bounded number of times.
+    /// Repeats the last datagram sent before completion, a bounded number of times: a forged record can provoke it.
     async fn repeat_last_flight(&self) {
         if self.resends.fetch_add(1, Ordering::Relaxed) >= RESENDS {
             return;
@@ -195,9 +197,9 @@ impl Conn for GuardConn {
             if admitted.missed_last_flight {
                 self.repeat_last_flight().await;
             }
-            if !admitted.kept.is_empty() {
-                buf[..admitted.kept.len()].copy_from_slice(&admitted.kept);
-                return Ok(admitted.kept.len());
+            if !admitted.passed.is_empty() {
+                buf[..admitted.passed.len()].copy_from_slice(&admitted.passed);
+                return Ok(admitted.passed.len());
             }
         }
     }

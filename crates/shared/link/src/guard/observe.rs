@@ -29,19 +29,19 @@ pub enum Verdict {
     TooEarly,
     /// Refused: from a peer that has no association and opens none.
     UnknownPeer,
-    /// A sound ClientHello with a failed handshake; noted when that is known, beside its `Passed`.
+    /// A sound ClientHello with a failed handshake; noted after the failure, beside its `Passed`.
     Unfinished,
     /// A sound ClientHello for which there was no room.
     Shed,
-    /// Of a protected epoch, and impossible as a sealed record: shorter than nonce and tag, or a change of cipher.
+    /// A record of a protected epoch that cannot be sealed: shorter than nonce and tag, or a change of cipher.
     Unsealed,
-    /// A sound ClientHello of one who has not shown that it receives: asked to, or with a cookie that is not ours.
+    /// A sound ClientHello of a peer that has not proved that it receives: without a cookie, or with a wrong one.
     Unproven,
 }
 
 impl Verdict {
-    /// The same in the words of the log, live and in the twin.
-    pub fn told(self) -> GuardVerdict {
+    /// The verdict as the log has it, live and in the twin.
+    pub fn logged(self) -> GuardVerdict {
         match self {
             Verdict::Passed => GuardVerdict::Passed,
             Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
@@ -74,7 +74,7 @@ pub struct Observation {
     pub verdict: Verdict,
     /// Fault for which a handshake or a session failed, where its peer was refused.
     pub fault: Option<Fault>,
-    /// Peer of the certificate, in the observation of a completed handshake; that observation is of no record.
+    /// Peer of the certificate, in the observation of a completed handshake, which has no record.
     pub peer: Option<PeerId>,
 }
 
@@ -99,7 +99,7 @@ impl Observation {
             sequence: self.sequence,
             length: self.length.min(u32::from(u16::MAX)) as u16,
             hash: u64::from_be_bytes(self.digest),
-            verdict: self.verdict.told(),
+            verdict: self.verdict.logged(),
         };
         let refused = self.fault.map(|fault| {
             let detail = Text::new(&format!("{}: expected {}", fault.name(), fault.expected()));
@@ -109,7 +109,7 @@ impl Observation {
     }
 
     /// An observation of an association without a record.
-    fn of_no_record(association: u32, verdict: Verdict) -> Self {
+    fn without_record(association: u32, verdict: Verdict) -> Self {
         Self {
             trace_us: crate::clock::trace_us(),
             association,
@@ -125,7 +125,7 @@ impl Observation {
     }
 }
 
-/// A bounded way out for observations; the excess is counted, not waited for.
+/// A bounded queue for observations; excess ones are counted and lost, and no sender waits.
 #[derive(Clone, Debug)]
 pub struct ObservationLog(mpsc::Sender<Observation>);
 
@@ -136,16 +136,17 @@ impl ObservationLog {
         (Self(tx), rx)
     }
 
-    /// Reports that the peer of an association was refused, in a handshake of ours or later.
+    /// Reports that the peer of an association was refused, in its handshake or later.
     pub(crate) fn refused(&self, association: u32, fault: Fault, counters: &GuardCounters) {
-        let word = Observation { fault: Some(fault), ..Observation::of_no_record(association, Verdict::Unfinished) };
-        self.push(word, counters);
+        let observation =
+            Observation { fault: Some(fault), ..Observation::without_record(association, Verdict::Unfinished) };
+        self.push(observation, counters);
     }
 
-    /// Reports that an association is complete, and with whom.
+    /// Reports that an association is complete, with its peer.
     pub(crate) fn complete(&self, association: u32, peer: PeerId, counters: &GuardCounters) {
-        let word = Observation { peer: Some(peer), ..Observation::of_no_record(association, Verdict::Passed) };
-        self.push(word, counters);
+        let observation = Observation { peer: Some(peer), ..Observation::without_record(association, Verdict::Passed) };
+        self.push(observation, counters);
     }
 
     /// Reports the outcome of a datagram of a peer that has no association, and the fault, where it was refused.

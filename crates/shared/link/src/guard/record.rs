@@ -11,7 +11,7 @@ pub const HANDSHAKE: u8 = 22;
 /// Content type: application data.
 pub const APPLICATION_DATA: u8 = 23;
 
-/// One record as it stands in a datagram.
+/// One record as a datagram has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RawRecord<'a> {
     /// Content type, in the clear in every epoch.
@@ -30,7 +30,7 @@ impl<'a> RawRecord<'a> {
         self.bytes.get(HEADER..).unwrap_or(&[])
     }
 
-    /// Stands for bytes that have no record framing, in observations.
+    /// A record for bytes without framing, for observations.
     pub fn unframed(bytes: &'a [u8]) -> Self {
         Self { content: 0, epoch: 0, sequence: 0, bytes }
     }

@@ -20,8 +20,8 @@ use crate::guard::{GuardMode, hello};
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError};
 
-/// Observations that wait to be read, and answers to unknown peers that do.
-const TOLD: usize = 1 << 16;
+/// Observations, and answers to unknown peers, that may wait to be read.
+const BACKLOG: usize = 1 << 16;
 
 /// Time limit of an honest record: the platform's freshness bound.
 const FRESH: Duration = Duration::from_millis(300);
@@ -29,7 +29,7 @@ const FRESH: Duration = Duration::from_millis(300);
 /// Time between two honest records of the standing guest.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// The ports of honest peers; unknown ones come from above.
+/// The ports of honest peers; unknown peers have higher ports.
 const GUESTS: [u16; 2] = [1, 2];
 
 /// The first port of an unknown peer.
@@ -53,9 +53,9 @@ pub struct Stormed {
     pub seen: Vec<Observation>,
     /// Unknown peers' datagrams as they were put in, the proofs among them.
     pub put: Vec<Vec<u8>>,
-    /// Honest records sent meanwhile, and those that came out in time.
+    /// Honest records sent during the storm, and the number delivered in time.
     pub honest: (u64, u64),
-    /// Time in which an honest newcomer opened a session meanwhile; `None` if it did not.
+    /// Time in which an honest newcomer opened a session during the storm; `None` if it did not.
     pub newcomer: Option<Duration>,
 }
 
@@ -70,11 +70,11 @@ struct InMemoryListener {
     _listener: Listener,
 }
 
-/// Puts `datagrams` in at the listener of `gateway`, each from a port of its own and `every` after the one before, while
+/// Sends `datagrams` to the listener of `gateway`, each from another port and `every` after the one before, while
 /// `standing` has a session and `newcomer` opens one.
 ///
 /// # Errors
-/// When a credential is unusable, there is no runtime to be had, or `standing` gets no session before the storm.
+/// When a credential is unusable, no runtime can be made, or `standing` gets no session before the storm.
 pub fn storm(
     gateway: &Credential,
     [standing, newcomer]: [(&Credential, PeerId); 2],
@@ -84,9 +84,9 @@ pub fn storm(
 ) -> Result<Stormed, DtlsError> {
     crate::crypto::init();
     let runtime: Runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
-    let (told, mut log) = ObservationLog::new(TOLD);
-    let held = Revocations::of(gateway).map_err(PkiError::from)?;
-    let settings = Settings { log: Some(told), ..Settings::new(GuardMode::Required, Duration::from_secs(60), held) };
+    let (log, mut observations) = ObservationLog::new(BACKLOG);
+    let held = Revocations::from_credential(gateway).map_err(PkiError::from)?;
+    let settings = Settings { log: Some(log), ..Settings::new(GuardMode::Required, Duration::from_secs(60), held) };
     let counters = settings.counters.clone();
     runtime.block_on(async {
         let mut listening = open(gateway, settings)?;
@@ -97,12 +97,12 @@ pub fn storm(
         let length = every.saturating_mul(datagrams.len() as u32);
         let begun = Instant::now();
         let (mut sent, mut out, mut took, mut guests) = (0, 0, None, Vec::new());
-        let mut tried = false;
-        while begun.elapsed() < length || !tried {
+        let mut newcomer_dialled = false;
+        while begun.elapsed() < length || !newcomer_dialled {
             sent += 2;
             out += listening.exchange(&first, &up).await;
-            if begun.elapsed() >= length / 2 && !tried {
-                tried = true;
+            if begun.elapsed() >= length / 2 && !newcomer_dialled {
+                newcomer_dialled = true;
                 let dialled = Instant::now();
                 if let Ok(guest) = listening.guest(1, newcomer.0, newcomer.1).await {
                     took = Some(dialled.elapsed());
@@ -112,7 +112,7 @@ pub fn storm(
             tokio::time::sleep(EVERY).await;
         }
         let put = raging.await.unwrap_or_default();
-        let seen = std::iter::from_fn(|| log.try_recv().ok()).collect();
+        let seen = std::iter::from_fn(|| observations.try_recv().ok()).collect();
         Ok(Stormed { stats: counters.read(), seen, put, honest: (sent, out), newcomer: took })
     })
 }
@@ -120,8 +120,9 @@ pub fn storm(
 fn open(gateway: &Credential, settings: Settings) -> Result<InMemoryListener, DtlsError> {
     let (inlet, to_hall) = mpsc::channel(ROOM);
     let (from_hall, mut answers) = mpsc::channel::<(LoopbackAddr, Vec<u8>)>(ROOM);
-    let (told, events) = mpsc::channel(ROOM);
-    let listener = accept(LoopbackAddr::ANY_PORT, Port::Memory(to_hall, from_hall), gateway.clone(), settings, told)?;
+    let (to_events, events) = mpsc::channel(ROOM);
+    let port = Port::Memory(to_hall, from_hall);
+    let listener = accept(LoopbackAddr::ANY_PORT, port, gateway.clone(), settings, to_events)?;
     let (mut outlets, mut homes) = (BTreeMap::new(), BTreeMap::new());
     for port in GUESTS {
         let (outlet, home) = mpsc::channel(INLET);
@@ -129,16 +130,16 @@ fn open(gateway: &Credential, settings: Settings) -> Result<InMemoryListener, Dt
         homes.insert(LoopbackAddr::on_port(port), home);
     }
     let strays = Strays::default();
-    let kept = strays.clone();
+    let collected = strays.clone();
     tokio::spawn(async move {
         while let Some((to, bytes)) = answers.recv().await {
             if let Some(outlet) = outlets.get(&to) {
-                // Like UDP: what finds no room is lost.
+                // As in UDP, a datagram without room is lost.
                 if outlet.try_send(bytes).is_err() {
                     tracing::trace!("an answer in memory found no room");
                 }
-            } else if lock(&kept).len() < TOLD {
-                lock(&kept).push((to, bytes));
+            } else if lock(&collected).len() < BACKLOG {
+                lock(&collected).push((to, bytes));
             }
         }
     });
@@ -148,10 +149,11 @@ fn open(gateway: &Credential, settings: Settings) -> Result<InMemoryListener, Dt
 impl InMemoryListener {
     /// An honest dialler at one of the guests' ports.
     async fn guest(&mut self, n: usize, credential: &Credential, gateway: PeerId) -> Result<Secure, DtlsError> {
-        let at = LoopbackAddr::on_port(GUESTS[n]);
-        let home = self.homes.remove(&at).ok_or(DtlsError::TooSlow)?;
-        let held = Revocations::of(credential).map_err(PkiError::from)?;
-        let path = Path::new(home, Outlet::Port(self.inlet.clone(), at)).dialling(Arc::new(SessionCounters::default()));
+        let address = LoopbackAddr::on_port(GUESTS[n]);
+        let home = self.homes.remove(&address).ok_or(DtlsError::TooSlow)?;
+        let held = Revocations::from_credential(credential).map_err(PkiError::from)?;
+        let outlet = Outlet::Port(self.inlet.clone(), address);
+        let path = Path::new(home, outlet).dialling(Arc::new(SessionCounters::default()));
         let settings = Settings::new(GuardMode::Required, Duration::from_secs(60), held.clone());
         client(Arc::new(path), credential, gateway, held, settings.guard(1)).await
     }
@@ -165,7 +167,7 @@ impl InMemoryListener {
         None
     }
 
-    /// One record each way; how many came out in time.
+    /// Sends one record each way; returns the number delivered in time.
     async fn exchange(&mut self, guest: &Secure, handle: &SessionHandle) -> u64 {
         let mut out = 0;
         if guest.send(b"up").await.is_ok()
@@ -181,10 +183,10 @@ impl InMemoryListener {
         out
     }
 
-    async fn record(&mut self, of: SessionId) -> bool {
+    async fn record(&mut self, expected: SessionId) -> bool {
         while let Some(event) = self.events.recv().await {
             if let SessionEvent::Record(session, _) = event
-                && session == of
+                && session == expected
             {
                 return true;
             }
@@ -226,14 +228,14 @@ async fn rage(
 /// The first datagram of an honest handshake of `credential`'s holder.
 ///
 /// # Errors
-/// When the credential is unusable or there is no runtime to be had.
+/// When the credential is unusable or no runtime can be made.
 pub fn genuine_hello(credential: &Credential, gateway: PeerId) -> Result<Vec<u8>, DtlsError> {
     crate::crypto::init();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
     runtime.block_on(async {
         let (_into, home) = mpsc::channel(1);
         let (out, mut left) = mpsc::channel(8);
-        let held = Revocations::of(credential).map_err(PkiError::from)?;
+        let held = Revocations::from_credential(credential).map_err(PkiError::from)?;
         let path = Path::new(home, Outlet::Memory(out));
         let settings = Settings::new(GuardMode::Required, Duration::from_secs(60), held.clone());
         let dialling = client(Arc::new(path), credential, gateway, held, settings.guard(1));

@@ -1,8 +1,8 @@
 //! The real stacks between two ends in memory: guard and DTLS library in paused time ([`Pair`]), TLS without a socket
-//! ([`tls`]). No step waits for a clock, and the holder of the network holds every datagram. A channel of shared memory
+//! ([`tls`]). No step waits for a clock, and the caller holds every datagram. A channel of shared memory
 //! ([`overheard`]) is the exception: its readers are threads.
 //!
-//! Manipulating the datagrams, and judging the result, is left to that holder.
+//! Manipulating the datagrams, and judging the result, is left to the caller.
 
 pub mod listener;
 pub mod overheard;
@@ -25,7 +25,7 @@ use crate::guard::observe::{GuardCounters, GuardStats, Observation, ObservationL
 use crate::guard::{GuardMode, GuardSettings};
 use crate::pki::{Credential, ListRefused, PkiError};
 
-/// Datagrams that a network holds on one way.
+/// Datagrams that a network holds in one direction.
 const ROOM: usize = 4096;
 
 /// Virtual time after which a datagram has no further effect.
@@ -62,7 +62,7 @@ pub fn network(mut tap: Tap) -> Network {
             };
             let way = if side == Side::Client { &serverward } else { &clientward };
             for passed in tap(side, datagram) {
-                // Like UDP: what finds no room is lost.
+                // As in UDP, a datagram without room is lost.
                 if way.try_send(passed).is_err() {
                     tracing::trace!("a datagram in memory found no room");
                 }
@@ -87,7 +87,7 @@ pub fn clear() -> Tap {
 pub struct Party {
     /// Its certificate, and the authority that it checks others against.
     pub credential: Credential,
-    /// Its revocation list, when that is a newer one than the certificate came with.
+    /// Its revocation list, where it is newer than the one in the credential.
     pub list: Option<Vec<u8>>,
     /// Mode of its guard.
     pub guard: GuardMode,
@@ -102,7 +102,7 @@ impl Party {
     }
 
     fn revocations(&self) -> Result<Revocations, PkiError> {
-        let held = Revocations::of(&self.credential)?;
+        let held = Revocations::from_credential(&self.credential)?;
         if let Some(list) = &self.list {
             held.replace(list.clone())?;
         }
@@ -110,7 +110,7 @@ impl Party {
     }
 }
 
-/// Datagrams as they left their ends, each with the end that it left.
+/// Datagrams that ends sent, each with its end.
 type Sent = Arc<Mutex<Vec<(Side, Vec<u8>)>>>;
 
 /// Two ends, the traffic between them, and the observations of each guard.
@@ -138,19 +138,19 @@ enum End {
 }
 
 impl Pair {
-    /// Two ends after their handshake through `tap`, the dialling one first; the dialler expects `expected`. From here
-    /// on no datagram is carried: an end's output waits in [`Pair::take`].
+    /// Two ends after their handshake through `tap`, the dialling one first; the dialler expects `expected`. After the
+    /// handshake no datagram is carried: an end's output waits for [`Pair::take`].
     ///
     /// # Errors
     ///
-    /// When there is no runtime to be had, or an honest end's credential is unusable.
+    /// When no runtime can be made, or an honest end's credential is unusable.
     pub fn open(parties: [&Party; 2], expected: PeerId, mut tap: Tap) -> Result<Self, DtlsError> {
         crate::crypto::init();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
         let (sent, carrying) = (Sent::default(), Arc::new(Mutex::new(true)));
-        let (kept, carries) = (sent.clone(), carrying.clone());
+        let (recorded, carries) = (sent.clone(), carrying.clone());
         let all = move |side: Side, datagram: Vec<u8>| {
-            lock(&kept).push((side, datagram.clone()));
+            lock(&recorded).push((side, datagram.clone()));
             if *lock(&carries) { tap(side, datagram) } else { Vec::new() }
         };
         let network = {
@@ -172,26 +172,26 @@ impl Pair {
         Ok(Self { runtime, network, ends, seen: [of_dialling, of_listening], sent, carrying })
     }
 
-    /// The peer as an end sees it, or the refusal. `None` of an end that breaks the rules and was not refused.
+    /// The peer as an end sees it, or the refusal. `None` for a rogue end that was not refused.
     ///
     /// # Errors
     ///
     /// Reason for which the end has no association.
-    pub fn peer(&self, at: Side) -> Result<Option<PeerId>, &DtlsError> {
-        match &self.ends[at as usize] {
+    pub fn peer(&self, side: Side) -> Result<Option<PeerId>, &DtlsError> {
+        match &self.ends[side as usize] {
             End::Stands(secure) => Ok(Some(secure.peer())),
             End::Rogue(Ok(_)) => Ok(None),
             End::Broken(error) | End::Rogue(Err(error)) => Err(error),
         }
     }
 
-    /// Verifies the certificate of the other end again at this one.
+    /// Verifies the certificate of the other end again, at `side`.
     ///
     /// # Errors
     ///
     /// The refusal.
-    pub fn verify_peer(&self, at: Side) -> Result<PeerId, crate::certificates::Refused> {
-        match &self.ends[at as usize] {
+    pub fn verify_peer(&self, side: Side) -> Result<PeerId, crate::certificates::Refused> {
+        match &self.ends[side as usize] {
             End::Stands(secure) => secure.verify_peer(),
             End::Broken(_) | End::Rogue(_) => Err(crate::certificates::Refused {
                 fault: crate::certificates::Fault::Handshake,
@@ -200,12 +200,12 @@ impl Pair {
         }
     }
 
-    /// An end takes a newer revocation list.
+    /// Gives an end a newer revocation list.
     ///
     /// # Errors
     /// When it refuses the list.
-    pub fn revoke(&self, at: Side, list: Vec<u8>) -> Result<(), ListRefused> {
-        match &self.seen[at as usize].revocations {
+    pub fn revoke(&self, side: Side, list: Vec<u8>) -> Result<(), ListRefused> {
+        match &self.seen[side as usize].revocations {
             Some(held) => held.replace(list),
             None => Ok(()),
         }
@@ -223,16 +223,16 @@ impl Pair {
         standing.map(|secure| self.runtime.block_on(secure.master_secret())).collect()
     }
 
-    /// The datagrams that left an end since this was last asked, in order.
+    /// The datagrams that an end sent since the last call, in order.
     pub fn take(&mut self, from: Side) -> Vec<Vec<u8>> {
         let mut sent = lock(&self.sent);
-        let (taken, left) = std::mem::take(&mut *sent).into_iter().partition(|(side, _)| *side == from);
-        *sent = left;
-        let taken: Vec<(Side, Vec<u8>)> = taken;
-        taken.into_iter().map(|(_, datagram)| datagram).collect()
+        let (from_end, others) = std::mem::take(&mut *sent).into_iter().partition(|(side, _)| *side == from);
+        *sent = others;
+        let from_end: Vec<(Side, Vec<u8>)> = from_end;
+        from_end.into_iter().map(|(_, datagram)| datagram).collect()
     }
 
-    /// The datagram that `from` makes of a record; `None` when it does not take it.
+    /// The datagram in which `from` sends a record; `None` when it refuses the record.
     pub fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>> {
         self.take(from);
         let end = &self.ends[from as usize];
@@ -248,14 +248,14 @@ impl Pair {
         self.take(from).into_iter().next()
     }
 
-    /// Puts a datagram in at an end; the records that come out there.
-    pub fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
-        let way = if at == Side::Client { &self.network.to_client } else { &self.network.to_server };
-        let end = &self.ends[at as usize];
+    /// Delivers a datagram to an end; returns the records that the end accepts.
+    pub fn put(&mut self, to: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
+        let way = if to == Side::Client { &self.network.to_client } else { &self.network.to_server };
+        let end = &self.ends[to as usize];
         self.runtime.block_on(async {
-            let taken = way.try_send(datagram.to_vec()).is_ok();
+            let had_room = way.try_send(datagram.to_vec()).is_ok();
             let mut records = Vec::new();
-            if let (true, End::Stands(secure)) = (taken, end) {
+            if let (true, End::Stands(secure)) = (had_room, end) {
                 while let Ok(Ok(record)) = tokio::time::timeout(QUIET, secure.recv()).await {
                     records.push(record);
                 }
@@ -266,7 +266,7 @@ impl Pair {
         })
     }
 
-    /// Sends a record `n` times, one after the other, and carries each across; how many came out.
+    /// Sends a record `n` times, one after the other, and carries each across; returns the number received.
     pub fn stream(&mut self, from: Side, record: &[u8], n: usize) -> usize {
         *lock(&self.carrying) = true;
         let out = match &self.ends {
@@ -288,19 +288,19 @@ impl Pair {
         out
     }
 
-    /// Time goes by.
+    /// Advances the paused time.
     pub fn wait(&mut self, time: Duration) {
         self.runtime.block_on(async { tokio::time::sleep(time).await });
     }
 
     /// Counters of an end's guard.
-    pub fn guard(&self, at: Side) -> GuardStats {
-        self.seen[at as usize].counters.read()
+    pub fn guard(&self, side: Side) -> GuardStats {
+        self.seen[side as usize].counters.read()
     }
 
     /// New observations of an end's guard since the last call.
-    pub fn observed(&mut self, at: Side) -> Vec<Observation> {
-        let log = &mut self.seen[at as usize].log;
+    pub fn observed(&mut self, side: Side) -> Vec<Observation> {
+        let log = &mut self.seen[side as usize].log;
         std::iter::from_fn(|| log.try_recv().ok()).collect()
     }
 }
@@ -313,13 +313,13 @@ impl Drop for Pair {
 
 fn guard(party: &Party) -> Result<(GuardSettings, Seen), DtlsError> {
     let counters = Arc::new(GuardCounters::default());
-    let (told, log) = ObservationLog::new(ROOM);
-    let settings = GuardSettings { mode: party.guard, association: 1, counters: counters.clone(), log: Some(told) };
+    let (log, observations) = ObservationLog::new(ROOM);
+    let settings = GuardSettings { mode: party.guard, association: 1, counters: counters.clone(), log: Some(log) };
     let revocations = match party.manner {
         None => Some(party.revocations()?),
         Some(_) => None,
     };
-    Ok((settings, Seen { counters, log, revocations }))
+    Ok((settings, Seen { counters, log: observations, revocations }))
 }
 
 async fn end(

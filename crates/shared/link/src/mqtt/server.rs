@@ -1,8 +1,8 @@
-//! The command plane's other end, for a core that stands in the broker's place: MQTT 5 over mutual TLS 1.3.
+//! The command plane's other end, for a core in place of the broker: MQTT 5 over mutual TLS 1.3.
 //!
 //! It accepts every certificate of the run, acknowledges publications at QoS 1, hands them to the core, and sends the
-//! core's publications to the clients that subscribed to exactly that subject. It keeps no rights, no order but
-//! arrival's, and no message for absent clients: the honest broker is the `broker` crate, which shares no code with
+//! core's publications to the clients that subscribed to exactly that subject. It has no rights, keeps no order but
+//! arrival's, and keeps no message for absent clients: the honest broker is the `broker` crate, which shares no code with
 //! this.
 
 use std::collections::BTreeMap;
@@ -31,9 +31,9 @@ use crate::pki::{self, Credential, PkiError};
 use crate::spec::BrokerListen;
 use crate::stream::{Ingress, StreamLog};
 
-/// The most connections at once.
+/// Connections at once, at most.
 const CONNECTIONS: usize = 32;
-/// The most publications that wait for one client; further ones are lost.
+/// Publications that may wait for one client; further ones are lost.
 const OUTBOUND: usize = 64;
 /// Time limit of a handshake.
 const HANDSHAKE: Duration = Duration::from_secs(3);
@@ -48,7 +48,7 @@ struct Client {
 
 type Clients = Arc<Mutex<BTreeMap<SessionId, Client>>>;
 
-/// A listening end; to drop it ends it.
+/// A listening end, until this is dropped.
 pub struct MqttServer {
     local: LoopbackAddr,
     clients: Clients,
@@ -56,12 +56,12 @@ pub struct MqttServer {
 }
 
 impl MqttServer {
-    /// Listens as `listen` says; publications go to `to`, arrivals on the streams are noted in `log`. Must be called
+    /// Listens at the address in `listen`; publications go to `to`, arrivals on the streams are noted in `log`. Must be called
     /// inside a tokio runtime.
     ///
     /// # Errors
     ///
-    /// When the port cannot be had or the credential makes no TLS server.
+    /// When the port cannot be bound or the credential is unusable.
     pub fn start(listen: &BrokerListen, log: StreamLog, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
         let acceptor = acceptor(&listen.credential).map_err(std::io::Error::other)?;
         let listener = std::net::TcpListener::bind(listen.at.socket())?;
@@ -78,7 +78,7 @@ impl MqttServer {
         self.local
     }
 
-    /// Sends a publication to those who subscribed to `subject`.
+    /// Sends a publication to the clients that subscribed to `subject`.
     pub fn publish(&self, subject: Subject, bytes: &[u8]) {
         let clients = self.clients.lock().unwrap_or_else(PoisonError::into_inner);
         for client in clients.values().filter(|client| client.subjects.contains(&subject)) {
@@ -155,7 +155,7 @@ async fn serve(
     let peer = leaf.map(|leaf| pki::peer_of(leaf)).transpose().map_err(std::io::Error::other)?;
     let peer = peer.ok_or_else(|| std::io::Error::other("no certificate"))?;
     let (send, outbound) = mpsc::channel(OUTBOUND);
-    let mut talk = Talk { stream, session, peer, clients, to, send, inbox: BytesMut::new(), last: 0, told: false };
+    let mut talk = Talk { stream, session, peer, clients, to, send, inbox: BytesMut::new(), last: 0, reported: false };
     talk.run(outbound).await.inspect_err(|error| witness.failed(error))
 }
 
@@ -170,8 +170,8 @@ struct Talk<'a> {
     inbox: BytesMut,
     /// Packet id of the last publication to the client.
     last: u16,
-    /// True if the core knows that the session stands.
-    told: bool,
+    /// True if the core knows of the session.
+    reported: bool,
 }
 
 impl Talk<'_> {
@@ -193,7 +193,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Every whole packet that has come; false when it was the last.
+    /// Handles every whole packet received; false when it was the last.
     async fn packets(&mut self) -> std::io::Result<bool> {
         loop {
             match Packet::read(&mut self.inbox, Some(MAX_PACKET)) {
@@ -214,11 +214,11 @@ impl Talk<'_> {
                 let code = ConnectReturnCode::Success;
                 self.write(&Packet::ConnAck(ConnAck { session_present: false, code, properties: None })).await?;
             }
-            Packet::Subscribe(asked) => self.subscribe(asked).await?,
+            Packet::Subscribe(subscribe) => self.subscribe(subscribe).await?,
             Packet::Publish(publish) => self.published(publish).await?,
             Packet::PingReq => self.write(&Packet::PingResp).await?,
             Packet::Disconnect(_) => return Ok(false),
-            // Its acknowledgements, and what a client of ours never sends.
+            // Acknowledgements, and packets that no client of ours sends.
             Packet::Auth(_)
             | Packet::ConnAck(_)
             | Packet::PubAck(_)
@@ -233,10 +233,10 @@ impl Talk<'_> {
         Ok(true)
     }
 
-    async fn subscribe(&mut self, asked: Subscribe) -> std::io::Result<()> {
-        let return_codes = vec![SubscribeReasonCode::Success(QoS::AtLeastOnce); asked.filters.len()];
-        self.write(&Packet::SubAck(SubAck { pkid: asked.pkid, return_codes, properties: None })).await?;
-        let subjects = asked.filters.iter().filter_map(|filter| Subject::from_topic(&filter.path));
+    async fn subscribe(&mut self, subscribe: Subscribe) -> std::io::Result<()> {
+        let return_codes = vec![SubscribeReasonCode::Success(QoS::AtLeastOnce); subscribe.filters.len()];
+        self.write(&Packet::SubAck(SubAck { pkid: subscribe.pkid, return_codes, properties: None })).await?;
+        let subjects = subscribe.filters.iter().filter_map(|filter| Subject::from_topic(&filter.path));
         {
             let mut clients = self.clients.lock().unwrap_or_else(PoisonError::into_inner);
             let new = || Client { subjects: Vec::new(), to: self.send.clone() };
@@ -245,8 +245,9 @@ impl Talk<'_> {
             client.subjects.sort_unstable();
             client.subjects.dedup();
         }
-        if !std::mem::replace(&mut self.told, true) {
-            self.tell(Input::Opened { session: self.session, peer: self.peer }).await?;
+        // Reported with the first subscription and not with CONNECT: before it, the core's publications would reach nobody.
+        if !std::mem::replace(&mut self.reported, true) {
+            self.notify_core(Input::Opened { session: self.session, peer: self.peer }).await?;
         }
         Ok(())
     }
@@ -258,13 +259,13 @@ impl Talk<'_> {
         let subject = std::str::from_utf8(&publish.topic).ok().and_then(Subject::from_topic);
         match subject {
             Some(subject) if publish.payload.len() <= MAX_PAYLOAD => {
-                self.tell(Input::Published { subject, bytes: publish.payload.to_vec() }).await
+                self.notify_core(Input::Published { subject, bytes: publish.payload.to_vec() }).await
             }
             Some(_) | None => Ok(()),
         }
     }
 
-    async fn tell(&self, input: Input) -> std::io::Result<()> {
+    async fn notify_core(&self, input: Input) -> std::io::Result<()> {
         self.to.send(input).await.map_err(std::io::Error::other)
     }
 
@@ -294,9 +295,10 @@ mod tests {
         let listen = BrokerListen { at: LoopbackAddr::ANY_PORT, credential: credential(PeerId::BROKER) };
         let server = MqttServer::start(&listen, StreamLog::none(), core).unwrap();
         let client = |peer: PeerId, subject, to| {
-            let (at, own) = (server.local(), credential(peer));
-            let trust = (&own, &crate::certificates::list::Revocations::of(&own).unwrap());
-            Mqtt::start(at, peer, PeerId::BROKER, trust, vec![subject], StreamLog::none(), to).unwrap()
+            let (address, credential) = (server.local(), credential(peer));
+            let revocations = crate::certificates::list::Revocations::from_credential(&credential).unwrap();
+            let trust = (&credential, &revocations);
+            Mqtt::start(address, peer, PeerId::BROKER, trust, vec![subject], StreamLog::none(), to).unwrap()
         };
         let (command, ack) = (Subject::Command(UnitId::A), Subject::Ack(UnitId::A));
         let (to_unit, mut unit) = mpsc::channel(16);
@@ -311,8 +313,8 @@ mod tests {
         assert_eq!(heard.recv().await, Some(published.clone()));
         server.publish(command, b"another");
         server.publish(command, b"order");
-        let another = Input::Published { subject: command, bytes: b"another".to_vec() };
-        assert_eq!([unit.recv().await, unit.recv().await], [Some(another), Some(published)]);
+        let second = Input::Published { subject: command, bytes: b"another".to_vec() };
+        assert_eq!([unit.recv().await, unit.recv().await], [Some(second), Some(published)]);
         assert!(gateway.try_recv().is_err(), "what it publishes goes to those who subscribed, and to no one else");
 
         drop(from_gateway);

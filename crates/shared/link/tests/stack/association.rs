@@ -67,14 +67,14 @@ async fn wrong_name_role_or_time_is_refused() {
     let gateway = authority.issue(PeerId::GATEWAY, Role::Listens).unwrap();
     let hour = Duration::from_secs(3600);
     let now = SystemTime::now();
-    let between = |peer, role, from, to| authority.issue_between(peer, role, from, to).unwrap();
+    let valid_between = |peer, role, from, to| authority.issue_between(peer, role, from, to).unwrap();
     let cases = [
         ("another name", &unit, &authority.issue(PeerId::UNIT_C, Role::Listens).unwrap()),
         ("a server that may only dial", &unit, &authority.issue(PeerId::GATEWAY, Role::Dials).unwrap()),
         ("a client that may only listen", &authority.issue(PeerId::UNIT_A, Role::Listens).unwrap(), &gateway),
-        ("an expired client", &between(PeerId::UNIT_A, Role::Dials, now - 2 * hour, now - hour), &gateway),
-        ("a client from the future", &between(PeerId::UNIT_A, Role::Dials, now + hour, now + 2 * hour), &gateway),
-        ("an expired server", &unit, &between(PeerId::GATEWAY, Role::Listens, now - 2 * hour, now - hour)),
+        ("an expired client", &valid_between(PeerId::UNIT_A, Role::Dials, now - 2 * hour, now - hour), &gateway),
+        ("a client from the future", &valid_between(PeerId::UNIT_A, Role::Dials, now + hour, now + 2 * hour), &gateway),
+        ("an expired server", &unit, &valid_between(PeerId::GATEWAY, Role::Listens, now - 2 * hour, now - hour)),
     ];
     for (case, unit, gateway) in cases {
         let network = network(clear());
@@ -221,8 +221,8 @@ async fn tampered_records_are_discarded_without_ending_it() {
         if side == Side::Client && datagram[0] == APPLICATION_DATA {
             flip += 1;
             if flip.is_multiple_of(2) {
-                let at = 13 + flip % (datagram.len() - 13);
-                datagram[at] ^= 1 << (flip % 8);
+                let index = 13 + flip % (datagram.len() - 13);
+                datagram[index] ^= 1 << (flip % 8);
             }
         }
         vec![datagram]

@@ -138,7 +138,7 @@ fn memory(prefix: &str) -> Vec<PathBuf> {
     files.filter(data).collect()
 }
 
-/// Every byte of the message but those of another reader's tag, one after the other, while it waits for its reader.
+/// Every byte of the message except the other reader's tag is altered in turn, while the message waits for its reader.
 #[test]
 fn message_altered_in_shared_memory_is_refused() {
     let key = ChannelKey([3; 32]);
@@ -147,9 +147,9 @@ fn message_altered_in_shared_memory_is_refused() {
     let sender = || Sender::to_readers(Topic::Navigation, NodeId::SIM, Boot(1), keys.clone());
     let sealed = |sender: &mut Sender| sender.seal(NOW, &body);
     let length = sealed(&mut sender()).len();
-    let own = length - TAG_LEN;
+    let checked_bytes = length - TAG_LEN;
     let mut refused = 0;
-    for byte in 0..own {
+    for byte in 0..checked_bytes {
         let scratch = Scratch::new("scribble");
         let (tx, mut inbox) = mpsc::channel(1);
         let publisher = scratch.domain.publisher("vehicle", Topic::Navigation).unwrap();
@@ -161,11 +161,11 @@ fn message_altered_in_shared_memory_is_refused() {
         let mut scribbled = 0;
         for file in memory(&scratch.prefix) {
             let held = std::fs::read(&file).unwrap();
-            // In place: a file cut short under the threads that map it ends the process.
+            // Changed in place: a file that is truncated while threads map it ends the process.
             let open = OpenOptions::new().write(true).open(&file).unwrap();
-            for (at, _) in held.windows(length).enumerate().filter(|(_, window)| *window == sent[2]) {
-                let at = at + byte;
-                open.write_all_at(&[held[at] ^ 1], at as u64).unwrap();
+            for (start, _) in held.windows(length).enumerate().filter(|(_, window)| *window == sent[2]) {
+                let index = start + byte;
+                open.write_all_at(&[held[index] ^ 1], index as u64).unwrap();
                 scribbled += 1;
             }
         }
@@ -175,18 +175,18 @@ fn message_altered_in_shared_memory_is_refused() {
         assert!(judge(&bytes(inbox.blocking_recv())) && judge(&bytes(inbox.blocking_recv())));
         refused += usize::from(!judge(&bytes(inbox.blocking_recv())));
     }
-    assert_eq!(refused, own);
+    assert_eq!(refused, checked_bytes);
 }
 
 #[test]
 fn listener_without_the_channels_key_reads_nothing() {
     let scratch = Scratch::new("hidden");
-    let with = |key: u8| Protection { cipher: Some(Secret([key; 32])), time: None };
+    let with_key = |key: u8| Protection { cipher: Some(Secret([key; 32])), time: None };
     let (tx, mut inbox) = mpsc::channel(8);
     let (other_tx, mut other) = mpsc::channel(8);
-    let publisher = scratch.domain.protected(with(1)).publisher("control", Topic::Intents).unwrap();
-    let _reader = scratch.domain.protected(with(1)).subscribe("control", Topic::Intents, tx).unwrap();
-    let strangers = [scratch.domain.clone(), scratch.domain.protected(with(2))];
+    let publisher = scratch.domain.protected(with_key(1)).publisher("control", Topic::Intents).unwrap();
+    let _reader = scratch.domain.protected(with_key(1)).subscribe("control", Topic::Intents, tx).unwrap();
+    let strangers = [scratch.domain.clone(), scratch.domain.protected(with_key(2))];
     let _listeners: Vec<_> =
         strangers.iter().map(|domain| domain.subscribe("control", Topic::Intents, other_tx.clone()).unwrap()).collect();
     let message = b"HOLD of unit-a by the operator";
@@ -204,16 +204,16 @@ fn listener_without_the_channels_key_reads_nothing() {
 fn channel_outside_the_time_of_its_rights_carries_nothing() {
     let scratch = Scratch::new("time");
     let now = link::clock::trace_us();
-    let between = |time| Protection { cipher: None, time: Some(time) };
+    let valid_between = |time| Protection { cipher: None, time: Some(time) };
     for time in [(0, now), (now + 3_600_000_000, u64::MAX)] {
-        let publisher = scratch.domain.protected(between(time)).publisher("control", Topic::Feed).unwrap();
+        let publisher = scratch.domain.protected(valid_between(time)).publisher("control", Topic::Feed).unwrap();
         assert!(matches!(publisher.publish(b"late"), Err(BusError::Time)));
     }
     let publisher = scratch.domain.publisher("control", Topic::Feed).unwrap();
     let (tx, mut inbox) = mpsc::channel(8);
     let (late_tx, mut late) = mpsc::channel(8);
-    let _late = scratch.domain.protected(between((0, now))).subscribe("control", Topic::Feed, late_tx).unwrap();
-    let _reader = scratch.domain.protected(between((0, u64::MAX))).subscribe("control", Topic::Feed, tx).unwrap();
+    let _late = scratch.domain.protected(valid_between((0, now))).subscribe("control", Topic::Feed, late_tx).unwrap();
+    let _reader = scratch.domain.protected(valid_between((0, u64::MAX))).subscribe("control", Topic::Feed, tx).unwrap();
     publisher.publish(b"in time").unwrap();
     assert_eq!(bytes(inbox.blocking_recv()), b"in time");
     drop((_late, publisher));

@@ -1,4 +1,4 @@
-//! The server for Foxglove's app, asked as the app does: by the WebSocket protocol of its SDK.
+//! The server for Foxglove's app, with a client that speaks the WebSocket protocol of its SDK.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ const KIND: Kind<'static> = Kind {
 };
 const PICTURE: &[u8] = b"{\"version\":1}";
 
-/// It is told of the channels, and gets their messages until the end.
+/// The server advertises the channels, and sends their messages until the end.
 #[test]
 fn app_gets_the_channels_it_subscribes_to() {
     let mut offered = Offered::open(0).unwrap();
@@ -28,23 +28,26 @@ fn app_gets_the_channels_it_subscribes_to() {
         request.headers_mut().insert("sec-websocket-protocol", "foxglove.sdk.v1".parse().unwrap());
         let (mut stream, answer) = connect_async(request).await.unwrap();
         assert_eq!(answer.headers()["sec-websocket-protocol"], "foxglove.sdk.v1");
-        // A channel is there once something was said of its kind; said again until it was received.
-        let mut again = tokio::time::interval(Duration::from_millis(5));
+        // A channel exists after its first message, which is repeated until it is received.
+        let mut repeat = tokio::time::interval(Duration::from_millis(5));
         loop {
             let message = tokio::select! {
                 message = stream.next() => message.expect("a message").unwrap(),
-                _ = again.tick() => {
-                    offered.say(KIND, PICTURE).unwrap();
+                _ = repeat.tick() => {
+                    offered.send(KIND, PICTURE).unwrap();
                     continue;
                 }
             };
             match message {
                 Message::Text(text) => {
-                    let said: Value = serde_json::from_str(&text).unwrap();
-                    if said["op"] == "serverInfo" {
-                        assert_eq!((&said["name"], &said["capabilities"]), (&json!("holdsafe"), &json!([])));
-                    } else if said["op"] == "advertise" {
-                        let channel = &said["channels"][0];
+                    let announcement: Value = serde_json::from_str(&text).unwrap();
+                    if announcement["op"] == "serverInfo" {
+                        assert_eq!(
+                            (&announcement["name"], &announcement["capabilities"]),
+                            (&json!("holdsafe"), &json!([]))
+                        );
+                    } else if announcement["op"] == "advertise" {
+                        let channel = &announcement["channels"][0];
                         assert_eq!(
                             (&channel["topic"], &channel["schemaName"]),
                             (&json!("/display"), &json!(KIND.schema[0]))
@@ -54,7 +57,7 @@ fn app_gets_the_channels_it_subscribes_to() {
                         stream.send(Message::text(wish.to_string())).await.unwrap();
                     }
                 }
-                // Of what kind, of which subscription, when; then the message.
+                // Kind, subscription and time come first; then the message.
                 Message::Binary(bytes) => {
                     assert_eq!((bytes[0], &bytes[1..5], &bytes[13..]), (1, &5_u32.to_le_bytes()[..], PICTURE));
                     return stream;
@@ -66,7 +69,7 @@ fn app_gets_the_channels_it_subscribes_to() {
         }
     });
     drop(offered);
-    // What had been said before may still come; then it ends.
+    // Messages sent before may still arrive; then the stream ends.
     runtime.block_on(async { while let Some(Ok(_)) = stream.next().await {} });
     assert!(runtime.block_on(connect_async(address.as_str().into_client_request().unwrap())).is_err());
 }

@@ -13,10 +13,10 @@ const HEADERS: usize = 13 + 12;
 /// Truncations, every single-byte change, and length fields that lie.
 fn mutations(genuine: &[u8]) -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<u8>> = (0..genuine.len()).map(|n| genuine[..n].to_vec()).collect();
-    for at in 0..genuine.len() {
-        for value in [0, 1, 0x7f, 0x80, 0xff, genuine[at].wrapping_add(1), genuine[at].wrapping_sub(1)] {
+    for index in 0..genuine.len() {
+        for value in [0, 1, 0x7f, 0x80, 0xff, genuine[index].wrapping_add(1), genuine[index].wrapping_sub(1)] {
             let mut changed = genuine.to_vec();
-            changed[at] = value;
+            changed[index] = value;
             all.push(changed);
         }
     }
@@ -29,8 +29,8 @@ fn mutations(genuine: &[u8]) -> Vec<Vec<u8>> {
         cut[22..25].copy_from_slice(&message[1..]);
         for last in 0..4.min(body) {
             let mut lying = cut.clone();
-            let at = lying.len() - 1 - last;
-            lying[at] = 0xff;
+            let index = lying.len() - 1 - last;
+            lying[index] = 0xff;
             all.push(lying);
         }
         all.push(cut);
@@ -50,10 +50,10 @@ async fn accepted_hello_never_panics_the_library() {
     };
     let mutations = mutations(&genuine);
     let passed: Vec<_> = mutations.iter().filter(|m| opens_association(m)).collect();
-    let through = passed.iter().filter(|m| library_panics(m)).count();
+    let passed_and_panics = passed.iter().filter(|m| library_panics(m)).count();
     let stopped = mutations.iter().filter(|m| !opens_association(m) && library_panics(m)).count();
     std::panic::set_hook(quiet);
     assert!(!passed.is_empty());
-    assert_eq!(through, 0);
+    assert_eq!(passed_and_panics, 0);
     assert!(stopped > 0, "without the guard the library would have panicked");
 }

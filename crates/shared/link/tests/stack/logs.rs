@@ -87,16 +87,16 @@ fn truncated_log_replays_as_far_as_it_goes() {
 fn forged_lengths_are_named_without_cost() {
     let log = log();
     let mut huge = log.clone();
-    let at = MAGIC.len();
-    huge[at..at + 4].copy_from_slice(&u32::MAX.to_be_bytes());
-    assert!(matches!(Reader::new(huge.as_slice()), Err(JournalError::TooLong { at: 8, .. })));
+    let header = MAGIC.len();
+    huge[header..header + 4].copy_from_slice(&u32::MAX.to_be_bytes());
+    assert!(matches!(Reader::new(huge.as_slice()), Err(JournalError::TooLong { offset: 8, .. })));
     let mut trailing = log.clone();
     trailing.extend([0, 0, 0, 3, 0xf6, 0xf6, 0xf6]);
     let last = Reader::new(trailing.as_slice()).unwrap().last().unwrap();
     assert!(matches!(last, Err(JournalError::Malformed { .. })));
-    for at in MAGIC.len()..log.len() {
+    for index in MAGIC.len()..log.len() {
         let mut changed = log.clone();
-        changed[at] ^= 0x41;
+        changed[index] ^= 0x41;
         if let Ok(reader) = Reader::new(changed.as_slice()) {
             assert!(reader.take(1_000).count() < 1_000);
         }
@@ -116,7 +116,7 @@ fn full_log_ends_at_the_first_loss() {
     assert_eq!(entries, [Entry::Input { now: Instant(1), input: Input::Timeout }]);
 }
 
-/// Of the sets of frames that the core was fed; the others leave their hash, and the log is not taken for a whole one.
+/// A removed set of frames leaves its hash, and the thinned journal does not replay.
 #[test]
 fn thinned_log_keeps_every_third_frame_set() {
     let header = Header { node: NodeId::PERCEPTION, boot: Boot(1), started: Instant(5) };
@@ -140,11 +140,11 @@ fn thinned_log_keeps_every_third_frame_set() {
     };
     let (counts, entries, _) = thinned(&whole, 3);
     assert_eq!(counts, Thinned { whole: 14 + 3, left_out: 4 + 1 });
-    let of = |n: u8, now| Entry::LeftOut { now, topic: Topic::Frames, length: 1000, hash: wire_hash(&frames(n)) };
+    let left_out = |n: u8, now| Entry::LeftOut { now, topic: Topic::Frames, length: 1000, hash: wire_hash(&frames(n)) };
     for (n, three) in (0..7u8).zip(entries.chunks(3)) {
         let now = Instant(n.into());
         let fed = Entry::Input { now, input: Input::Bus { topic: Topic::Frames, bytes: frames(n) } };
-        assert_eq!(three[0], if n % 3 == 0 { fed } else { of(n, Some(now)) });
+        assert_eq!(three[0], if n % 3 == 0 { fed } else { left_out(n, Some(now)) });
         assert_eq!(
             three[1..],
             [
@@ -153,10 +153,10 @@ fn thinned_log_keeps_every_third_frame_set() {
             ]
         );
     }
-    assert_eq!(entries.last(), Some(&of(9, None)));
+    assert_eq!(entries.last(), Some(&left_out(9, None)));
     assert_eq!(thinned(cut, 1).0, Thinned { whole: 21, left_out: 0 });
     let (counts, _, log) = thinned(cut, 0);
     assert_eq!(counts, Thinned { whole: 14, left_out: 7 });
-    let again = replay(Reader::new(log.as_slice()).unwrap(), &mut Adder::default());
-    assert!(matches!(again, Err(ReplayError::Thinned { topic: Topic::Frames })), "{again:?}");
+    let replayed = replay(Reader::new(log.as_slice()).unwrap(), &mut Adder::default());
+    assert!(matches!(replayed, Err(ReplayError::Thinned { topic: Topic::Frames })), "{replayed:?}");
 }

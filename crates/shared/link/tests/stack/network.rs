@@ -22,7 +22,7 @@ pub(crate) fn credentials() -> (Credential, Credential) {
 
 /// The revocation list beside a credential.
 pub(crate) fn list(credential: &Credential) -> Revocations {
-    Revocations::of(credential).unwrap()
+    Revocations::from_credential(credential).unwrap()
 }
 
 pub(crate) fn guard(mode: GuardMode) -> GuardSettings {

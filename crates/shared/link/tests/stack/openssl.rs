@@ -28,14 +28,14 @@ async fn openssl_needs_a_good_certificate() {
     let minute = Duration::from_secs(60);
     let authority = Authority::new().unwrap();
     let good = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
-    let between = |from, to| authority.issue_between(PeerId::UNIT_A, Role::Dials, from, to).unwrap();
+    let valid_between = |from, to| authority.issue_between(PeerId::UNIT_A, Role::Dials, from, to).unwrap();
     let revoked = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
     let cases = [
         (Some(good), None),
         (None, Some(Fault::Missing)),
         (Some(Authority::new().unwrap().issue(PeerId::UNIT_A, Role::Dials).unwrap()), Some(Fault::Foreign)),
-        (Some(between(now - 2 * minute, now - minute)), Some(Fault::Expired)),
-        (Some(between(now + minute, now + 2 * minute)), Some(Fault::NotYetValid)),
+        (Some(valid_between(now - 2 * minute, now - minute)), Some(Fault::Expired)),
+        (Some(valid_between(now + minute, now + 2 * minute)), Some(Fault::NotYetValid)),
         (Some(authority.issue(PeerId::UNIT_A, Role::Listens).unwrap()), Some(Fault::WrongRole)),
         (Some(revoked.clone()), Some(Fault::Revoked)),
     ];
@@ -44,8 +44,8 @@ async fn openssl_needs_a_good_certificate() {
     held.replace(authority.revoke(&[&revoked]).unwrap()).unwrap();
     let (log, mut seen) = ObservationLog::new(1024);
     let settings = Settings { log: Some(log), ..Settings::new(GuardMode::Required, Duration::from_secs(60), held) };
-    let (told, mut events) = mpsc::channel(64);
-    let listener = listen(LoopbackAddr::ANY_PORT, gateway, settings, told).unwrap();
+    let (to_events, mut events) = mpsc::channel(64);
+    let listener = listen(LoopbackAddr::ANY_PORT, gateway, settings, to_events).unwrap();
     let folder = tempfile::tempdir().unwrap();
     for (n, (credential, expected)) in cases.into_iter().enumerate() {
         let mut client = dial(listener.local(), credential.as_ref(), &folder.path().join(n.to_string()));
@@ -67,9 +67,9 @@ async fn openssl_needs_a_good_certificate() {
 }
 
 /// `openssl s_client` with this certificate, its standard input kept open so that it stays.
-fn dial(at: LoopbackAddr, credential: Option<&Credential>, file: &Path) -> Child {
+fn dial(address: LoopbackAddr, credential: Option<&Credential>, file: &Path) -> Child {
     let mut client = Command::new("openssl");
-    client.args(["s_client", "-dtls1_2", "-connect", &at.to_string()]);
+    client.args(["s_client", "-dtls1_2", "-connect", &address.to_string()]);
     if let Some(credential) = credential {
         let (cert, key) = (file.with_extension("cert"), file.with_extension("key"));
         std::fs::write(&cert, &credential.cert_der).unwrap();

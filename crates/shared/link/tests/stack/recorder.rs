@@ -1,4 +1,4 @@
-//! The recorder as a process: told by a pipe, fed by a socket, leaving a recording that can be read.
+//! The recorder as a process: controlled by a pipe, fed by a socket, with a readable recording at the end.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -34,8 +34,11 @@ fn start(directory: &Path) -> Running {
 fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     let clock = HostClock { zero_us: 1_000, drift_ppm: 0 };
     let mut spec = ServiceSpec::new(NodeId::RECORDER, boot, 1, clock, directory.to_owned());
-    spec.recorder =
-        Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record"), tell: false });
+    spec.recorder = Some(RecorderSpec {
+        socket: directory.join("audit"),
+        directory: directory.join("record"),
+        reports_awaited: false,
+    });
     spec.config = serde_json::json!({
         "boot": boot,
         "secret": vec![7; 32],
@@ -46,11 +49,11 @@ fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
 
 /// Its standard error goes to a file beside its recording, which may be on a full disk as well.
 fn launch(spec: ServiceSpec) -> Running {
-    let said = std::fs::File::create(spec.run_dir.join("said")).unwrap();
+    let errors = std::fs::File::create(spec.run_dir.join("said")).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-recorder"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
-        .stderr(said)
+        .stderr(errors)
         .spawn()
         .unwrap();
     spec.write(child.stdin.as_mut().unwrap()).unwrap();
@@ -66,7 +69,7 @@ fn frames(n: u64) -> Vec<Frame> {
 fn written(n: u64, event: impl Encode<()> + Copy) -> Vec<Frame> {
     let mut journal = Journal::new(NodeId::SIM, Boot(1), None);
     let mut out = std::collections::VecDeque::new();
-    (0..n).for_each(|at| journal.write(Instant(at), event, &mut out));
+    (0..n).for_each(|time| journal.write(Instant(time), event, &mut out));
     let bytes = |output| if let Output::Audit { bytes } = output { bytes } else { panic!("{output:?}") };
     out.into_iter().map(|o| Frame { trace_us: trace_us(), node: NodeId::SIM, bytes: bytes(o) }).collect()
 }
@@ -92,8 +95,8 @@ fn service_entries_are_recorded_fed_and_accounted_for() {
     let from_sim: Vec<_> = messages.iter().filter(|m| m.channel.topic == "/audit/sim").collect();
     assert_eq!(from_sim.len(), 50);
     assert!(from_sim.iter().zip(&sent).all(|(message, frame)| *message.data == frame.bytes));
-    let own = messages.iter().filter(|m| m.channel.topic == "/audit/recorder");
-    assert!(own.clone().count() > 0 && own.clone().all(|m| AuditEntry::decode(&m.data).is_ok()));
+    let from_recorder = messages.iter().filter(|m| m.channel.topic == "/audit/recorder");
+    assert!(from_recorder.clone().count() > 0 && from_recorder.clone().all(|m| AuditEntry::decode(&m.data).is_ok()));
 }
 
 /// Follows the recorder's input journal until it holds `n` fed entries.
@@ -110,7 +113,7 @@ fn wait_for(directory: &Path, n: usize) -> usize {
     }
 }
 
-/// Lets the process write files of so many bytes, from now on.
+/// Limits the files that the process writes from now on to this many bytes.
 fn limit(child: &Child, bytes: Option<u64>) {
     let pid = rustix::process::Pid::from_raw(child.id() as i32);
     let maximum = rustix::process::getrlimit(Resource::Fsize).maximum;
@@ -123,8 +126,8 @@ fn recorder_without_writes_recovers_without_loss() {
     let directory = tempfile::tempdir().unwrap();
     let mut spec = spec(directory.path(), Boot(1));
     let recorder = spec.recorder.as_mut().unwrap();
-    // It says of each step that it has got it, whether or not it can write it down.
-    (recorder.tell, recorder.directory) = (true, directory.path().join("record"));
+    // It reports each step on receipt, whether or not it can write it.
+    (recorder.reports_awaited, recorder.directory) = (true, directory.path().join("record"));
     let mut running = launch(spec);
     let mut instrument = Instrument::start(directory.path().join("audit")).unwrap();
     let step = Note::Step { step: ground_truth::StepName::new("cut").unwrap(), begun: true };
@@ -136,7 +139,7 @@ fn recorder_without_writes_recovers_without_loss() {
     };
     let on_file = || -> usize {
         let until = trace_us() + 10_000_000;
-        // On a full disk it makes files and takes them away again: one that was listed may be gone before it is read.
+        // On a full disk it creates files and removes them again: a listed file may be gone before it is read.
         let mut tries = std::iter::repeat_with(|| mcap_frames::frames_of_folder(&directory.path().join("record")));
         let frames = tries.find(|read| read.is_ok() || trace_us() > until).expect("there is always another try");
         frames.expect("a file that is there").iter().filter(|frame| frame.node == NodeId::SIM).count()
@@ -166,10 +169,10 @@ fn recorder_without_writes_recovers_without_loss() {
     let stats: serde_json::Value = serde_json::from_str(last.trim_start_matches("stats ")).unwrap();
     assert_eq!(stats["links"]["recording"]["lost"], 0);
     assert!(running.child.wait().unwrap().success());
-    let kept = mcap_frames::frames_of_folder(&directory.path().join("record")).unwrap();
+    let recorded = mcap_frames::frames_of_folder(&directory.path().join("record")).unwrap();
     let mut chains = wire::audit::Chains::default();
-    assert!(kept.iter().all(|frame| chains.follow::<Any>(&frame.bytes).is_ok()), "each once, in order");
-    let last = kept.iter().rev().find_map(|frame| {
+    assert!(recorded.iter().all(|frame| chains.follow::<Any>(&frame.bytes).is_ok()), "each once, in order");
+    let last = recorded.iter().rev().find_map(|frame| {
         let Any::Service(Event::Sealed { entries, .. }) = AuditEntry::decode(&frame.bytes).unwrap().event else {
             return None;
         };

@@ -19,13 +19,13 @@ use wire::id::PeerId;
 use super::network::{credentials, genuine_hello, list};
 
 /// Address of the sockets of the run under test.
-fn own() -> LoopbackAddr {
+fn run_addr() -> LoopbackAddr {
     LoopbackAddr::of_run(std::process::id())
 }
 
-/// A socket of the run's.
-fn ours() -> UdpSocket {
-    UdpSocket::bind(own().socket()).unwrap()
+/// A socket of the run.
+fn run_socket() -> UdpSocket {
+    UdpSocket::bind(run_addr().socket()).unwrap()
 }
 
 /// A socket of another program on the same host.
@@ -34,7 +34,7 @@ fn outsider() -> UdpSocket {
 }
 
 fn settings(credential: &Credential) -> Settings {
-    Settings { own: own(), ..Settings::new(GuardMode::Required, Duration::from_secs(60), list(credential)) }
+    Settings { own: run_addr(), ..Settings::new(GuardMode::Required, Duration::from_secs(60), list(credential)) }
 }
 
 struct Relayed {
@@ -45,10 +45,10 @@ struct Relayed {
 }
 
 fn relay() -> Relayed {
-    let server = ours();
+    let server = run_socket();
     let upstream = LoopbackAddr::try_from(server.local_addr().unwrap()).unwrap();
     let (to_core, inputs) = mpsc::channel(64);
-    let relay = DatagramRelay::open(RelayLeg { at: LoopbackAddr::ANY_PORT, upstream }, own(), to_core).unwrap();
+    let relay = DatagramRelay::open(RelayLeg { at: LoopbackAddr::ANY_PORT, upstream }, run_addr(), to_core).unwrap();
     let front = relay.local().socket();
     Relayed { relay, inputs, front, _server: server }
 }
@@ -69,18 +69,18 @@ fn gets_the_downlink(client: &UdpSocket, relay: &DatagramRelay) {
 #[tokio::test]
 async fn stray_datagram_does_not_take_the_downlink() {
     let hello = genuine_hello().await;
-    let mut at = relay();
-    let (client, outsider, beside) = (ours(), outsider(), ours());
-    client.send_to(&hello, at.front).unwrap();
-    assert_eq!(datagram(&mut at.inputs).await, hello);
+    let mut relayed = relay();
+    let (client, outsider, other_socket) = (run_socket(), outsider(), run_socket());
+    client.send_to(&hello, relayed.front).unwrap();
+    assert_eq!(datagram(&mut relayed.inputs).await, hello);
     // Neither noise nor a sound hello from elsewhere, nor noise from another socket of the run.
-    outsider.send_to(b"stray", at.front).unwrap();
-    outsider.send_to(&hello, at.front).unwrap();
-    beside.send_to(b"stray", at.front).unwrap();
-    client.send_to(b"again", at.front).unwrap();
-    assert_eq!(datagram(&mut at.inputs).await, b"again");
-    gets_the_downlink(&client, &at.relay);
-    let stats = at.relay.stats();
+    outsider.send_to(b"stray", relayed.front).unwrap();
+    outsider.send_to(&hello, relayed.front).unwrap();
+    other_socket.send_to(b"stray", relayed.front).unwrap();
+    client.send_to(b"again", relayed.front).unwrap();
+    assert_eq!(datagram(&mut relayed.inputs).await, b"again");
+    gets_the_downlink(&client, &relayed.relay);
+    let stats = relayed.relay.stats();
     assert_eq!((stats.outsiders, stats.stale, stats.received, stats.emitted), (2, 1, [2, 0], [1, 0]));
 }
 
@@ -88,30 +88,30 @@ async fn stray_datagram_does_not_take_the_downlink() {
 #[tokio::test]
 async fn stray_datagram_does_not_become_the_client() {
     let hello = genuine_hello().await;
-    let mut at = relay();
-    outsider().send_to(&hello, at.front).unwrap();
-    let client = ours();
-    client.send_to(&hello, at.front).unwrap();
-    datagram(&mut at.inputs).await;
-    gets_the_downlink(&client, &at.relay);
-    assert_eq!((at.relay.stats().outsiders, at.relay.stats().received), (1, [1, 0]));
+    let mut relayed = relay();
+    outsider().send_to(&hello, relayed.front).unwrap();
+    let client = run_socket();
+    client.send_to(&hello, relayed.front).unwrap();
+    datagram(&mut relayed.inputs).await;
+    gets_the_downlink(&client, &relayed.relay);
+    assert_eq!((relayed.relay.stats().outsiders, relayed.relay.stats().received), (1, [1, 0]));
 }
 
 #[tokio::test]
 async fn client_from_another_port_is_let_in_again() {
     let hello = genuine_hello().await;
-    let mut at = relay();
-    let (before, after) = (ours(), ours());
-    before.send_to(&hello, at.front).unwrap();
-    after.send_to(&hello, at.front).unwrap();
+    let mut relayed = relay();
+    let (before, after) = (run_socket(), run_socket());
+    before.send_to(&hello, relayed.front).unwrap();
+    after.send_to(&hello, relayed.front).unwrap();
     // What the socket before still sends is not the client's any more.
-    before.send_to(b"late", at.front).unwrap();
-    after.send_to(b"more", at.front).unwrap();
+    before.send_to(b"late", relayed.front).unwrap();
+    after.send_to(b"more", relayed.front).unwrap();
     for expected in [&hello[..], &hello[..], b"more"] {
-        assert_eq!(datagram(&mut at.inputs).await, expected);
+        assert_eq!(datagram(&mut relayed.inputs).await, expected);
     }
-    gets_the_downlink(&after, &at.relay);
-    assert_eq!((at.relay.stats().outsiders, at.relay.stats().stale), (0, 1));
+    gets_the_downlink(&after, &relayed.relay);
+    assert_eq!((relayed.relay.stats().outsiders, relayed.relay.stats().stale), (0, 1));
 }
 
 #[tokio::test]
@@ -129,15 +129,15 @@ async fn outsider_datagrams_enter_no_account_of_the_run() {
         outsider.send_to(stray, listener.local().socket()).unwrap();
     }
     // One of the run itself, as a relay's adversary sends it, stays in the accounts.
-    ours().send_to(b"ours", listener.local().socket()).unwrap();
-    let front = ours();
+    run_socket().send_to(b"ours", listener.local().socket()).unwrap();
+    let front = run_socket();
     let (tx, _at_unit) = mpsc::channel(64);
     let remote = LoopbackAddr::try_from(front.local_addr().unwrap()).unwrap();
     let _dialler = dial(remote, unit.clone(), PeerId::GATEWAY, at_unit, tx);
     front.set_nonblocking(true).unwrap();
     let front = tokio::net::UdpSocket::from_std(front).unwrap();
     let (mut up, mut down) = ([0; 4096], [0; 4096]);
-    let back = tokio::net::UdpSocket::bind(own().socket()).await.unwrap();
+    let back = tokio::net::UdpSocket::bind(run_addr().socket()).await.unwrap();
     back.connect(listener.local().socket()).await.unwrap();
     let (mut dialled, mut client) = (0_u64, None);
     // The way between the two. With each of the unit's datagrams an outsider's comes to it.

@@ -1,4 +1,4 @@
-//! Whom a certificate proves, at both ends of both links: each way in which one is no good has a name of its own.
+//! The peer that a certificate proves, at both ends of both links: each fault of a certificate has a distinct name.
 
 use std::time::{Duration, SystemTime};
 
@@ -22,14 +22,14 @@ fn presented(authority: &Authority, holder: PeerId, role: Role) -> Vec<(Credenti
     let revoked = sound();
     let list = authority.revoke(&[&revoked]).unwrap();
     let foreign = of_this_run(Authority::new().unwrap().issue(holder, role).unwrap());
-    let between = |from, to| authority.issue_between(holder, role, from, to).unwrap();
+    let valid_between = |from, to| authority.issue_between(holder, role, from, to).unwrap();
     vec![
         (sound(), None, None),
         (sound(), Some(list.clone()), None),
         (foreign, None, Some(Fault::Foreign)),
         (authority.self_signed(holder, role).unwrap(), None, Some(Fault::SelfSigned)),
-        (between(now - hour, now - minute), None, Some(Fault::Expired)),
-        (between(now + minute, now + hour), None, Some(Fault::NotYetValid)),
+        (valid_between(now - hour, now - minute), None, Some(Fault::Expired)),
+        (valid_between(now + minute, now + hour), None, Some(Fault::NotYetValid)),
         (revoked, Some(list), Some(Fault::Revoked)),
         (authority.issue(holder, other_role).unwrap(), None, Some(Fault::WrongRole)),
         (authority.issue_names(&[holder, PeerId::UNIT_B], role).unwrap(), None, Some(Fault::NoName)),

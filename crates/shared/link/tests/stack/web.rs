@@ -6,8 +6,8 @@ use std::net::{Shutdown, TcpStream};
 use link::web::{Content, Page, Served};
 
 fn served() -> Served {
-    let asked = std::sync::atomic::AtomicU32::new(0);
-    let count = move || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed).to_string();
+    let requests = std::sync::atomic::AtomicU32::new(0);
+    let count = move || requests.fetch_add(1, std::sync::atomic::Ordering::Relaxed).to_string();
     let html = Page { path: "", media: "text/html; charset=utf-8", content: Content::Fixed("<p>here") };
     let made = Page { path: "count", media: "application/json", content: Content::Made(Box::new(count)) };
     Served::open(0, vec![html, made]).expect("a port of loopback")
@@ -102,11 +102,11 @@ fn many_silent_connections_are_turned_away() {
     let served = served();
     let (host, path) = parts(&served);
     let mut idle: Vec<TcpStream> = (0..40).map(|_| connect(&served)).collect();
-    // Those beyond the limit are closed at once: a read of the last of them ends.
+    // Connections beyond the limit are closed at once: a read of the last one ends.
     assert_eq!(idle[39].read(&mut [0]).unwrap_or(0), 0);
     assert!(!get(&served, &host, &path).starts_with("HTTP/1.1 200"), "there was room");
     drop(idle.split_off(8));
-    // Its place is free as soon as the server has seen it go.
+    // A place is free as soon as the server has seen the connection close.
     while !get(&served, &host, &path).starts_with("HTTP/1.1 200") {}
     drop(served);
     assert_eq!(idle[0].read(&mut [0]).unwrap_or(0), 0);

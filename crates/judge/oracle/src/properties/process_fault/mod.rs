@@ -48,7 +48,7 @@ pub(super) fn findings(facts: &Facts, property: Property) -> Vec<Finding> {
 /// Response to every process fault of the log.
 pub(crate) fn responses(facts: &Facts) -> Vec<Response> {
     let faults = judged_faults(facts).into_iter();
-    faults.map(|fault| Response { kept: fault.findings().is_empty(), ..fault.response() }).collect()
+    faults.map(|fault| Response { in_time: fault.findings().is_empty(), ..fault.response() }).collect()
 }
 
 fn judged_faults<'a>(facts: &'a Facts<'a>) -> Vec<JudgedFault<'a>> {
@@ -140,8 +140,8 @@ impl JudgedFault<'_> {
             restricted_ms: ms(restricted),
             settled_ms: ms(settled),
             plant: (self.node != self.evidence.under.sim).then_some(plant),
-            owed: self.is_response_due(),
-            kept: true,
+            required: self.is_response_due(),
+            in_time: true,
         }
     }
 

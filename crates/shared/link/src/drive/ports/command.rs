@@ -10,14 +10,14 @@ use crate::mqtt::server::MqttServer;
 use crate::spec::{MqttDial, ServiceSpec};
 use crate::stream::StreamLog;
 
-/// The end of the command plane that the process is.
+/// The process's end of the command plane.
 pub(super) enum Command {
     Absent,
     Client(Client),
     Broker(MqttServer),
 }
 
-/// A client with its session, which it may take and give up.
+/// A client with its session, which it may open and close.
 pub(super) struct Client {
     to: MqttDial,
     revocations: Revocations,
@@ -42,9 +42,9 @@ impl Command {
         let inputs = senders.inputs.clone();
         match (&spec.mqtt, &spec.broker) {
             (None, None) => Ok(Command::Absent),
-            (None, Some(at)) => MqttServer::start(at, log, inputs).map(Command::Broker).opened("mqtt server"),
+            (None, Some(listen)) => MqttServer::start(listen, log, inputs).map(Command::Broker).opened("mqtt server"),
             (Some(to), None) => {
-                let revocations = Revocations::of(&to.credential).opened("revocation list")?;
+                let revocations = Revocations::from_credential(&to.credential).opened("revocation list")?;
                 let mut client = Client { to: to.clone(), revocations, log, inputs, session: None };
                 if !to.on_demand {
                     client.join()?;
@@ -75,7 +75,7 @@ impl Command {
         broker.or_else(|| self.session().map(|session| session.publish(subject, bytes))).is_some()
     }
 
-    /// Takes a session, under the certificate that the process has; false when it is no client.
+    /// Opens a session, under the certificate of the process; false when it is no client.
     pub(super) fn join(&mut self) -> bool {
         let Command::Client(client) = self else { return false };
         if let Err(error) = client.join() {
@@ -84,7 +84,7 @@ impl Command {
         true
     }
 
-    /// Gives the session up, if there is one.
+    /// Closes the session, if there is one.
     pub(super) fn leave(&mut self) {
         if let Command::Client(client) = self {
             client.session = None;

@@ -18,12 +18,12 @@ use crate::witness::WitnessLog;
 
 type Journal = Writer<BufWriter<File>>;
 
-/// Both logs, each only where the specification asks for it.
+/// Both logs, each only where the specification has it.
 pub(in crate::drive) struct Logs {
-    /// None, too, once it could not be written.
+    /// The input journal; none, too, after a failed write.
     journal: Option<Journal>,
     witness: Option<WitnessLog>,
-    /// True if they could not be handed over the last time.
+    /// True if the last flush failed.
     unflushed: bool,
 }
 
@@ -35,7 +35,7 @@ impl Logs {
 
     /// Log for the witnesses of byte streams.
     pub(super) fn streams(&self) -> StreamLog {
-        StreamLog::of(self.witness.as_ref())
+        StreamLog::from_witness(self.witness.as_ref())
     }
 
     pub(in crate::drive) fn input(&mut self, now: Instant, input: &Input) {
@@ -49,6 +49,7 @@ impl Logs {
     fn note(&mut self, write: impl FnOnce(&mut Journal) -> Result<()>) {
         if let Some(Err(error)) = self.journal.as_mut().map(write) {
             tracing::warn!(%error, "input journal ended");
+            // No later retry: a journal with a gap cannot be replayed past it.
             self.journal = None;
         }
     }
@@ -59,13 +60,13 @@ impl Logs {
         }
     }
 
-    /// Hands both to the operating system.
+    /// Hands both logs to the operating system.
     pub(in crate::drive) fn flush(&mut self) {
         let journal = self.journal.as_mut().map_or(Ok(()), Journal::flush);
         let witness = self.witness.as_ref().map_or(Ok(()), WitnessLog::flush);
         let flushed = journal.and(witness);
         let failed = std::mem::replace(&mut self.unflushed, flushed.is_err());
-        // Told once: a full disk says the same ten times a second.
+        // Reported once: on a full disk the flush fails ten times a second.
         if let Err(error) = flushed
             && !failed
         {
@@ -73,12 +74,12 @@ impl Logs {
         }
     }
 
-    /// Closes the guards' log with the account of the sessions; says how far it goes.
+    /// Closes the guards' log with the account of the sessions; returns its head.
     pub(super) fn close(&self, sessions: Option<(SessionStats, u64)>) -> Option<Value> {
         self.witness.as_ref().map(|witness| witness.close(sessions))
     }
 
-    /// Written entries of the input journal, and those without room.
+    /// Entries of the input journal that were written, and entries for which it had no room.
     pub(super) fn journal_counts(&self) -> Option<(u64, u64)> {
         self.journal.as_ref().map(Journal::counts)
     }

@@ -1,4 +1,4 @@
-//! The shared-memory part: channels that are written and channels that are read.
+//! The shared-memory part: channels that the process writes and channels that it reads.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::spec::{ChannelSpec, ServiceSpec};
 /// The channels of every domain that the process takes part in.
 pub(super) struct Memory {
     publishers: Vec<Publisher>,
-    /// Messages that went out and messages that did not, by topic.
+    /// Messages that were published and messages that failed, by topic.
     published: BTreeMap<Topic, [u64; 2]>,
     subscriptions: Vec<(Topic, Subscription)>,
 }

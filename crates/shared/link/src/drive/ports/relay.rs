@@ -4,7 +4,7 @@ use crate::drive::{DriveError, Opened, Senders};
 use crate::relay::{DatagramRelay, StreamRelay};
 use crate::spec::ServiceSpec;
 
-/// The path that the process stands in.
+/// The path that the process relays.
 pub(super) enum Relay {
     Absent,
     Datagrams(DatagramRelay),

@@ -25,7 +25,7 @@ enum End {
     Dialler(Dialler),
 }
 
-/// The sessions that stand, and the ends that open more.
+/// The open sessions, and the ends that open more.
 pub(in crate::drive) struct Telemetry {
     ends: Vec<End>,
     sessions: BTreeMap<SessionId, SessionHandle>,
@@ -42,7 +42,7 @@ impl Telemetry {
                 sessions: handles.clone(),
                 counters: this.counters.clone(),
                 own: spec.own,
-                ..Settings::new(spec.guard, idle, Revocations::of(credential).opened("revocation list")?)
+                ..Settings::new(spec.guard, idle, Revocations::from_credential(credential).opened("revocation list")?)
             })
         };
         if let Some(to) = &spec.listen {
@@ -66,8 +66,8 @@ impl Telemetry {
         })
     }
 
-    /// Takes a session's event; returns the core's input.
-    pub(in crate::drive) fn heard(&mut self, event: SessionEvent) -> Input {
+    /// Handles a session's event; returns the core's input.
+    pub(in crate::drive) fn input_from(&mut self, event: SessionEvent) -> Input {
         match event {
             SessionEvent::Opened(handle) => {
                 let (session, peer) = (handle.session, handle.peer);
@@ -86,7 +86,7 @@ impl Telemetry {
         self.sessions.get(&session).map(|handle| handle.send(bytes)).is_some()
     }
 
-    /// Without its sending end a session ends; its dialler opens the next.
+    /// Drops the sending end of a session, which ends it; its dialler opens the next.
     pub(super) fn close(&mut self, session: SessionId) {
         self.sessions.remove(&session);
     }
