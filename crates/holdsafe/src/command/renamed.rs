@@ -47,7 +47,7 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
         None if is("campaign") && names_no_part(command, &arguments, index) => ("campaign", vec!["campaign", "run"]),
         None => {
             return match suggestion(command, &arguments[index].to_string_lossy()) {
-                Some(message) => Err(Failure::new(Exit::Usage, message).tell(asks_for_json(&arguments))),
+                Some(message) => Err(Failure::new(Exit::Usage, message).report(asks_for_json(&arguments))),
                 None => Ok(arguments),
             };
         }
@@ -121,7 +121,7 @@ fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
         "`{old}` is `{spelt}` now, and that program is not beside this one ({error}); in a clone, \
          `cargo build --release --manifest-path measurements/Cargo.toml --target-dir target` builds it beside target/release/holdsafe"
     );
-    Failure::new(Exit::Usage, message).tell(json)
+    Failure::new(Exit::Usage, message).report(json)
 }
 
 #[cfg(test)]
