@@ -202,9 +202,9 @@ fn live_run(
     let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
     let (confinement, hosts, shared_kib) = (setup.confinement, setup.hosts, sandbox::host::SHARED_KIB);
     let options = live::Options { keep, services, stop, show, window, role, acts, confinement, hosts, shared_kib };
-    live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
-        LiveError::Stopped => EngineError::Stopped,
-        LiveError::Environment(reason) => EngineError::Environment(reason),
+    live::trial::run_live(scenario, setup, seed, options).map_err(|error| {
+        let stopped = matches!(error, LiveError::Stopped);
+        if stopped { EngineError::Stopped } else { EngineError::Environment(error.to_string()) }
     })
 }
 

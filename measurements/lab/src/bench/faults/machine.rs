@@ -113,12 +113,12 @@ impl Around {
                         attempts.trials.push(oracle::judged::trial(seed, level, &run.evidence, &run.verdict));
                         break;
                     }
-                    Err(LiveError::Environment(why)) => {
-                        link::note!("{}: {why}", self.what);
+                    Err(LiveError::Stopped) => return Err(EngineError::Stopped.into()),
+                    Err(error) => {
+                        link::note!("{}: {error}", self.what);
                         attempts.refused += 1;
                         break;
                     }
-                    Err(LiveError::Stopped) => return Err(EngineError::Stopped.into()),
                 }
             }
         }
