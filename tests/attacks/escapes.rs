@@ -10,8 +10,8 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 
 use holdsafe_tests::shipped;
+use live::Options;
 use live::child::Services;
-use live::{LiveError, Options};
 use parallel::progress::Stop;
 use scenario::{Confinement, Hosts};
 use serde_json::json;
@@ -96,13 +96,12 @@ impl Machine {
             hosts: Hosts::Loopback,
             shared_kib: sandbox::host::SHARED_KIB,
         };
-        let Err(LiveError::Environment(why)) =
-            live::run(&topology, &secret, nominal.setup.policy.record_guard, options)
-        else {
+        let Err(error) = live::run(&topology, &secret, nominal.setup.policy.record_guard, options) else {
             panic!("the hostile service did not answer");
         };
-        let text = why.find('{').map(|index| &why[index..]).unwrap_or_else(|| panic!("{why}"));
-        serde_json::from_str(text).unwrap_or_else(|_| panic!("{why}"))
+        let reason = error.to_string();
+        let text = reason.find('{').map(|index| &reason[index..]).unwrap_or_else(|| panic!("{reason}"));
+        serde_json::from_str(text).unwrap_or_else(|_| panic!("{reason}"))
     }
 }
 

@@ -27,8 +27,8 @@ mod watch;
 use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use runner::engage;
 use runner::failure::{Exit, Failure};
+use runner::guest_options;
 use runner::shipped::ShippedFile;
 use runner::start::{self, Common};
 
@@ -120,7 +120,7 @@ enum Verb {
 pub fn service(name: &str) -> Option<Exit> {
     match name {
         assess::confined::NAME => Some(assess::confined::main()),
-        engage::FOLLOWER => Some(guest::follower::main()),
+        guest_options::FOLLOWER => Some(guest::follower::main()),
         _ => None,
     }
 }
@@ -130,7 +130,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let command = help::grouped(Cli::command());
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     if let Some(message) = misspelt::suggestion(&command, &arguments) {
-        return Failure::new(Exit::Usage, message).tell(start::asks_for_json(&arguments));
+        return Failure::new(Exit::Usage, message).report(start::asks_for_json(&arguments));
     }
     let cli: Cli = match start::parse(command, &arguments) {
         Ok(cli) => cli,
@@ -157,7 +157,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Verb::Completions(args) => completions::run(Cli::command(), &args),
         Verb::Man(args) => man::run(Cli::command(), &args),
     };
-    result.unwrap_or_else(|failure| failure.tell(context.json))
+    result.unwrap_or_else(|failure| failure.report(context.json))
 }
 
 impl Default for Verb {

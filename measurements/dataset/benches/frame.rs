@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use config::platform::Sensors;
 use dataset::cells::{self, Split};
 use dataset::example::Example;
 use link::clock::thread_cpu_us;
@@ -26,7 +27,6 @@ use sim::sensor::Imagers;
 use sim::sensor::camera::{REACH, Sweep, eye, ray};
 use sim::world::{STEP, World};
 use wire::id::FrameId;
-use config::platform::Sensors;
 use wire::sensor::{Camera, Candidates, Fix, Frames, Lidar, Modalities, Navigation, Pose, ProductMode, ReceiverTime};
 use wire::time::{Instant, Span};
 

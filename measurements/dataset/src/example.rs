@@ -1,11 +1,11 @@
 //! One labelled frame with the scene that it is of.
 
+use config::platform::Sensors;
 use minicbor::bytes::ByteSlice;
 use sim::limits::SceneError;
 use sim::scene::{Scene, StartPose};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
-use config::platform::Sensors;
 use wire::sensor::Frames;
 use wire::time::Instant;
 

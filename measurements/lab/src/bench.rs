@@ -35,7 +35,7 @@ use results::mode::Mode;
 use results::report::{BenchLive, LiveLatency, PAPER, RunObject, latency_table, run_table};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 
@@ -150,7 +150,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
 
 fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "bench")).transpose()?;
-    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let wanted = PlanOptions { rendered: true, ..PlanOptions::default() };
     let mut bench = Measuring { context, out, jobs: args.jobs, exit: Exit::Fine };
     let mut losses = Vec::new();
     for paper in PAPER.iter().filter(|_| args.runs > 0) {
@@ -168,7 +168,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     if args.hours > 0 {
         let long = nominal.soak(SOAK_TRIAL_S, SOAK_LOSS);
         let repeated = "lab live --runs 0 --minutes 0 --hours 1";
-        let planned = soaked(context, &long, &Wanted::default(), repeated)?;
+        let planned = soaked(context, &long, &PlanOptions::default(), repeated)?;
         soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
     }
     let live_latency_ms = losses.iter().filter_map(LiveLatency::of_run).collect();
@@ -188,7 +188,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
 }
 
 /// A soak's variations, with the command that reproduces it: it is no scenario of a file.
-fn soaked(context: &Context, long: &Scenario, wanted: &Wanted, repeated: &str) -> Result<Vec<Planned>, Failure> {
+fn soaked(context: &Context, long: &Scenario, wanted: &PlanOptions, repeated: &str) -> Result<Vec<Planned>, Failure> {
     let mut planned = plan::of_scenario(context, long, wanted)?;
     for one in &mut planned {
         one.command = Some(repeated.to_owned());

@@ -58,5 +58,5 @@ pub fn main(arguments: Vec<OsString>) -> Exit {
         Verb::Record(args) => record::run(&context, &args),
         Verb::Results => results::run(&context),
     };
-    result.unwrap_or_else(|failure| failure.tell(context.json))
+    result.unwrap_or_else(|failure| failure.report(context.json))
 }

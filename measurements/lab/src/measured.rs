@@ -33,7 +33,7 @@ pub fn live_stages(
     stop: &Stop,
     to: &mut Delays,
 ) -> Result<(), EngineError> {
-    let run = run_live(scenario, setup, seed, stop, View::nobody(&mut |_| {}))?;
+    let run = run_live(scenario, setup, seed, stop, View::unattended(&mut |_| {}))?;
     to.take_live(&run.topology, run.logs.folder()).map_err(EngineError::failed)
 }
 
@@ -45,6 +45,6 @@ pub fn live_acts(
     stop: &Stop,
     acts: Vec<(u64, Act)>,
 ) -> Result<Vec<Witnessed>, EngineError> {
-    let run = run_live(scenario, setup, seed, stop, View { acts, ..View::nobody(&mut |_| {}) })?;
+    let run = run_live(scenario, setup, seed, stop, View { acts, ..View::unattended(&mut |_| {}) })?;
     Ok(run.evidence.entries)
 }

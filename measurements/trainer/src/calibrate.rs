@@ -9,13 +9,13 @@ use std::path::Path;
 
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
+use config::platform::Sensors;
 use dataset::cells::{self, Split};
 use dataset::example::Example as Frame;
 use dataset::precision::judge;
 use perception::grid::decode;
 use perception::letterbox::{HEIGHT, WIDTH};
 use sim::Label;
-use config::platform::Sensors;
 
 use crate::data::{CELLS, felt, heated, seen, sensed};
 use crate::net::Net;

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 
+use config::platform::Sensors;
 use dataset::cells::{self, Cell, Split};
 use dataset::example::ExampleError;
 use dataset::quality::{Quality, QualityError, measure};
@@ -13,7 +14,6 @@ use perception::corroborate::CorroborationLimits;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use perception::{detector::Detector, head::Head, runtime};
-use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::heated;

@@ -3,6 +3,7 @@
 //! The grid is that of `perception::grid`: cells of 4 pixels, and in each the objectness, one channel a class, and
 //! the box as offset of its middle in cells and logarithm of its sides in units of 16 pixels.
 
+use config::platform::Sensors;
 use dataset::cells::{self, Cell, Split};
 use dataset::draw;
 use dataset::example::{Example as Frame, ExampleError, counts};
@@ -14,7 +15,6 @@ use sha2::{Digest, Sha256};
 use sim::Label;
 use sim::scene::{Scene, StartPose};
 use wire::id::ObjectId;
-use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::sense::Sense;

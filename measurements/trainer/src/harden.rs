@@ -8,10 +8,10 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use dataset::draw::uniform;
+use ground_truth::print::{COLUMNS, ROWS};
 use perception::letterbox::{HEIGHT, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use sim::Label;
-use ground_truth::print::{COLUMNS, ROWS};
 use wire::sensor::Class;
 
 use crate::data::{Example, Target, target};

@@ -14,6 +14,7 @@ use dataset::cells::Split;
 use dataset::draw::uniform;
 use dataset::example::{Example as Frame, ExampleError};
 use dataset::sightings::stands_near;
+use ground_truth::print::{COLUMNS, ROWS};
 use perception::corroborate::CorroborationLimits;
 use perception::corroborate::thermal::{Warmth, judge as fits};
 use perception::detector::Detector;
@@ -22,7 +23,6 @@ use perception::stages::Stages;
 use perception::thermal::blobs;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use ground_truth::print::{COLUMNS, ROWS};
 use wire::sensor::{Class, Detection};
 
 use crate::data::{Example, target};

@@ -30,8 +30,8 @@ mod worse;
 use std::path::Path;
 use std::process::ExitCode;
 
-use perception::model::hex_digest;
 use config::platform::Sensors;
+use perception::model::hex_digest;
 
 use crate::card::{Round, Training};
 use crate::means::Means;

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
+use config::platform::Sensors;
 use dataset::cells::{self, Split};
 use dataset::example::{Example as Frame, counts};
 use dataset::sightings::stands_near;
@@ -22,7 +23,6 @@ use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::{Example, target};

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use burn::module::Module;
 use burn::tensor::Device;
+use config::platform::Sensors;
 use perception::detector::Detector;
 use perception::head::Head;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
-use config::platform::Sensors;
 
 use crate::net::Net;
 use crate::sense::Sense;

@@ -3,18 +3,18 @@
 //! Scenes are drawn as for measurements, and the decoys in them are all the attacker's: of one size and coat, which it knows. Its
 //! prints and heat are judged on other views, rendered again with the print in the scene.
 
+use config::platform::Sensors;
 use dataset::cells::{self, Split};
 use dataset::draw;
 use dataset::example::{Example, ExampleError, counts};
+use ground_truth::MAX_STRENGTH;
+use ground_truth::perturbation::{self, Perturbation};
+use ground_truth::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
 use perception::bands::{BANDS, bands};
 use perception::fused;
 use perception::letterbox::{HEIGHT, WIDTH};
 use sim::Label;
-use ground_truth::MAX_STRENGTH;
-use ground_truth::perturbation::{self, Perturbation};
-use ground_truth::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
 use sim::scene::{Scene, StartPose};
-use config::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::train::{FRAME, paint};

@@ -1,6 +1,7 @@
 //! Sim and perception together, standing still before a few objects: rendered frames through the shipped detector and
 //! unrendered candidates lead to tracks of the same things in the same places.
 
+use config::setup::{Channel, Setup};
 use perception::{Perception, PerceptionConfig};
 use sim::scene::{Object, Scene, StartPose};
 use sim::{ChannelKeys, Sim, SimConfig};
@@ -11,7 +12,6 @@ use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Policy;
 use wire::sensor::Class;
 use wire::sign::Secret;
-use config::setup::{Channel, Setup};
 use wire::time::{Instant, Span};
 use wire::track::{Track, Tracks};
 

@@ -1,6 +1,7 @@
 //! One service process: started with its specification on a pipe, ended by closing that pipe.
 
-use std::io::{BufRead, BufReader, Write};
+use std::ffi::OsString;
+use std::io::{self, BufRead, BufReader, Write};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
 use std::process::{Child as Process, ChildStdin, Command, Stdio};
@@ -9,20 +10,20 @@ use std::sync::mpsc::Sender;
 use nix::sys::signal::Signal;
 use nix::unistd::Pid;
 
-use link::spec::{Control, ServiceSpec};
+use link::spec::{Control, ServiceSpec, SpecError};
 use serde_json::Value;
 use wire::id::NodeId;
 
-/// Longest line a service may print, bytes.
+/// Longest line of a service's output, bytes.
 const MAX_LINE: usize = 256 * 1024;
 
-/// Number of looks at the process table for a process that was told to stop, or is ending.
+/// Number of looks at the process table for a process that is stopping or ending.
 const STOP_LOOKS: u32 = 10_000;
 
 /// Environment variables that a service may see.
 const ENVIRONMENT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "PATH", "ORT_DYLIB_PATH"];
 
-/// And those that the console may see, for its window.
+/// Environment variables that the console may see too, for its window.
 const WINDOW: [&str; 7] =
     ["DISPLAY", "WAYLAND_DISPLAY", "XAUTHORITY", "XDG_RUNTIME_DIR", "HOME", "LD_LIBRARY_PATH", "LIBGL_ALWAYS_SOFTWARE"];
 
@@ -52,36 +53,75 @@ impl Services {
 /// A line of a service's standard output.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Line {
-    /// Its links are open.
+    /// The service is ready: its links are open.
     Ready(Value),
-    /// Its closing statistics.
+    /// Closing statistics.
     Stats(Value),
-    /// Words for a person.
+    /// Text for a person.
     Text(String),
-    /// It does not come up, and why.
+    /// Reason for which it does not come up.
     Refused(String),
-    /// Its window was closed; why, where it could not be opened.
+    /// End of its window; with a reason where that could not be opened.
     Closed(Option<String>),
     /// An encoded audit entry that a step may wait for.
     Entry(Vec<u8>),
-    /// It said its last.
+    /// End of its output.
     Ended,
 }
 
 impl Line {
-    /// Reads a line; `None` where the launcher does not know it.
+    /// Parses a line; `None` for an unknown one.
     pub fn parse(line: &str) -> Option<Line> {
         let (word, json) = line.split_once(' ')?;
         let value: Value = serde_json::from_str(json).ok()?;
         match word {
             "ready" => Some(Line::Ready(value)),
             "stats" => Some(Line::Stats(value)),
-            "refused" => value.as_str().map(|why| Line::Refused(why.to_owned())),
+            "refused" => value.as_str().map(|reason| Line::Refused(reason.to_owned())),
             "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
             "closed" => Some(Line::Closed(value.as_str().map(str::to_owned))),
             "entry" => serde_json::from_value(value).ok().map(Line::Entry),
             _ => None,
         }
+    }
+}
+
+/// Reason for which a process cannot be started.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// Its log files cannot be made.
+    #[error("logs of {node}: {error}")]
+    Logs {
+        /// The service.
+        node: NodeId,
+        /// Error of the host.
+        error: io::Error,
+    },
+    /// The host starts no such process.
+    #[error("cannot start {program:?}: {error}")]
+    Spawn {
+        /// Path of the program.
+        program: OsString,
+        /// Error of the host.
+        error: io::Error,
+    },
+    /// It has no standard input.
+    #[error("no pipe to the service")]
+    NoPipe,
+    /// It did not take its specification.
+    #[error("holdsafe-{service} took no specification: {error}")]
+    Specification {
+        /// Name of the service.
+        service: String,
+        /// Reason.
+        error: SpecError,
+    },
+}
+
+impl StartError {
+    /// Error of the host for this command.
+    pub(super) fn spawn(command: &Command, error: io::Error) -> Self {
+        Self::Spawn { program: command.get_program().to_owned(), error }
     }
 }
 
@@ -101,13 +141,13 @@ impl Child {
         node: NodeId,
         lines: &Sender<(NodeId, Line)>,
         spec: &ServiceSpec,
-    ) -> Result<Child, String> {
+    ) -> Result<Child, StartError> {
         if spec.confinement.is_some() {
-            link::confined::prepare(spec).map_err(|e| format!("logs of {node}: {e}"))?;
+            link::confined::prepare(spec).map_err(|error| StartError::Logs { node, error })?;
         }
         let mut child = Self::spawn(services, service, node, lines)?;
-        let pipe = child.pipe.as_mut().ok_or("no pipe to the service")?;
-        spec.write(pipe).map_err(|e| format!("holdsafe-{service} took no specification: {e}"))?;
+        let pipe = child.pipe.as_mut().ok_or(StartError::NoPipe)?;
+        spec.write(pipe).map_err(|error| StartError::Specification { service: service.to_owned(), error })?;
         Ok(child)
     }
 
@@ -117,15 +157,15 @@ impl Child {
         service: &str,
         node: NodeId,
         lines: &Sender<(NodeId, Line)>,
-    ) -> Result<Child, String> {
+    ) -> Result<Child, StartError> {
         let mut command = services.command(service);
-        let seen = |name: &str| ENVIRONMENT.contains(&name) || (node == NodeId::CONSOLE && WINDOW.contains(&name));
-        command.env_clear().envs(std::env::vars().filter(|(name, _)| seen(name)));
+        let is_listed = |name: &str| ENVIRONMENT.contains(&name) || (node == NodeId::CONSOLE && WINDOW.contains(&name));
+        command.env_clear().envs(std::env::vars().filter(|(name, _)| is_listed(name)));
         // The allocator reserves 1 GiB at once otherwise: the whole address space of most services.
         command.env("MIMALLOC_ARENA_RESERVE", "32MiB");
-        // A group of its own: an interrupt from the keyboard is the launcher's, which seals what there is of the run.
+        // A separate process group: an interrupt from the keyboard reaches the launcher alone, which then seals the run up to there.
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
-        let mut process = command.spawn().map_err(|e| format!("cannot start {:?}: {e}", command.get_program()))?;
+        let mut process = command.spawn().map_err(|error| StartError::spawn(&command, error))?;
         let pipe = process.stdin.take();
         if let Some(stdout) = process.stdout.take() {
             let lines = lines.clone();
@@ -139,9 +179,9 @@ impl Child {
         self.pipe.as_mut().is_some_and(|pipe| pipe.write_all(bytes).and_then(|()| pipe.flush()).is_ok())
     }
 
-    /// Tells it to quiesce or to finish.
-    pub fn tell(&mut self, control: &Control) {
-        // A service that is gone hears nothing; its exit is noticed elsewhere.
+    /// Sends it a control message, such as to quiesce or to finish.
+    pub fn send(&mut self, control: &Control) {
+        // A service that has ended takes no message; its end is noticed elsewhere.
         let _ = self.write(control.line().as_bytes());
     }
 
@@ -159,26 +199,26 @@ impl Child {
 
     /// Stops it with SIGSTOP. True only when the kernel's process table then shows it stopped.
     pub fn halt(&mut self) -> bool {
-        self.signal(Signal::SIGSTOP) && (0..STOP_LOOKS).any(|_| is_stopped(self.pid()) || look_again())
+        self.signal(Signal::SIGSTOP) && (0..STOP_LOOKS).any(|_| is_stopped(self.pid()) || yield_once())
     }
 
-    /// Lets it run again.
-    pub fn go_on(&mut self) -> bool {
+    /// Resumes it with SIGCONT.
+    pub fn resume(&mut self) -> bool {
         self.signal(Signal::SIGCONT)
     }
 
     fn signal(&mut self, signal: Signal) -> bool {
         let Ok(pid) = i32::try_from(self.pid()) else { return false };
-        !self.ended() && nix::sys::signal::kill(Pid::from_raw(pid), signal).is_ok()
+        !self.has_ended() && nix::sys::signal::kill(Pid::from_raw(pid), signal).is_ok()
     }
 
     /// True if it has ended.
-    pub fn ended(&mut self) -> bool {
+    pub fn has_ended(&mut self) -> bool {
         !matches!(self.process.try_wait(), Ok(None))
     }
 
-    /// The signal that ended it, soon after its output has ended; none of a process that goes on without an output.
-    pub fn ended_by(&mut self) -> Option<u8> {
+    /// The signal that ended it, soon after the end of its output; none for a process that continues without an output.
+    pub fn ending_signal(&mut self) -> Option<u8> {
         let status = (0..STOP_LOOKS).find_map(|_| self.process.try_wait().ok().flatten().or_else(no_status))?;
         status.signal().and_then(|number| u8::try_from(number).ok())
     }
@@ -197,7 +237,7 @@ impl Child {
 impl Drop for Child {
     fn drop(&mut self) {
         self.release();
-        if !self.ended() {
+        if !self.has_ended() {
             self.kill();
         }
     }
@@ -210,23 +250,23 @@ fn is_stopped(pid: u32) -> bool {
     stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with('T'))
 }
 
-/// Gives the process the time to stop; never an answer.
-fn look_again() -> bool {
+/// Gives the process time to stop; always false.
+fn yield_once() -> bool {
     std::thread::yield_now();
     false
 }
 
-/// The same for a process that is ending.
+/// Gives the process time to end; always none.
 fn no_status() -> Option<std::process::ExitStatus> {
     std::thread::yield_now();
     None
 }
 
-fn listen(node: NodeId, mut from: impl BufRead, lines: &Sender<(NodeId, Line)>) {
+fn listen(node: NodeId, mut output: impl BufRead, lines: &Sender<(NodeId, Line)>) {
     let mut line = String::new();
     loop {
         line.clear();
-        match std::io::Read::take(&mut from, MAX_LINE as u64).read_line(&mut line) {
+        match std::io::Read::take(&mut output, MAX_LINE as u64).read_line(&mut line) {
             Ok(0) | Err(_) => break,
             Ok(_) => {
                 if let Some(line) = Line::parse(line.trim_end())
@@ -237,7 +277,7 @@ fn listen(node: NodeId, mut from: impl BufRead, lines: &Sender<(NodeId, Line)>) 
             }
         }
     }
-    // Nobody listens any more once the run is over.
+    // After the run the launcher receives no more lines.
     let _ = lines.send((node, Line::Ended));
 }
 
@@ -247,36 +287,39 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// Held while a program is written and started, by every other fork, and by tests that lock files: a fork in between
-    /// would keep the program open for writing, and so busy, and a lock held.
-    pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
+    /// Lock for tests that write and start a program, fork otherwise, or lock files: a fork in between would keep the program open for
+    /// writing, and so busy, and a lock held.
+    pub(crate) fn exclude_forks() -> std::sync::MutexGuard<'static, ()> {
         static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
         WRITING.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     /// A child that runs `script` in place of a service.
     fn child(folder: &tempfile::TempDir, script: &str) -> Child {
-        heard(folder, script).0
+        child_with_lines(folder, script).0
     }
 
-    /// The same with its lines.
-    fn heard(folder: &tempfile::TempDir, script: &str) -> (Child, std::sync::mpsc::Receiver<(NodeId, Line)>) {
-        let _alone = alone();
+    /// A child that runs `script` in place of a service, with its lines.
+    fn child_with_lines(
+        folder: &tempfile::TempDir,
+        script: &str,
+    ) -> (Child, std::sync::mpsc::Receiver<(NodeId, Line)>) {
+        let _guard = exclude_forks();
         let program = folder.path().join("holdsafe-script");
         std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o700)).unwrap();
-        let (lines, heard) = std::sync::mpsc::channel();
-        (Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap(), heard)
+        let (lines, received) = std::sync::mpsc::channel();
+        (Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap(), received)
     }
 
-    /// One that ended is not.
+    /// A process that has ended is not halted.
     #[test]
     fn halted_process_is_listed_as_stopped() {
         let folder = tempfile::tempdir().unwrap();
         let mut running = child(&folder, "exec cat");
         assert!(!is_stopped(running.pid()));
         assert!(running.halt() && is_stopped(running.pid()));
-        assert!(running.go_on() && running.kill(), "it can be ended after it went on");
+        assert!(running.resume() && running.kill(), "it can be ended after it was resumed");
         let mut halted = child(&folder, "exec cat");
         assert!(halted.halt() && halted.kill(), "and while it is stopped");
         let mut ended = child(&folder, "exit 0");
@@ -289,11 +332,11 @@ pub(super) mod tests {
     fn process_that_only_closed_its_output_has_no_signal() {
         let folder = tempfile::tempdir().unwrap();
         let mut silent = child(&folder, "exec cat >/dev/null");
-        assert_eq!(silent.ended_by(), None);
-        assert!(!silent.ended() && silent.kill());
-        let (mut killed, lines) = heard(&folder, "kill -SYS $$");
+        assert_eq!(silent.ending_signal(), None);
+        assert!(!silent.has_ended() && silent.kill());
+        let (mut killed, lines) = child_with_lines(&folder, "kill -SYS $$");
         assert_eq!(lines.recv().unwrap(), (NodeId::SIM, Line::Ended));
-        assert_eq!(killed.ended_by(), Some(31));
+        assert_eq!(killed.ending_signal(), Some(31));
     }
 
     #[test]

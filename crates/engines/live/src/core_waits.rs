@@ -1,6 +1,6 @@
 //! Waits of services for a core: time in which a service had work to do and the host ran another program, by the kernel's own count.
 //!
-//! The launcher's naps do not show them: on a busy host a sleeper is woken first, and a service with work to do shares the cores. A wait says
+//! The launcher's naps do not show them: on a busy host a sleeper is woken first, and a service with work to do shares the cores. A wait shows
 //! that the host was busy, and no more; [`super::trial`] decides whether that alone made a run INVALID.
 
 use std::collections::BTreeMap;
@@ -8,11 +8,11 @@ use std::fs;
 
 use evidence::Micros;
 
-/// Time between two looks, microseconds. A wait is that of two looks together.
-const APART_US: Micros = 100_000;
-/// Least wait within two looks that an operator is told of: half of what makes a run INVALID.
-const WORTH_TELLING_US: Micros = super::OVERSLEPT_US / 2;
-/// Threads of a service that are looked at, at most.
+/// Time between two looks, microseconds. A wait is measured over two of these intervals.
+const INTERVAL_US: Micros = 100_000;
+/// Least wait within two looks that is reported to an operator: half of what makes a run INVALID.
+const REPORTED_US: Micros = super::OVERSLEPT_US / 2;
+/// Most threads of a service that are read.
 const MOST_THREADS: usize = 64;
 
 /// The waits of all threads of a run's services so far.
@@ -25,27 +25,27 @@ pub(crate) struct CoreWaits {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Thread {
-    /// All its waits since its start.
+    /// Sum of its waits since its start.
     total_us: Micros,
-    /// Those between the last two looks.
+    /// Sum of its waits between the last two looks.
     recent_us: Micros,
 }
 
 impl CoreWaits {
-    /// Looks at the threads of these processes, unless the last look was a moment ago. Gives the longest wait since the look before the
-    /// last, where it is worth telling.
+    /// Reads the waits of the threads of these processes, at most once in an interval. Gives the longest wait since the look before the last,
+    /// where it is to be reported.
     pub(crate) fn look(&mut self, now_us: Micros, processes: impl Iterator<Item = u32>) -> Option<Micros> {
-        if now_us < self.looked_us + APART_US {
+        if now_us < self.looked_us + INTERVAL_US {
             return None;
         }
         self.looked_us = now_us;
         let mut longest_us = 0;
         for process in processes {
             for (thread, total_us) in read_waits(process) {
-                longest_us = longest_us.max(self.take(process, thread, total_us));
+                longest_us = longest_us.max(self.record(process, thread, total_us));
             }
         }
-        (longest_us >= WORTH_TELLING_US).then_some(longest_us)
+        (longest_us >= REPORTED_US).then_some(longest_us)
     }
 
     /// The longest wait of one thread within two looks, microseconds.
@@ -53,9 +53,9 @@ impl CoreWaits {
         self.longest_us
     }
 
-    /// Takes all of a thread's waits so far, and gives those since the look before the last.
-    fn take(&mut self, process: u32, thread: String, total_us: Micros) -> Micros {
-        // Waits before a thread's first look are of its start.
+    /// Records the sum of a thread's waits, and gives its wait since the look before the last.
+    fn record(&mut self, process: u32, thread: String, total_us: Micros) -> Micros {
+        // Waits before a thread's first look belong to its start.
         let known = self.threads.entry((process, thread)).or_insert(Thread { total_us, recent_us: 0 });
         let recent_us = total_us.saturating_sub(known.total_us);
         let wait_us = known.recent_us + recent_us;
@@ -94,9 +94,9 @@ mod tests {
     #[test]
     fn longest_wait_spans_two_looks() {
         let mut waits = CoreWaits::default();
-        let taken = [500_000, 560_000, 620_000, 625_000].map(|total_us| waits.take(7, "7".to_owned(), total_us));
-        assert_eq!((taken, waits.longest_us()), ([0, 60_000, 120_000, 65_000], 120_000));
-        assert_eq!(waits.take(7, "8".to_owned(), 900_000), 0, "waits before the first look do not count");
+        let recorded = [500_000, 560_000, 620_000, 625_000].map(|total_us| waits.record(7, "7".to_owned(), total_us));
+        assert_eq!((recorded, waits.longest_us()), ([0, 60_000, 120_000, 65_000], 120_000));
+        assert_eq!(waits.record(7, "8".to_owned(), 900_000), 0, "waits before the first look do not count");
         assert_eq!(waits.longest_us(), 120_000);
     }
 }

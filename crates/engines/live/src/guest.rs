@@ -1,7 +1,7 @@
-//! A guest in a live run: its *attendant* is a process of its own, on the real clock.
+//! A guest in a live run: its *attendant* is a separate process, on the real clock.
 //!
 //! The process of the unit's autonomy starts the attendant before it is confined, and has a socket to it and no other right over it. The
-//! attendant starts the guest's program, which a confined service could not, and hands requests and answers on. It ends with its socket,
+//! attendant starts the guest's program, which a confined service could not, and forwards requests and answers. It ends with its socket,
 //! and the guest with it. The meaning of requests and answers is left to the crate `guest`.
 
 use std::error::Error;
@@ -28,7 +28,7 @@ pub(super) const ATTENDANT: &str = "attendant";
 /// Longest guest that is carried, bytes: its file has at most 64 words and 64 values of 4 KiB, and escapes make six bytes of one.
 const MAX_CARRIED: usize = 4 << 20;
 
-/// Time that the attendant has to end its guest.
+/// Time limit for the attendant to end its guest.
 const ENDING: Duration = Duration::from_secs(10);
 
 /// A guest as the specification of a process carries it.
@@ -36,12 +36,12 @@ const ENDING: Duration = Duration::from_secs(10);
 struct Carried {
     program: Program,
     folder: PathBuf,
-    /// The run's own folder, which has the truth in it.
+    /// The run's own folder, which has the true events and so is hidden from the guest.
     hidden: PathBuf,
 }
 
-/// What the process of the unit's autonomy is told of its guest.
-pub(super) fn carried(guest: &Guest, run: &Path) -> Value {
+/// The guest in the specification of the unit's autonomy.
+pub(super) fn carry(guest: &Guest, run: &Path) -> Value {
     let program = Program::clone(&guest.program);
     let hidden = std::path::absolute(run).unwrap_or_else(|_| run.to_owned());
     serde_json::json!(Carried { folder: program.folder.clone(), program, hidden })
@@ -50,7 +50,7 @@ pub(super) fn carried(guest: &Guest, run: &Path) -> Value {
 /// Starts the attendant of a guest that was carried here. Call it before the calling process is confined.
 pub(super) fn attend(carried: Value) -> Result<Attendant, Box<dyn Error>> {
     let (near, far) = UnixStream::pair()?;
-    // A group of its own, so that an interrupt from the keyboard ends the run by way of the launcher.
+    // A separate process group: an interrupt from the keyboard ends the run through the launcher.
     Command::new(std::env::current_exe()?)
         .args(["service", ATTENDANT])
         .stdin(OwnedFd::from(far))
@@ -61,12 +61,12 @@ pub(super) fn attend(carried: Value) -> Result<Attendant, Box<dyn Error>> {
     framed::write(&mut attendant.0, &serde_json::to_vec(&carried)?)?;
     Ok(Box::new(move |request| {
         let answer = framed::write(&mut attendant.0, request).and_then(|()| framed::read(&mut attendant.0, MAX_ANSWER));
-        let why = match answer {
+        let reason = match answer {
             Ok(Some(answer)) => return answer,
             Ok(None) => "the attendant of the guest has ended".to_owned(),
-            Err(why) => format!("the attendant of the guest: {why}"),
+            Err(error) => format!("the attendant of the guest: {error}"),
         };
-        codec::encode(&Failure::new(Fault::Unavailable, why).answer())
+        codec::encode(&Failure::new(Fault::Unavailable, reason).answer())
     }))
 }
 
@@ -87,7 +87,7 @@ impl Drop for Socket {
 pub(super) fn main() -> ExitCode {
     match serve() {
         Ok(()) => ExitCode::SUCCESS,
-        Err(why) => link::drive::refuse(ATTENDANT, &why.to_string()),
+        Err(error) => link::drive::refuse(ATTENDANT, &error.to_string()),
     }
 }
 

@@ -1,8 +1,8 @@
-//! The janitor: a process of its own that outlives a killed launcher and removes the run's remains. Where it was killed too, the
-//! next run does ([`super::leftovers`]).
+//! The janitor: a separate process that outlives a killed launcher and removes the run's remains. Where it was killed too, the next run
+//! removes them ([`super::leftovers`]).
 //!
-//! It receives the run's prefixes and folder over its pipe, waits for the pipe to end, gives the services a moment to end
-//! themselves (they see the same end of their own pipes), and sweeps.
+//! It receives the run's prefixes and folder over its pipe, and waits for the end of that pipe. Then it gives the services a moment to end
+//! themselves, since the pipes of the services end too, and sweeps.
 
 use std::io::{BufRead, Read};
 use std::process::ExitCode;
@@ -17,7 +17,7 @@ use super::remains::Remains;
 const STEP: Duration = Duration::from_millis(50);
 const STEPS: u32 = 20;
 
-/// The line by which a launcher says that it ends in its own time: its logs, and then the mark, it takes away itself.
+/// The line of a launcher that ends by itself: it removes its logs, and then the mark, itself.
 pub const DONE: &str = "done\n";
 
 /// The process. Standard input: one line of JSON ([`Remains`]), then process ids and perhaps [`DONE`],
@@ -50,7 +50,7 @@ pub fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// True if the process still runs and is a service of ours (a recycled id is not).
+/// True if the process still runs and is a service of this program; a process with a recycled id is not.
 fn is_service(pid: i32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     let command = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();

@@ -3,7 +3,7 @@
 //! A launcher keeps a mark among the shared memory of its run, a file that lists the remains, locked until the launcher has
 //! read and removed the last of them; the janitor locks it too. A run is over when that lock has no holder any more (the
 //! kernel releases it when a process ends) and no process has the run's shared memory mapped. So neither a reused process id
-//! nor a service that was left stopped is mistaken. A run that cannot be shown to be over is left alone.
+//! nor a stopped service is mistaken for the end of a run. A run that cannot be shown to be over is left alone.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -15,7 +15,7 @@ use nix::fcntl::OFlag;
 
 use super::remains::Remains;
 
-/// Suffix of a mark's name, behind the run's prefix.
+/// Suffix of a mark's name, after the run's prefix.
 const MARK: &str = "mark";
 /// The longest mark that is read.
 const MAX_MARK: u64 = 64 * 1024;
@@ -72,7 +72,7 @@ impl Mark {
     /// When the mark cannot be made.
     pub fn set(remains: &Remains) -> std::io::Result<Mark> {
         let path = path(&remains.prefix);
-        // Nobody may find it before it is locked.
+        // The mark gets its name when it is locked: another run would take an unlocked one for a finished run's.
         let draft = path.with_file_name(format!(".{}{MARK}", remains.prefix));
         let mut file = File::options().write(true).create_new(true).mode(0o600).open(&draft)?;
         file.write_all(&serde_json::to_vec(remains)?)?;
@@ -133,16 +133,16 @@ pub(super) fn make_room() {
     }
 }
 
-/// The mark at `path`, locked, when it is one of this user's and not locked elsewhere.
+/// The mark at `path`, locked, if it belongs to this user and no process has it locked.
 fn abandoned(path: &Path) -> Option<(Mark, Remains)> {
     let file = File::options().read(true).custom_flags(OFlag::O_NOFOLLOW.bits()).open(path).ok()?;
-    let about = file.metadata().ok()?;
-    if !about.is_file() || about.uid() != rustix::process::geteuid().as_raw() || file.try_lock().is_err() {
+    let metadata = file.metadata().ok()?;
+    if !metadata.is_file() || metadata.uid() != rustix::process::geteuid().as_raw() || file.try_lock().is_err() {
         return None;
     }
-    let mut said = Vec::new();
-    Read::take(&file, MAX_MARK).read_to_end(&mut said).ok()?;
-    let remains: Remains = serde_json::from_slice(&said).ok()?;
+    let mut text = Vec::new();
+    Read::take(&file, MAX_MARK).read_to_end(&mut text).ok()?;
+    let remains: Remains = serde_json::from_slice(&text).ok()?;
     let mark = Mark { path: path.to_owned(), _locked: file };
     (self::path(&remains.prefix) == path).then_some((mark, remains))
 }
@@ -151,7 +151,7 @@ fn path(prefix: &str) -> PathBuf {
     Path::new(SHARED_MEMORY).join(format!("{prefix}{MARK}"))
 }
 
-/// Removes the remains of a run; of a launcher that is `done` neither logs nor mark, which stay until it has read the logs.
+/// Removes the remains of a run. The logs and the mark of a launcher that is `done` stay until it has read the logs.
 pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
     if done {
         return remains.remove();
@@ -164,7 +164,7 @@ pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
 mod tests {
     use super::*;
     // While one test removes leftovers it holds each run's mark, and another would take that run for a living one.
-    use crate::child::tests::alone;
+    use crate::child::tests::exclude_forks;
     use crate::remains::SCRATCH;
 
     /// A run with a file in shared memory and a folder.
@@ -181,25 +181,25 @@ mod tests {
 
     #[test]
     fn locked_run_is_kept_and_finished_one_removed() {
-        let _alone = alone();
-        let (living, kept) = run("living");
-        let (over, left) = run("over");
+        let _guard = exclude_forks();
+        let (living, living_segment) = run("living");
+        let (finished, finished_segment) = run("over");
         let held = Mark::set(&living).unwrap();
         let joined = Mark::join(&living).unwrap();
-        drop(Mark::set(&over).unwrap());
+        drop(Mark::set(&finished).unwrap());
         drop(held);
         remove().unwrap();
-        assert!(kept.exists() && living.folder.exists(), "its janitor lives");
-        assert!(!left.exists() && !over.folder.exists() && !path(&over.prefix).exists());
+        assert!(living_segment.exists() && living.folder.exists(), "its janitor lives");
+        assert!(!finished_segment.exists() && !finished.folder.exists() && !path(&finished.prefix).exists());
         drop(joined);
         remove().unwrap();
-        assert!(!kept.exists() && !living.folder.exists());
+        assert!(!living_segment.exists() && !living.folder.exists());
     }
 
-    /// Its reader was killed behind its janitor.
+    /// The launcher was killed while it read the logs, after its janitor.
     #[test]
     fn logs_of_a_doubly_killed_run_are_removed() {
-        let _alone = alone();
+        let _guard = exclude_forks();
         let (mut read, _segment) = run("read");
         let logs = read.folder.with_file_name(format!("{SCRATCH}{}", read.prefix));
         std::fs::create_dir_all(logs.join("recording")).unwrap();
@@ -224,18 +224,18 @@ mod tests {
         assert!(!logs.exists() && !done.folder.exists() && !segment.exists() && !path(&done.prefix).exists());
     }
 
-    /// One that names another run or a strange folder.
+    /// The mark names another run, or a foreign folder.
     #[test]
     fn foreign_mark_removes_no_file() {
-        let _alone = alone();
-        let (mut liar, kept) = run("liar");
-        let own = std::mem::replace(&mut liar.prefix, "hs_other_run_".to_owned());
-        std::fs::write(path(&own), serde_json::to_vec(&liar).unwrap()).unwrap();
+        let _guard = exclude_forks();
+        let (mut liar, segment) = run("liar");
+        let prefix = std::mem::replace(&mut liar.prefix, "hs_other_run_".to_owned());
+        std::fs::write(path(&prefix), serde_json::to_vec(&liar).unwrap()).unwrap();
         remove().unwrap();
-        assert!(kept.exists() && liar.folder.exists());
-        liar.prefix = own;
+        assert!(segment.exists() && liar.folder.exists());
+        liar.prefix = prefix;
         liar.remove_all();
         std::fs::remove_file(path(&liar.prefix)).unwrap();
-        assert!(!kept.exists());
+        assert!(!segment.exists());
     }
 }

@@ -48,7 +48,7 @@ fn remove(folder: &Path) {
     }
 }
 
-/// True for a folder of a run only.
+/// True for a folder of a run only: a mark that another program wrote may name any folder.
 fn is_ours(folder: &Path) -> bool {
     let name = folder.file_name().and_then(|n| n.to_str()).unwrap_or_default();
     name.starts_with("holdsafe-") && folder.parent() == Some(&std::env::temp_dir())

@@ -9,12 +9,15 @@ use perception::process::detector::DETECTOR;
 use perception::sight::Sight;
 
 use super::child::Services;
+use super::detector::ProcessError;
 
 /// Runs the service called `name`; `None` for an unknown name.
 pub fn main(name: &str) -> Option<ExitCode> {
     Some(match name {
         "sim" => sim::process::main(),
-        "perception" => perception::process::main_with(own_detector),
+        "perception" => perception::process::main_with(|brought, runtime| {
+            start_detector(brought, runtime).map_err(|error| error.to_string())
+        }),
         "autonomy" => autonomy::process::main_with(super::guest::attend),
         "gateway" => gateway::process::main(),
         "console" => console::process::main(),
@@ -31,8 +34,8 @@ pub fn main(name: &str) -> Option<ExitCode> {
     })
 }
 
-/// A detector of others, in a process of this program.
-fn own_detector(brought: &Brought, runtime: Option<&ModelRef>) -> Result<Arc<dyn Sight>, String> {
-    let program = std::env::current_exe().map_err(|why| why.to_string())?;
+/// Starts a custom detector in a process of this program.
+fn start_detector(brought: &Brought, runtime: Option<&ModelRef>) -> Result<Arc<dyn Sight>, ProcessError> {
+    let program = std::env::current_exe()?;
     super::detector::start(&Services::Own(program), brought, runtime)
 }

@@ -1,4 +1,4 @@
-//! From a topology to the specifications of its processes.
+//! Specifications of a run's processes, made from its topology.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,6 +29,25 @@ use wire::policy::{BusProtection, Requirement};
 use super::hosts::{Hosts, Levels};
 use super::remains::{Remains, SCRATCH};
 
+/// Reason for which a process has no specification.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SpecificationError {
+    /// A service that it dials has announced no address.
+    #[error("{node} has not said where its {kind} is")]
+    NoAddress {
+        /// The service.
+        node: NodeId,
+        /// Kind of the address.
+        kind: &'static str,
+    },
+    /// It needs a certificate.
+    #[error("{0} has no certificate")]
+    NoCertificate(NodeId),
+    /// The service that it dials has no certificate.
+    #[error("the listening member has no certificate")]
+    ListenerWithoutCertificate,
+}
+
 /// Paths of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
@@ -41,21 +60,21 @@ pub(super) struct Places {
     /// Start of every shared-memory name of this run.
     pub prefix: String,
     /// The address from which its processes send datagrams.
-    pub own: LoopbackAddr,
+    pub sender: LoopbackAddr,
 }
 
 impl Places {
     /// Paths named after a run id of lower-case letters and digits; logs go to `keep`, if given, and datagrams leave
-    /// from `own`.
-    pub(super) fn new(keep: Option<PathBuf>, id: &str, own: LoopbackAddr) -> Self {
+    /// from `sender`.
+    pub(super) fn new(keep: Option<PathBuf>, id: &str, sender: LoopbackAddr) -> Self {
         let temporary = |start: &str| std::env::temp_dir().join(format!("{start}{id}"));
         Self {
             kept: keep.is_some(),
-            // Services see it from a root folder of their own.
+            // A confined service has another root folder, so a relative path would not lead there.
             run_dir: keep.map_or_else(|| temporary(SCRATCH), |keep| std::path::absolute(&keep).unwrap_or(keep)),
             temporary: temporary("holdsafe-"),
             prefix: format!("hs_{id}_"),
-            own,
+            sender,
         }
     }
 
@@ -75,7 +94,7 @@ impl Places {
         (format!("{}{}_", self.prefix, host as usize), self.temporary.join(scope(host)))
     }
 
-    /// In a folder of its own, which confined services see.
+    /// Socket of the recorder, in a separate folder that confined services see.
     fn socket(&self) -> PathBuf {
         self.temporary.join(LOG).join("instrument.sock")
     }
@@ -145,7 +164,7 @@ pub(super) struct Specs<'a> {
 }
 
 impl Specs<'_> {
-    /// Notes the addresses and the level of a `ready` line; the level again.
+    /// Notes the addresses and the level of a `ready` line; gives the level.
     pub(super) fn ready(&mut self, node: NodeId, line: &Value) -> Level {
         let level = line.get("confinement").and_then(|level| Level::deserialize(level).ok());
         let level = level.unwrap_or_else(|| Level::none("not said"));
@@ -159,8 +178,8 @@ impl Specs<'_> {
         level
     }
 
-    fn address(&self, node: NodeId, kind: &'static str) -> Result<LoopbackAddr, String> {
-        self.addresses.get(&(node, kind)).copied().ok_or_else(|| format!("{node} has not said where its {kind} is"))
+    fn address(&self, node: NodeId, kind: &'static str) -> Result<LoopbackAddr, SpecificationError> {
+        self.addresses.get(&(node, kind)).copied().ok_or(SpecificationError::NoAddress { node, kind })
     }
 
     /// True if the policy asks for encrypted channels.
@@ -174,10 +193,13 @@ impl Specs<'_> {
         let rights = |member: &Member| {
             let names = |channels: &[ChannelSpec]| channels.iter().map(|c| channel(&c.scope, c.topic)).collect();
             let all = self.bus(member);
-            let of = |get: fn(&BusSpec) -> &Vec<ChannelSpec>| {
+            let channels_of = |get: fn(&BusSpec) -> &Vec<ChannelSpec>| {
                 all.iter().flat_map(|bus| get(bus).clone()).collect::<Vec<_>>()
             };
-            Rights { publishes: names(&of(|bus| &bus.publish)), subscribes: names(&of(|bus| &bus.subscribe)) }
+            Rights {
+                publishes: names(&channels_of(|bus| &bus.publish)),
+                subscribes: names(&channels_of(|bus| &bus.subscribe)),
+            }
         };
         let services = self.topology.members.iter().filter(|member| !is_hostile(member));
         let services = services.map(|member| (member.node().name().to_owned(), rights(member))).collect();
@@ -185,20 +207,20 @@ impl Specs<'_> {
     }
 
     /// The address at which a host's services listen, with a port of the kernel's choice.
-    fn at(&self, host: Host) -> LoopbackAddr {
+    fn listen_address(&self, host: Host) -> LoopbackAddr {
         self.hosts.and_then(|hosts| hosts.address(host)).unwrap_or(LoopbackAddr::ANY_PORT)
     }
 
-    fn credential(&self, node: NodeId) -> Result<Credential, String> {
-        self.credentials.get(&node).cloned().ok_or_else(|| format!("{node} has no certificate"))
+    fn credential(&self, node: NodeId) -> Result<Credential, SpecificationError> {
+        self.credentials.get(&node).cloned().ok_or(SpecificationError::NoCertificate(node))
     }
 
     fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
         let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.topology, host), self.places.run_dir.clone());
         spec.start_us = self.start_us;
-        spec.own = self.hosts.and_then(|hosts| hosts.address(host)).unwrap_or(self.places.own);
+        spec.own = self.hosts.and_then(|hosts| hosts.address(host)).unwrap_or(self.places.sender);
         spec.confinement =
-            self.hosts.as_ref().map(|hosts| Confinement { host: hosts.of(host), ..Confinement::default() });
+            self.hosts.as_ref().map(|hosts| Confinement { host: hosts.pid(host), ..Confinement::default() });
         spec.instrument = Some(self.places.socket());
         spec.witness = self.witness(node);
         spec.guard = match self.guard {
@@ -216,16 +238,17 @@ impl Specs<'_> {
         Some(WitnessSpec { node: guard, secret, direct: self.topology.links.iter().any(direct) })
     }
 
-    /// The broker's.
-    pub(super) fn broker(&self, secret: &wire::sign::Secret) -> Result<ServiceSpec, String> {
+    /// The specification of the broker.
+    pub(super) fn broker(&self, secret: &wire::sign::Secret) -> Result<ServiceSpec, SpecificationError> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
-        spec.broker = Some(BrokerListen { at: self.at(Host::Control), credential: self.credential(NodeId::BROKER)? });
+        spec.broker =
+            Some(BrokerListen { at: self.listen_address(Host::Control), credential: self.credential(NodeId::BROKER)? });
         spec.config = json!({ "secret": secret, "rights": self.topology.rights() });
         Ok(spec)
     }
 
-    /// A member's.
-    pub(super) fn member(&self, member: &Member) -> Result<ServiceSpec, String> {
+    /// The specification of a member.
+    pub(super) fn member(&self, member: &Member) -> Result<ServiceSpec, SpecificationError> {
         let node = member.node();
         let mut spec = self.plain(node, member.host, member.setup.seed);
         spec.bus = self.bus(member);
@@ -240,7 +263,7 @@ impl Specs<'_> {
         for link in &self.topology.links {
             if link.server == node {
                 let credential = self.credential(node)?;
-                spec.listen = Some(DtlsListen { at: self.at(member.host), credential });
+                spec.listen = Some(DtlsListen { at: self.listen_address(member.host), credential });
             }
             if link.client == node {
                 let remote = if link.relayed {
@@ -249,12 +272,13 @@ impl Specs<'_> {
                     self.address(link.server, "dtls")?
                 };
                 let server = self.topology.members.iter().find(|m| m.node() == link.server);
-                let expect = server.and_then(|m| m.peer).ok_or("the listening member has no certificate")?;
+                let expect = server.and_then(|m| m.peer).ok_or(SpecificationError::ListenerWithoutCertificate)?;
                 spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)? });
             }
         }
         if node == NodeId::INSIDER_BROKER {
-            spec.broker = Some(BrokerListen { at: self.at(member.host), credential: self.credential(node)? });
+            spec.broker =
+                Some(BrokerListen { at: self.listen_address(member.host), credential: self.credential(node)? });
         }
         if let Some(confinement) = &mut spec.confinement {
             confinement.models = models(&member.role);
@@ -276,26 +300,26 @@ impl Specs<'_> {
             let cipher = (holds && self.confidential()).then(|| self.secret.cipher(member.host, &scope, topic));
             ChannelSpec { scope, topic, cipher }
         };
-        // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
+        // A channel has one producer, so a second station has another channel than the console, and the gateway reads both.
         let second = |m: &Member| {
             matches!(m.role, MemberRole::Adversary(AdversaryConfig::InsiderOperator(_)))
                 && m.publishes.contains(&Topic::Intents)
         };
-        let own = if second(member) { SECOND_STATION } else { host };
-        let publish = member.publishes.iter().map(|t| spec_of(own, endpoint.writes_inside(*t), *t)).collect();
+        let publish_scope = if second(member) { SECOND_STATION } else { host };
+        let publish = member.publishes.iter().map(|t| spec_of(publish_scope, endpoint.writes_inside(*t), *t)).collect();
         let mut subscribe: Vec<_> =
             member.subscribes.iter().map(|t| spec_of(host, endpoint.reads_inside(*t), *t)).collect();
         if matches!(member.role, MemberRole::Gateway(_)) && self.topology.members.iter().any(second) {
             subscribe.push(spec_of(SECOND_STATION, false, Topic::Intents));
         }
         let (prefix, root) = self.places.domain(member.host);
-        // A rogue comes first and makes the channels of its own, with room for their producers beside it.
+        // A rogue starts first and makes its channels, with room for the genuine producers too.
         let publishers = if matches!(member.role, MemberRole::Adversary(AdversaryConfig::Rogue(_))) { 2 } else { 1 };
         vec![BusSpec { root, prefix, subscribe, publish, publishers }]
     }
 
-    fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
-        let leg = |upstream| RelayLeg { at: self.at(member.host), upstream };
+    fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, SpecificationError> {
+        let leg = |upstream| RelayLeg { at: self.listen_address(member.host), upstream };
         if matches!(member.role, MemberRole::Adversary(AdversaryConfig::DatagramRelay(_))) {
             let upstream = self.address(NodeId::GATEWAY, "dtls")?;
             return Ok(Some(RelaySpec { datagram: Some(leg(upstream)), stream: None }));
@@ -308,34 +332,35 @@ impl Specs<'_> {
     }
 
     /// The unit under test reaches the broker through the stream relay; the others directly.
-    fn mqtt(&self, member: &Member) -> Result<Option<MqttDial>, String> {
-        let (true, Some(own)) = (member.commands, member.peer) else { return Ok(None) };
+    fn mqtt(&self, member: &Member) -> Result<Option<MqttDial>, SpecificationError> {
+        let (true, Some(peer)) = (member.commands, member.peer) else { return Ok(None) };
         let node = member.node();
         let remote = if node == NodeId::UNIT_A {
             self.address(NodeId::RELAY_COMMAND, "relay_stream")?
         } else {
             self.address(self.topology.broker(), "mqtt")?
         };
-        let subscribe = match wire::trust::unit_of(own) {
+        let subscribe = match wire::trust::unit_of(peer) {
             Some(unit) => vec![Subject::Command(unit)],
-            None if own != PeerId::GATEWAY => Vec::new(),
+            None if peer != PeerId::GATEWAY => Vec::new(),
             None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
         };
         let expect = PeerId::BROKER;
         let on_demand = member.role.joins_later();
-        Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe, on_demand }))
+        let credential = self.credential(node)?;
+        Ok(Some(MqttDial { remote, own: peer, expect, credential, subscribe, on_demand }))
     }
 }
 
-/// True for a participant that is an attacker's.
+/// True for a participant of an attacker.
 fn is_hostile(member: &Member) -> bool {
     matches!(member.role, MemberRole::Adversary(_))
 }
 
-/// Files of others that a participant reads.
+/// Third-party files that a participant reads.
 fn models(role: &MemberRole) -> Vec<PathBuf> {
     let MemberRole::Perception(config) = role else { return Vec::new() };
-    // A detector of others has a process of its own.
+    // A custom detector is no such file: its model is read by its own process.
     let files = config.runtime.iter().filter(|_| config.rendered);
     files.map(|file| std::path::absolute(&file.path).unwrap_or_else(|_| file.path.clone())).collect()
 }
@@ -350,7 +375,7 @@ fn config(topology: &Topology, member: &Member, run: &Path, window: Option<Site>
         MemberRole::Perception(config) => json!({ "setup": setup, "config": config }),
         MemberRole::Autonomy(config) => {
             let guest = topology.guest.as_ref().filter(|_| config.guest.is_some());
-            let guest = guest.map(|guest| super::guest::carried(guest, run));
+            let guest = guest.map(|guest| super::guest::carry(guest, run));
             json!({ "setup": setup, "config": config, "guest": guest })
         }
         MemberRole::Gateway(config) => json!({ "setup": setup, "config": config }),
@@ -391,18 +416,19 @@ pub(crate) fn site(topology: &Topology) -> Site {
     }
 }
 
-/// The ground within the fence and a little beyond, as a survey before the mission found it.
+/// The ground within the fence and a little beyond, as surveyed before the mission.
 fn survey(scene: &Scene) -> Relief {
     let ground = Terrain::new(scene);
     let reach = |axis: usize| {
-        let of = || scene.geofence.iter().map(move |corner| corner[axis]);
-        (of().fold(f32::INFINITY, f32::min) - 4.0, of().fold(f32::NEG_INFINITY, f32::max) + 4.0)
+        let coordinates = || scene.geofence.iter().map(move |corner| corner[axis]);
+        (coordinates().fold(f32::INFINITY, f32::min) - 4.0, coordinates().fold(f32::NEG_INFINITY, f32::max) + 4.0)
     };
     let ((west, east), (south, north)) = (reach(0), reach(1));
     let side = (east - west).max(north - south);
     let cell = if side.is_finite() { (side / (MAX_SIDE - 1) as f32).max(1.0) } else { 1.0 };
-    let along =
-        |from: f32, to: f32| (0..MAX_SIDE).map(move |n| from + n as f32 * cell).take_while(move |at| *at < to + cell);
+    let along = |from: f32, to: f32| {
+        (0..MAX_SIDE).map(move |n| from + n as f32 * cell).take_while(move |coordinate| *coordinate < to + cell)
+    };
     let columns = along(west, east).count();
     let heights = along(south, north).flat_map(|y| along(west, east).map(move |x| (x, y)));
     Relief { corner: [west, south], cell, columns, heights: heights.map(|(x, y)| ground.height(x, y)).collect() }

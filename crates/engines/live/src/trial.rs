@@ -28,15 +28,15 @@ pub struct Run {
     pub evidence: Evidence,
     /// Its verdict.
     pub verdict: Verdict,
-    /// By how much the host overslept or kept a service waiting for a core at most, microseconds, where that alone makes the run INVALID.
+    /// Most that the host overslept or kept a service waiting for a core, microseconds, where that alone makes the run INVALID.
     pub spoilt: Option<Micros>,
-    /// By how much the host overslept or kept a service waiting for a core at most, microseconds.
+    /// Most that the host overslept or kept a service waiting for a core, microseconds.
     pub late: Micros,
-    /// Results of feeding every core its own input journal again.
+    /// Results of replaying every core's input journal.
     pub replays: Vec<CoreReplay>,
     /// Levels of confinement that its services reached.
     pub levels: Levels,
-    /// True if the user stopped it before its end: it is INVALID, and its files are whole up to there.
+    /// True if the user stopped it before its end: it is INVALID, and its files are complete up to there.
     pub stopped: bool,
     /// Folder of its recording and input journals.
     pub logs: Logs,
@@ -46,7 +46,7 @@ pub struct Run {
 pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<'_>) -> Result<Run, LiveError> {
     let mut secret = [0; 32];
     let random = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut secret));
-    random.map_err(|e| format!("no randomness from the host: {e}"))?;
+    random.map_err(LiveError::Randomness)?;
     let secret = RunSecret::random(secret);
     let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
     let after = run(&topology, &secret, setup.policy.record_guard, options)?;
@@ -62,14 +62,14 @@ pub struct Judged {
     pub evidence: Evidence,
     /// Its verdict.
     pub verdict: Verdict,
-    /// By how much the host overslept at most, microseconds, where that alone makes the run INVALID.
+    /// Most that the host overslept or kept a service waiting for a core, microseconds, where that alone makes the run INVALID.
     pub spoilt: Option<Micros>,
-    /// Results of feeding every core its own input journal again.
+    /// Results of replaying every core's input journal.
     pub replays: Vec<CoreReplay>,
 }
 
-/// Feeds every core of a finished run its own input journal again, and judges the run's records. The replay is part of the
-/// judgement: a live trial with cores that do not replay is no evidence.
+/// Replays every core's input journal of a finished run, and judges the run's records. The replay is part of the judgement: a live trial with
+/// cores that do not replay is no evidence.
 pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged {
     let replays = journals::replay(topology, &RunFolder::new(after.logs.folder()));
     let (entries, broken_log) = read_log(&after.log);
@@ -98,16 +98,16 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
     Judged { evidence, verdict, spoilt, replays }
 }
 
-/// By how much the host overslept or kept a service waiting for a core, where a run that is INVALID would not be so on a host that had not.
-/// Lateness within the recording counts as the host's where either was as long; another reason to be INVALID does not.
+/// The stall of the host, asleep or by keeping a service waiting for a core, without which an INVALID run would not be INVALID. Lateness
+/// within the recording counts as the host's where the stall was as long; another reason to be INVALID does not.
 fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>, waited: Micros) -> Option<Micros> {
-    let by = stalled(evidence).max((waited > evidence.stall_limit).then_some(waited))?;
-    let explained = evidence.log_flaws.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
+    let stall = stalled(evidence).max((waited > evidence.stall_limit).then_some(waited))?;
+    let explained = evidence.log_flaws.is_empty() || late.is_some_and(|late| late <= stall + evidence.stall_limit);
     if verdict.outcome != Outcome::Invalid || !explained {
         return None;
     }
     let calm = Evidence { log_flaws: Vec::new(), stall_limit: Micros::MAX, ..evidence.clone() };
-    (!matches!(judge(&calm).outcome, Outcome::Invalid | Outcome::Unsafe)).then_some(by)
+    (!matches!(judge(&calm).outcome, Outcome::Invalid | Outcome::Unsafe)).then_some(stall)
 }
 
 #[cfg(test)]
@@ -121,18 +121,24 @@ mod tests {
     use wire::id::{Boot, NodeId};
     use wire::time::{Instant, Span};
 
-    /// Evidence that a host which overslept by `by` gives of a run that is NOMINAL on another.
-    fn on_a_host_that_overslept(by: u64) -> Evidence {
+    /// Evidence of a run that is NOMINAL, but for a host that overslept by `stall`.
+    fn evidence_of_stalled_host(stall: u64) -> Evidence {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
         let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let (topology, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
         let mut evidence = twin::trial::conclude(topology, twin, &setup).evidence;
         evidence.stall_limit = crate::OVERSLEPT_US;
-        let (at, event) = (evidence.duration, Any::Instrument(Note::Stalled { by: Span(by) }));
-        let entry =
-            Entry { node: NodeId::CAMPAIGN, boot: Boot(1), counter: 9_999, at: Instant(at), event, previous: [0; 32] };
-        evidence.entries.push(evidence::Witnessed { at, entry });
+        let (time, event) = (evidence.duration, Any::Instrument(Note::Stalled { by: Span(stall) }));
+        let entry = Entry {
+            node: NodeId::CAMPAIGN,
+            boot: Boot(1),
+            counter: 9_999,
+            at: Instant(time),
+            event,
+            previous: [0; 32],
+        };
+        evidence.entries.push(evidence::Witnessed { at: time, entry });
         evidence
     }
 
@@ -143,9 +149,9 @@ mod tests {
 
     #[test]
     fn host_stall_alone_spoils_a_run() {
-        let calm = on_a_host_that_overslept(100_000);
+        let calm = evidence_of_stalled_host(100_000);
         assert_eq!(found(&calm, None), (Outcome::Nominal, None));
-        let stalled = on_a_host_that_overslept(312_000);
+        let stalled = evidence_of_stalled_host(312_000);
         assert_eq!(found(&stalled, None), (Outcome::Invalid, Some(312_000)));
         let mut unbalanced = stalled.clone();
         for w in &mut unbalanced.entries {

@@ -1,4 +1,4 @@
-//! Files of a live run's folder for those who look at it: the planned site, and the console's keys and true events.
+//! Files of a live run's folder for its viewers: the planned site, and the console's keys and true events.
 //!
 //! The console reads the latter two, and names them (`console::process::player`). The other files of the folder are left to
 //! `recording`.

@@ -1,4 +1,4 @@
-//! Runs many trials: twin trials on all cores, live trials as many at a time as is asked for.
+//! Runs many trials: twin trials on all cores, live trials in the number that the user names at a time.
 //!
 //! The order of the results is the order of the plan, independent of threads; each trial's CPU time is measured here.
 
@@ -17,10 +17,10 @@ use scenario::{Scenario, Setup};
 
 use super::engine;
 use super::failure::{Exit, Failure};
-use super::kept::Shelf;
 use super::out;
 use super::plan::{self, Planned};
 use super::retry::retried;
+use super::trial_store::Shelf;
 use super::unfinished::Unfinished;
 use crate::error::EngineError;
 
@@ -39,7 +39,7 @@ struct Job<'a> {
 
 /// One trial of a batch that keeps its trials.
 struct Place<'a> {
-    /// In the order of the batch.
+    /// Number in the order of the batch.
     number: u64,
     job: Job<'a>,
     shelf: &'a Shelf,
@@ -47,13 +47,13 @@ struct Place<'a> {
 
 /// A batch of trials, `n` of each variation.
 pub struct Batch<'a> {
-    /// Its name while it runs.
+    /// Name in the progress display.
     pub label: &'a str,
-    /// The way to run them.
+    /// Mode of its trials.
     pub mode: Mode,
     /// The variations.
     pub planned: &'a [Planned],
-    /// Trials of each.
+    /// Trials of each variation.
     pub n: u64,
     /// Base seed; trial i has seed + i.
     pub seed: u64,
@@ -75,7 +75,7 @@ impl Batch<'_> {
         trials
     }
 
-    /// The same as a part of longer work with this progress.
+    /// Runs the batch as a part of longer work with this progress.
     ///
     /// # Errors
     /// As [`Batch::run`].
@@ -83,13 +83,13 @@ impl Batch<'_> {
         self.check_free()?;
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         on_threads(self.threads(), &jobs, stop, |job| {
-            let trial = self.one(job, stop)?;
+            let trial = self.run_one(job, stop)?;
             progress.step();
             Ok(trial)
         })
     }
 
-    /// The same, on so many threads, where each finished trial is put on its variation's shelf and none that is there already runs
+    /// Runs the batch on `threads`, and puts each finished trial on its variation's shelf. A trial that is there already does not run
     /// again.
     pub fn run_kept(
         &self,
@@ -101,7 +101,7 @@ impl Batch<'_> {
         self.run_kept_each(shelves, threads, |_, _| progress.step(), stop)
     }
 
-    /// The same; `done` is given each trial that has run, with its number in this batch.
+    /// Runs the batch as [`Batch::run_kept`] does; `done` gets each trial that has run, with its number in this batch.
     pub fn run_kept_each(
         &self,
         shelves: &[Shelf],
@@ -113,15 +113,15 @@ impl Batch<'_> {
         let missing = self.shelved(shelves).zip(&found).filter(|(_, found)| found.is_none()).map(|(place, _)| place);
         let mut ran = self.run_missing(&missing.collect::<Vec<_>>(), threads, done, stop)?.into_iter();
         // New results come in the order of the plan, so they fill the gaps in turn.
-        let taken = found.into_iter().map(|found| match found {
+        let trials = found.into_iter().map(|found| match found {
             Some(trial) => Ok(trial.clone()),
             None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
         });
-        taken.collect()
+        trials.collect()
     }
 
-    /// Runs and keeps the trials that are not kept yet, of those that `holds` gives true for by their number in this batch; gives the new
-    /// ones, in the order of the plan.
+    /// Runs and keeps the trials that are not kept yet and whose number in this batch `holds`; gives the new trials, in the order of the
+    /// plan.
     pub fn keep(
         &self,
         shelves: &[Shelf],
@@ -139,11 +139,11 @@ impl Batch<'_> {
         self.shelved(shelves).filter(|place| self.finished(place).is_none()).count()
     }
 
-    /// Number of the finished live trials without their own recording: it is gone or another one. Their results stand, and no detail can be
-    /// looked up in them.
+    /// Number of the finished live trials whose recording is missing or another trial's. Their results count, without details to look up.
     pub fn unrecorded(&self, shelves: &[Shelf]) -> usize {
-        let gone = |place: &Place<'_>| self.finished(place).is_some_and(|trial| !self.is_recorded(place, trial));
-        self.shelved(shelves).filter(gone).count()
+        let is_unrecorded =
+            |place: &Place<'_>| self.finished(place).is_some_and(|trial| !self.is_recorded(place, trial));
+        self.shelved(shelves).filter(is_unrecorded).count()
     }
 
     fn run_missing(
@@ -160,14 +160,14 @@ impl Batch<'_> {
         })
     }
 
-    /// The finished trial of a place. A simulated one without its recording is none: it runs again, and gives the same. A live one
-    /// would not, so that it stands without its recording.
+    /// The finished trial of a place. A simulated trial without its recording is not finished: it runs again, with the same result.
+    /// A live trial would have another result, so it counts without its recording.
     fn finished<'a>(&self, place: &Place<'a>) -> Option<&'a Trial> {
         let trial = place.shelf.get(place.job.seed)?;
         (self.mode == Mode::Live || self.is_recorded(place, trial)).then_some(trial)
     }
 
-    /// True if the recording of a trial lies in its folder, or none is to be kept.
+    /// True if the recording of a trial is in its folder, or none is to be kept.
     fn is_recorded(&self, place: &Place<'_>, trial: &Trial) -> bool {
         let Some(folder) = self.folder(&place.job) else { return true };
         read_anchors(&RunFolder::new(folder)).is_ok_and(|(_, digest)| trial.held.as_ref() == Some(&digest))
@@ -197,7 +197,7 @@ impl Batch<'_> {
     /// When one would.
     pub fn check_free(&self) -> Result<(), Failure> {
         let mut jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
-        jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::unused(&folder)))
+        jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::check_unused(&folder)))
     }
 
     /// Folder of a trial's recording, if it is kept. The stacks leave none.
@@ -215,16 +215,16 @@ impl Batch<'_> {
         Some(folder)
     }
 
-    fn one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
+    fn run_one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
         let folder = self.folder(job);
         if let Some(folder) = &folder {
-            out::unused(folder)?;
+            out::check_unused(folder)?;
             std::fs::create_dir_all(folder)?;
         }
         self.run_in(job, folder, stop)
     }
 
-    /// Runs a trial and puts it on its shelf. Its recording comes to its place first: a trial on the shelf has one.
+    /// Runs a trial and puts it on its shelf. Its recording is moved to its place first, so that a trial on the shelf has one.
     fn run_and_keep(&self, Place { job, shelf, .. }: &Place<'_>, stop: &Stop) -> Result<Trial, Failure> {
         let unfinished = self.folder(job).map(Unfinished::begin).transpose()?;
         let mut trial = self.run_in(job, unfinished.as_ref().map(|recording| recording.folder().to_owned()), stop)?;
@@ -259,7 +259,7 @@ pub fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Sto
     let before = cpu_seconds(mode);
     let mut trial = retried(setup, seed, || {
         let done = if planned.sabotage {
-            engine::sabotaged(&variation.scenario, setup, seed)
+            engine::run_sabotaged(&variation.scenario, setup, seed)
         } else {
             engine::trial(mode, &variation.scenario, setup, seed, stop)
         };
@@ -270,11 +270,16 @@ pub fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Sto
     Ok(trial)
 }
 
-/// Reads `--jobs`.
-pub fn jobs(text: &str) -> Result<usize, String> {
+/// Value of `--jobs` outside its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a number from 1 to {MAX_JOBS} is expected")]
+pub struct JobsError;
+
+/// Parses `--jobs`.
+pub fn jobs(text: &str) -> Result<usize, JobsError> {
     match text.parse() {
         Ok(jobs @ 1..=MAX_JOBS) => Ok(jobs),
-        Ok(_) | Err(_) => Err(format!("a number from 1 to {MAX_JOBS} is expected")),
+        Ok(_) | Err(_) => Err(JobsError),
     }
 }
 
@@ -295,26 +300,26 @@ fn unproven(trial: &Trial) -> impl Iterator<Item = String> + '_ {
     open.map(|row| format!("not proven: {}, from {} ms at the earliest", row.what, row.from_ms))
 }
 
-/// Reasons for a trial's class in brackets, behind a space; empty where the class says it all.
+/// Reasons for a trial's class in brackets, after a space; empty where it has none.
 pub fn reasons(trial: &Trial) -> String {
     let reasons: Vec<String> = trial.findings.iter().cloned().chain(unproven(trial)).collect();
     if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) }
 }
 
-/// True if an untrue receipt was believed: of actors who only claimed to act.
+/// True if the oracle believed the receipt of an actor that only claimed to act.
 fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
 }
 
-/// Names every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
+/// Prints every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
 pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
-    const MAX_TOLD: usize = 10;
+    const MAX_PRINTED: usize = 10;
     let rates: Vec<(&Planned, Vec<AcceptedRate>)> =
         planned.iter().map(|planned| (planned, accepted(planned, trials))).collect();
-    let of = |trial: &Trial| rates.iter().find(|(p, _)| p.variation.cell == trial.cell);
+    let variation_of = |trial: &Trial| rates.iter().find(|(p, _)| p.variation.cell == trial.cell);
     let odd: Vec<(&Trial, &Planned)> = trials
         .iter()
-        .filter_map(|trial| Some((trial, of(trial)?)))
+        .filter_map(|trial| Some((trial, variation_of(trial)?)))
         .filter(|(trial, (planned, rates))| {
             let unexpected = trial.outcome.is_unexpected(&planned.variation.scenario.expected);
             (unexpected && !AcceptedRate::covers(rates, trial.outcome)) || is_believed(planned.sabotage, trial.receipt)
@@ -322,14 +327,14 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
         .map(|(trial, (planned, _))| (trial, *planned))
         .collect();
     rates.iter().flat_map(|(_, rates)| rates).filter_map(AcceptedRate::line).for_each(|line| link::note!("{line}"));
-    for (trial, planned) in odd.iter().take(MAX_TOLD) {
-        let why = reasons(trial);
+    for (trial, planned) in odd.iter().take(MAX_PRINTED) {
+        let reasons = reasons(trial);
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
-        link::note!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
+        link::note!("{}{reasons}, expected {}", trial.outcome.name(), expected.join(" or "));
         link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));
     }
-    if odd.len() > MAX_TOLD {
-        link::note!("and {} more", odd.len() - MAX_TOLD);
+    if odd.len() > MAX_PRINTED {
+        link::note!("and {} more", odd.len() - MAX_PRINTED);
     }
     if trials.is_empty() {
         Exit::NoEvidence
@@ -345,10 +350,10 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     }
 }
 
-/// The classes that a variation accepts below a rate, each held against its trials.
+/// The classes that a variation accepts below a rate, each with its rate among the trials.
 fn accepted(planned: &Planned, trials: &[Trial]) -> Vec<AcceptedRate> {
-    let own: Vec<&Trial> = trials.iter().filter(|trial| trial.cell == planned.variation.cell).collect();
-    AcceptedRate::from_outcomes(&planned.variation.scenario, &Summary::from_trials(&own).outcomes)
+    let trials: Vec<&Trial> = trials.iter().filter(|trial| trial.cell == planned.variation.cell).collect();
+    AcceptedRate::from_outcomes(&planned.variation.scenario, &Summary::from_trials(&trials).outcomes)
 }
 
 /// The graver of two exits of a command that goes on after the first.
@@ -365,8 +370,7 @@ pub fn graver(a: Exit, b: Exit) -> Exit {
     if rank(b) > rank(a) { b } else { a }
 }
 
-/// Calls `one` for every number below `count`, on so many threads. The first failure ends it; of several the first in
-/// order is returned.
+/// Calls `one` for every number below `count`, on `threads`. The first failure ends it; the first in order of several is returned.
 pub fn each(
     threads: usize,
     count: usize,
@@ -392,13 +396,13 @@ fn on_threads<J: Sync>(
 
 /// CPU seconds so far: of this thread for the twin and the stacks, of us and our ended children for a live run.
 pub fn cpu_seconds(mode: Mode) -> f64 {
-    let of = |who: UsageWho| {
+    let seconds_of = |processes: UsageWho| {
         let seconds = |t: TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
-        getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))
+        getrusage(processes).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))
     };
     match mode {
         Mode::Twin | Mode::Stack => link::clock::thread_cpu_us() as f64 * 1e-6,
-        Mode::Live => of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN),
+        Mode::Live => seconds_of(UsageWho::RUSAGE_SELF) + seconds_of(UsageWho::RUSAGE_CHILDREN),
     }
 }
 
@@ -422,7 +426,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_is_asked_to_stop_begins_nothing_more() {
+    fn requested_stop_begins_no_more_work() {
         let stop = Stop::default();
         stop.ask();
         assert_eq!(each(1, 1, &stop, |_| Ok(())).expect_err("stopped").exit(), Exit::Interrupted);

@@ -1,8 +1,8 @@
-//! Recorded runs as arguments of a command: found, opened by [`Checked`] and held against the results around them; the line and the exit
-//! code of one that is INVALID.
+//! Recorded runs as arguments of a command: found, opened by [`Checked`] and compared with the results around them; the line and the exit
+//! code of an INVALID one.
 //!
-//! The first line of every command that reads an INVALID run says so, with the reason; so does the object of `--json`
-//! (`recordings`); and the exit code is 4, or with `--unverified` the command's own. Verification is left to `recording`.
+//! The first line of every command that reads an INVALID run reports it with the reason, as the object of `--json` does (`recordings`). The
+//! exit code is 4, or with `--unverified` that of the command. Verification is left to `recording`.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use recording::{Checked, RunFolder};
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
-use super::{Context, claimed, out};
+use super::{Context, claims, out};
 
 /// Treatment of a recording that fails verification.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -24,14 +24,14 @@ pub struct Unverified {
 }
 
 impl Unverified {
-    /// Exit code of a command that reads these and would end with `own`.
-    pub fn exit(self, read: &[&Checked], own: Exit) -> Exit {
-        if read.iter().all(|of| of.invalid().is_none()) { own } else { self.of_invalid(own) }
+    /// Exit code of a command that reads these and would end with `valid`.
+    pub fn exit(self, read: &[&Checked], valid: Exit) -> Exit {
+        if read.iter().all(|run| run.invalid().is_none()) { valid } else { self.with_invalid(valid) }
     }
 
-    /// Exit code of a command that reads INVALID input and would end with `own`.
-    pub fn of_invalid(self, own: Exit) -> Exit {
-        if self.unverified { own } else { Exit::NoEvidence }
+    /// Exit code of a command that reads INVALID input and would end with `valid`.
+    pub fn with_invalid(self, valid: Exit) -> Exit {
+        if self.unverified { valid } else { Exit::NoEvidence }
     }
 }
 
@@ -51,20 +51,20 @@ pub fn open_runs(dir: &Path) -> Result<Vec<Checked>, Failure> {
     find_runs(dir)?.into_iter().map(open_run).collect()
 }
 
-/// Opens the run in this folder, and holds it against the results around it.
+/// Opens the run in this folder, and compares it with the results around it.
 ///
 /// # Errors
 /// When it cannot be read at all.
 pub fn open_run(folder: RunFolder) -> Result<Checked, Failure> {
-    Ok(Checked::open(folder, claimed::contradiction)?)
+    Ok(Checked::open(folder, claims::contradiction)?)
 }
 
-/// Names the INVALID inputs before any other output: on stdout, or where that is for the object, on stderr.
+/// Prints the INVALID inputs before any other output: on stdout, or on stderr where stdout is for the object.
 pub fn print_marks(context: &Context, read: &[&Checked]) {
-    read.iter().filter_map(|of| of.mark()).for_each(|mark| print_mark(context, &mark));
+    read.iter().filter_map(|run| run.mark()).for_each(|mark| print_mark(context, &mark));
 }
 
-/// The same of one, by its line.
+/// Prints the line of one INVALID input.
 pub fn print_mark(context: &Context, mark: &str) {
     if context.json {
         link::note!("{mark}");

@@ -49,12 +49,12 @@ impl Root {
     }
 }
 
-/// Seeds that are drawn from the program's sources: from the first one on, above all that tests name, in steps longer than any command's
-/// trials, so many.
+/// Seeds that are drawn from the program's sources: the first, above all that tests name; the step, longer than any command's trials; their
+/// number.
 const FRESH: (u64, u64, u64) = (1_000_000_000, 1_000_000, 9_000);
 impl Context {
-    /// The same with a base seed that cannot have been looked at before the program was written: the named one, or else one drawn from
-    /// the digest of the program's sources.
+    /// This context with a base seed that nobody can have tried before the program was written: the named one, or else one drawn from the
+    /// digest of the program's sources.
     pub fn with_fresh_seed(&self) -> Self {
         let (first, step, count) = FRESH;
         let digest = self.program.get(..8).and_then(|hex| u64::from_str_radix(hex, 16).ok());
@@ -70,8 +70,8 @@ impl Context {
         if let Some(root) = &self.root {
             return Ok(Root::Named(root.clone()));
         }
-        let here = std::env::current_dir().ok();
-        if let Some(checkout) = here.and_then(|here| scenario::find_root(&here)) {
+        let directory = std::env::current_dir().ok();
+        if let Some(checkout) = directory.and_then(|directory| scenario::find_root(&directory)) {
             return Ok(Root::Checkout(checkout));
         }
         let none = "no scenarios/ and platforms/ here or above; name their directory with --root DIR";
@@ -118,12 +118,12 @@ impl Context {
     }
 }
 
-/// The line that this process was started with, as a shell takes it.
+/// The command line of this process, quoted for a shell.
 pub fn own_line() -> String {
     std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
 }
 
-/// One word of a line, as a shell takes it.
+/// One argument of a command line, quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
     match word.chars().all(plain) && !word.is_empty() {

@@ -45,12 +45,12 @@ impl From<CoreReplay> for ReplayRow {
 }
 
 impl From<&ReplayedCore> for ReplayRow {
-    /// One core of a run in the twin in the words of a live run's.
+    /// A core of a run in the twin, in the form of a live run's.
     fn from(replayed: &ReplayedCore) -> Self {
         let difference = replayed.parted.as_ref().map(|p| {
-            let what =
+            let difference =
                 format!("at {:.3} s, input {}: {:?} in the run, {:?} now", p.at as f64 / 1e6, p.input, p.then, p.now);
-            what.chars().take(400).collect()
+            difference.chars().take(400).collect()
         });
         ReplayRow { core: replayed.node.to_string(), inputs: replayed.inputs, outputs: replayed.outputs, difference }
     }
@@ -70,7 +70,7 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
             close_folder(&folder, &run.anchors, trial)
         }
         Mode::Stack => stacks::trial(scenario, seed).map_err(EngineError::failed),
-        Mode::Live => live_trial(scenario, setup, seed, stop, View::of(setup, &mut |_| {})),
+        Mode::Live => live_trial(scenario, setup, seed, stop, View::from_setup(setup, &mut |_| {})),
     }
 }
 
@@ -93,8 +93,8 @@ pub fn can_start(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(), En
     }
 }
 
-/// Sabotages the receipts of one trial in the twin.
-pub fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, EngineError> {
+/// Runs one trial in the twin with sabotaged receipts.
+pub fn run_sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, EngineError> {
     let done = sabotage(scenario, setup, seed).map_err(EngineError::failed)?;
     Ok(judged::trial(seed, scenario.level(), &done.evidence, &done.verdict))
 }
@@ -112,20 +112,20 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// The window that the setup asks for.
-    fn of(setup: &Setup, show: &'a mut dyn FnMut(&str)) -> Self {
+    /// The window that the setup requests.
+    fn from_setup(setup: &Setup, show: &'a mut dyn FnMut(&str)) -> Self {
         let role = setup.window.unwrap_or(Role::Supervise);
-        Self { window: setup.window.is_some(), role, ..Self::nobody(show) }
+        Self { window: setup.window.is_some(), role, ..Self::unattended(show) }
     }
 
-    /// Without window and acts.
-    pub fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
+    /// A view without window and acts.
+    pub fn unattended(show: &'a mut dyn FnMut(&str)) -> Self {
         Self { show, window: false, role: Role::Supervise, acts: Vec::new() }
     }
 }
 
 /// Runs one observed live trial.
-pub fn watched(
+pub fn run_watched(
     scenario: &Scenario,
     setup: &Setup,
     seed: u64,
@@ -151,13 +151,13 @@ fn live_trial(
             .and_then(|()| viewer_files::write_console(folder, &run.topology, &run.evidence.entries))
             .map_err(EngineError::failed)?;
         // A journal that cannot be thinned stays whole: that costs room only.
-        if let Err(why) = replays::thin_journals(folder, &run.replays, setup.frames) {
-            link::note!("{}: input journals stay whole: {why}", folder.path().display());
+        if let Err(error) = replays::thin_journals(folder, &run.replays, setup.frames) {
+            link::note!("{}: input journals stay whole: {error}", folder.path().display());
         }
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
     trial.host_late_ms = Some(run.late as f64 / 1000.0);
-    trial.host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
+    trial.host_stall_ms = run.spoilt.map(|stall_us| stall_us as f64 / 1000.0);
     trial.confinement = Some(run.levels.summary());
     // The user's wish explains more than what the host did.
     trial.findings.sort_by_key(|finding| !finding.contains(STOPPED));
@@ -169,13 +169,15 @@ fn live_trial(
         return Ok(trial);
     }
     if let (Some(folder), Some(anchors_sha256)) = (&folder, &trial.held) {
-        let (ms, at) = (run.evidence.duration / 1000, folder.path().display());
-        link::note!("stopped at {ms} ms; sealed as far as it came: {at}, whose held.json has SHA-256 {anchors_sha256}");
+        let (ms, place) = (run.evidence.duration / 1000, folder.path().display());
+        link::note!(
+            "stopped at {ms} ms; sealed as far as it came: {place}, whose held.json has SHA-256 {anchors_sha256}"
+        );
     }
     Err(EngineError::Stopped)
 }
 
-/// Runs one live trial with this program as every service to its end; its logs are kept where the setup says so.
+/// Runs one live trial to its end, with this program as every service; its logs are kept if the setup has a folder for them.
 pub fn run_live(
     scenario: &Scenario,
     setup: &Setup,
@@ -187,7 +189,7 @@ pub fn run_live(
     if run.stopped { Err(EngineError::Stopped) } else { Ok(run) }
 }
 
-/// The same, up to where the user stops it.
+/// Runs one live trial to its end, or to the request to stop.
 fn live_run(
     scenario: &Scenario,
     setup: &Setup,
@@ -200,48 +202,52 @@ fn live_run(
     let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
     let (confinement, hosts, shared_kib) = (setup.confinement, setup.hosts, sandbox::host::SHARED_KIB);
     let options = live::Options { keep, services, stop, show, window, role, acts, confinement, hosts, shared_kib };
-    live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
-        LiveError::Stopped => EngineError::Stopped,
-        LiveError::Environment(why) => EngineError::Environment(why),
+    live::trial::run_live(scenario, setup, seed, options).map_err(|error| {
+        let stopped = matches!(error, LiveError::Stopped);
+        if stopped { EngineError::Stopped } else { EngineError::Environment(error.to_string()) }
     })
 }
 
-/// Results of replaying every input journal of `run` in its core. That was done right after the run: the keys that the
-/// cores sign with are gone since, so no later replay could give the same bytes.
+/// Results of replaying every input journal of `run` in its core, done right after the run. The signing keys of the cores are not kept, so no
+/// later replay could give the same bytes.
 pub fn replay(run: &Checked) -> Result<Vec<ReplayRow>, RecordingError> {
     Ok(replays::read_replays(run)?.into_iter().map(ReplayRow::from).collect())
 }
 
-/// Replays its inputs in cores with another setup, and compares their decisions.
-pub fn otherwise(journalled: &Journalled, other: &Planned, seed: u64) -> Result<Vec<ReplayedCore>, EngineError> {
+/// Replays the inputs of a run in cores with another setup, and compares their decisions.
+pub fn replay_in_other_cores(
+    journalled: &Journalled,
+    other: &Planned,
+    seed: u64,
+) -> Result<Vec<ReplayedCore>, EngineError> {
     let topology = lay_out(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
     journalled.replay_cores(&topology, Same::Decisions).map_err(EngineError::failed)
 }
 
 /// A run in the twin with the inputs of its cores.
-pub fn journalled(planned: &Planned, seed: u64) -> Result<Journalled, EngineError> {
+pub fn run_journalled(planned: &Planned, seed: u64) -> Result<Journalled, EngineError> {
     twin::replay::journalled(&planned.variation.scenario, &planned.setup, seed).map_err(EngineError::failed)
 }
 
-/// Replays its inputs in its own cores.
-pub fn again(journalled: &Journalled) -> Result<Vec<ReplayedCore>, EngineError> {
+/// Replays the inputs of a run in its own cores.
+pub fn replay_in_own_cores(journalled: &Journalled) -> Result<Vec<ReplayedCore>, EngineError> {
     journalled.replay_cores(journalled.topology(), Same::Bytes).map_err(EngineError::failed)
 }
 
 /// One run in the twin: the oracle's input, and its verdict.
 pub fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
-    let run = concluded(scenario, setup, seed)?;
+    let run = run_twin(scenario, setup, seed)?;
     Ok((run.evidence, run.verdict))
 }
 
 /// One run in the twin to its end.
-pub fn concluded(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::trial::Run, EngineError> {
+pub fn run_twin(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::trial::Run, EngineError> {
     let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
     Ok(twin::trial::conclude(topology, twin, setup))
 }
 
-/// The same with its receipts denied.
-pub fn denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
+/// One run in the twin with its receipts denied: the oracle's input, and its verdict.
+pub fn run_denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
     let done = sabotage(scenario, setup, seed).map_err(EngineError::failed)?;
     Ok((done.evidence, done.verdict))
 }

@@ -1,9 +1,9 @@
-//! Reasons for which a trial could not be run. Those for which a recorded one cannot be read are left to `recording`.
+//! Reasons for which a trial could not be run. The reasons for which a recorded trial cannot be read are left to `recording`.
 
 /// Reason for which an engine gave no result.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum EngineError {
-    /// A defect of ours.
+    /// A defect of this program.
     #[error("{0}")]
     Failed(String),
     /// The host lacks something.
@@ -15,7 +15,7 @@ pub enum EngineError {
 }
 
 impl EngineError {
-    /// An internal defect, in the words of the failed part.
+    /// An internal defect, with the message of the failed part.
     pub fn failed(error: impl std::fmt::Display) -> Self {
         EngineError::Failed(error.to_string())
     }

@@ -44,7 +44,7 @@ impl Exit {
     }
 
     /// The exit with this code.
-    pub fn of(code: u8) -> Option<Self> {
+    pub fn from_code(code: u8) -> Option<Self> {
         use Exit::{Environment, Fine, Internal, Interrupted, NoEvidence, Unexpected, Usage};
         let all = [Fine, Internal, Usage, Unexpected, NoEvidence, Environment, Interrupted];
         all.into_iter().find(|exit| exit.code() == code)
@@ -61,17 +61,17 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// With a message that holds its own remedy.
+    /// Failure with a message that includes the remedy.
     pub fn new(exit: Exit, message: impl Into<String>) -> Self {
         Self { exit, message: message.into(), problems: Vec::new(), reproduce: None }
     }
 
-    /// An error that ours alone can be.
+    /// Failure by a defect of this program.
     pub fn internal(error: impl std::fmt::Display) -> Self {
         Self::new(Exit::Internal, error.to_string())
     }
 
-    /// With the one line that reproduces it.
+    /// Adds the line that reproduces it.
     #[must_use]
     pub fn reproduced_by(mut self, line: impl Into<String>) -> Self {
         self.reproduce = Some(line.into());
@@ -83,15 +83,15 @@ impl Failure {
         self.exit
     }
 
-    /// Tells a person on stderr, and a program on stdout.
-    pub fn tell(&self, json: bool) -> Exit {
+    /// Prints the message on stderr, and with `json` an object on stdout.
+    pub fn report(&self, json: bool) -> Exit {
         link::note!("{}", self.message.trim_end());
         if let Some(line) = &self.reproduce {
             link::note!("reproduce: {line}");
         }
         if json {
             #[derive(Serialize)]
-            struct Told<'a> {
+            struct ErrorObject<'a> {
                 schema_version: u32,
                 error: &'a str,
                 exit: u8,
@@ -99,14 +99,14 @@ impl Failure {
                 problems: &'a [ProblemRow],
                 reproduce: Option<&'a str>,
             }
-            let told = Told {
+            let object = ErrorObject {
                 schema_version: SCHEMA_VERSION,
                 error: self.message.lines().next().unwrap_or_default(),
                 exit: self.exit.code(),
                 problems: &self.problems,
                 reproduce: self.reproduce.as_deref(),
             };
-            if let Ok(text) = serde_json::to_string(&told) {
+            if let Ok(text) = serde_json::to_string(&object) {
                 link::terminal::say(format_args!("{text}"));
             }
         }

@@ -1,4 +1,4 @@
-//! Ctrl-C: the first asks for a clean end, the second does not ask.
+//! Ctrl-C: the first requests a clean end, the second ends the process at once.
 //!
 //! The signals are blocked and read from a descriptor by one thread, so no handler runs in the middle of anything.
 //! Children that the live launcher starts get an empty mask from the standard library.
@@ -9,7 +9,7 @@ use parallel::progress::Stop;
 
 use crate::failure::Exit;
 
-/// Starts to watch; call it before any other thread is there.
+/// Starts to watch; to be called before any other thread exists, since later threads inherit the blocked signals.
 pub(crate) fn watch() -> Stop {
     let stop = Stop::default();
     let mut signals = SigSet::empty();
@@ -21,8 +21,8 @@ pub(crate) fn watch() -> Stop {
     }
     match SignalFd::new(&signals) {
         Ok(descriptor) => {
-            let asked = stop.clone();
-            std::thread::spawn(move || wait(&descriptor, &asked));
+            let watched = stop.clone();
+            std::thread::spawn(move || wait(&descriptor, &watched));
         }
         Err(error) => {
             tracing::warn!(%error, "Ctrl-C ends the run at once");

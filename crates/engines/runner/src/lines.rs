@@ -1,7 +1,7 @@
 //! A file of JSON lines that grows as a command goes on, and is whole after any end of it, `kill -9` too.
 //!
 //! A line is an object, written in one piece when it is complete, with a digest at its end (`chain`), so that a changed line is refused.
-//! An incomplete last line is ignored, and cut off before another is written. The content of a line is its owner's business.
+//! An incomplete last line is ignored, and cut off before another is written. The content of a line is left to its owner.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -15,13 +15,38 @@ use parallel::progress::Stop;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::chain::{self, Chain};
+use super::chain::{self, Chain, ChainError};
 use super::failure::{Exit, Failure};
 
 /// The longest line that is read.
 const MAX_LINE_BYTES: u64 = 1 << 24;
 /// Time between two looks at a request to stop.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// Fault of a line, for which its file is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum LineFault {
+    /// It does not follow the line before it.
+    #[error(transparent)]
+    Chain(#[from] ChainError),
+    /// It is no value of the expected type.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    /// It has no end within the limit.
+    #[error("longer than {MAX_LINE_BYTES} bytes")]
+    TooLong,
+    /// The number of its result is too large.
+    #[error("result {number} of {count}")]
+    Number {
+        /// Number of the result.
+        number: u64,
+        /// Number of results; numbers are below it.
+        count: u64,
+    },
+    /// The owner of the file found a fault in its content.
+    #[error("{0}")]
+    Content(String),
+}
 
 /// A file of lines that is open to be written.
 #[derive(Debug)]
@@ -43,8 +68,8 @@ pub struct End {
 
 /// Place of a line in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct At {
-    from: u64,
+pub struct LinePlace {
+    offset: u64,
     bytes: u32,
 }
 
@@ -52,7 +77,7 @@ impl Lines {
     /// Opens or makes the file and gives each whole line to `take`, which returns the fault of one that does not fit.
     pub fn open<T: DeserializeOwned>(
         path: &Path,
-        take: impl FnMut(At, T) -> Result<(), String>,
+        take: impl FnMut(LinePlace, T) -> Result<(), LineFault>,
     ) -> Result<Self, Failure> {
         let file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
         let end = scan(path, &file, take)?;
@@ -64,39 +89,40 @@ impl Lines {
     ///
     /// # Errors
     /// When it cannot be written, or is no object with a field.
-    pub fn put(&self, value: &impl Serialize) -> Result<At, Failure> {
+    pub fn put(&self, value: &impl Serialize) -> Result<LinePlace, Failure> {
         let object = serde_json::to_string(value).map_err(Failure::internal)?;
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
         let (line, chain) = end.chain.seal(&object).ok_or_else(|| Failure::internal("an object expected in a line"))?;
         let line = line + "\n";
-        let at = At { from: end.offset, bytes: u32::try_from(line.len()).map_err(Failure::internal)? };
+        let place = LinePlace { offset: end.offset, bytes: u32::try_from(line.len()).map_err(Failure::internal)? };
         if let Err(error) = (&self.file).write_all(line.as_bytes()) {
             // Half a line in the middle would be worse than none.
-            self.file.set_len(at.from)?;
+            self.file.set_len(place.offset)?;
             return Err(error.into());
         }
-        *end = End { offset: at.from + u64::from(at.bytes), chain };
-        Ok(at)
+        *end = End { offset: place.offset + u64::from(place.bytes), chain };
+        Ok(place)
     }
 
     /// Reads a line again.
-    pub fn get<T: DeserializeOwned>(&self, at: At) -> Result<T, Failure> {
-        let mut line = vec![0; at.bytes as usize];
-        self.file.read_exact_at(&mut line, at.from)?;
-        let changed = |why: &dyn std::fmt::Display| {
-            let told = format!("{}, byte {}: {why}; did another program write there?", self.path.display(), at.from);
-            Failure::new(Exit::Environment, told)
+    pub fn get<T: DeserializeOwned>(&self, place: LinePlace) -> Result<T, Failure> {
+        let mut line = vec![0; place.bytes as usize];
+        self.file.read_exact_at(&mut line, place.offset)?;
+        let changed = |reason: &dyn std::fmt::Display| {
+            let (path, offset) = (self.path.display(), place.offset);
+            let message = format!("{path}, byte {offset}: {reason}; did another program write there?");
+            Failure::new(Exit::Environment, message)
         };
-        let (object, _) = chain::part(line.trim_ascii_end()).ok_or_else(|| changed(&"no digest at its end"))?;
-        serde_json::from_slice(&object).map_err(|why| changed(&why))
+        let (object, _) = chain::split(line.trim_ascii_end()).ok_or_else(|| changed(&"no digest at its end"))?;
+        serde_json::from_slice(&object).map_err(|error| changed(&error))
     }
 }
 
-/// Takes `directory` for this process, until the file that it returns is closed; waits for the end of another process that has it, such as
-/// one that an engine has lost and started again elsewhere. The kernel lets go of it however a process ends.
+/// Locks `directory` for this process until the returned file is closed. Another process that has the lock is waited for, such as one that
+/// an engine has lost and started again elsewhere. The kernel releases the lock however a process ends.
 ///
 /// # Errors
-/// When the user asks to stop meanwhile.
+/// When the user asks to stop while it waits.
 pub fn lock(directory: &Path, stop: &Stop) -> Result<File, Failure> {
     let lock = File::create(directory.join("lock"))?;
     match lock.try_lock() {
@@ -105,9 +131,9 @@ pub fn lock(directory: &Path, stop: &Stop) -> Result<File, Failure> {
         Err(TryLockError::Error(error)) => return Err(error.into()),
     }
     link::note!("{}: another process is at work there; waiting for its end", directory.display());
-    // The kernel waits without a look at requests to stop, so a thread does.
-    let (taken, locked) = mpsc::channel();
-    std::thread::spawn(move || taken.send(lock.lock().map(|()| lock)));
+    // A call that waits for the lock returns at no request to stop, so a thread makes it.
+    let (sender, locked) = mpsc::channel();
+    std::thread::spawn(move || sender.send(lock.lock().map(|()| lock)));
     loop {
         match locked.recv_timeout(LOOK) {
             Ok(lock) => return Ok(lock?),
@@ -123,43 +149,43 @@ pub fn lock(directory: &Path, stop: &Stop) -> Result<File, Failure> {
 /// Gives the object of each whole line of `path` to `take`, and returns the end of the last one.
 ///
 /// # Errors
-/// The first line that is not as it was written, or that `take` finds a fault in.
+/// The first line that is not as it was written, or in which `take` finds a fault.
 pub fn scan<T: DeserializeOwned>(
     path: &Path,
     file: impl Read,
-    mut take: impl FnMut(At, T) -> Result<(), String>,
+    mut take: impl FnMut(LinePlace, T) -> Result<(), LineFault>,
 ) -> Result<End, Failure> {
     let (mut reader, mut line, mut end) = (BufReader::new(file), Vec::new(), End::default());
     for number in 1u64.. {
         line.clear();
         let bytes = reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
-        let taken = match line.last() {
+        let read = match line.last() {
             Some(b'\n') => {
-                let at = At { from: end.offset, bytes: bytes as u32 };
-                end.chain.open(line.trim_ascii_end()).and_then(|(object, chain)| {
+                let place = LinePlace { offset: end.offset, bytes: bytes as u32 };
+                end.chain.open(line.trim_ascii_end()).map_err(LineFault::from).and_then(|(object, chain)| {
                     end.chain = chain;
-                    serde_json::from_slice(&object).map_err(|e| e.to_string()).and_then(|value| take(at, value))
+                    take(place, serde_json::from_slice(&object)?)
                 })
             }
-            Some(_) if bytes as u64 == MAX_LINE_BYTES => Err(format!("longer than {MAX_LINE_BYTES} bytes")),
+            Some(_) if bytes as u64 == MAX_LINE_BYTES => Err(LineFault::TooLong),
             Some(_) | None => break,
         };
-        taken.map_err(|why| {
-            let at = format!("{}:{number}: {why}", path.display());
-            Failure::new(Exit::Usage, format!("{at}; remove the file, its results come again"))
+        read.map_err(|fault| {
+            let message = format!("{}:{number}: {fault}; remove the file, its results come again", path.display());
+            Failure::new(Exit::Usage, message)
         })?;
         end.offset += bytes as u64;
     }
     Ok(end)
 }
 
-/// These lines with digests anew, each an object with a digest or without one; others stay as they are. For tests of readers of a line
-/// that fits its digest.
+/// The lines with new digests, for tests of readers of a line that fits its digest. An object may have a digest or none; other lines stay as
+/// they are.
 pub fn reseal(text: &[u8]) -> Vec<u8> {
     let mut chain = Chain::default();
     let mut sealed = |line: &[u8]| {
         let body = line.trim_ascii_end();
-        let object = chain::part(body).map_or_else(|| body.to_vec(), |(object, _)| object);
+        let object = chain::split(body).map_or_else(|| body.to_vec(), |(object, _)| object);
         let (line, next) = chain.seal(std::str::from_utf8(&object).ok()?)?;
         chain = next;
         Some((line + "\n").into_bytes())
@@ -169,13 +195,13 @@ pub fn reseal(text: &[u8]) -> Vec<u8> {
         .collect()
 }
 
-/// Gives each whole line of the file at `path` to `take`; a file that is not there has none. `fits` returns the fault of a line.
+/// Gives each whole line of the file at `path` to `take`; a missing file has none. `fits` returns the fault of a line.
 ///
 /// # Errors
 /// A line that does not fit, or the first error of `take`, which is no fault of the file.
 pub fn each<T: DeserializeOwned>(
     path: &Path,
-    fits: impl Fn(&T) -> Result<(), String>,
+    fits: impl Fn(&T) -> Result<(), LineFault>,
     mut take: impl FnMut(T) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let file = match files::open(path) {
@@ -187,9 +213,9 @@ pub fn each<T: DeserializeOwned>(
     let read = scan(path, file, |_, line: T| {
         fits(&line)?;
         take(line).map_err(|failure| {
-            let told = failure.to_string();
+            let fault = LineFault::Content(failure.to_string());
             refused = Some(failure);
-            told
+            fault
         })
     });
     refused.map_or(read.map(|_| ()), Err)
@@ -231,13 +257,13 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("text");
         std::fs::write(&path, &text[..text.len() - 3]).expect("cut");
         let lines = Lines::open(&path, |_, _: Line| Ok(())).expect("opened");
-        let at = lines.put(&Line { n: 44 }).expect("written");
-        assert_eq!(lines.get::<Line>(at).expect("read again").n, 44);
+        let place = lines.put(&Line { n: 44 }).expect("written");
+        assert_eq!(lines.get::<Line>(place).expect("read again").n, 44);
         drop(lines);
         assert_eq!(read(&path).expect("opened"), [1, 22, 44]);
     }
 
-    /// Until its other holder lets go of it, or the user asks to stop.
+    /// The wait ends when the other holder releases it, or the user asks to stop.
     #[test]
     fn folder_in_use_is_waited_for() {
         let (directory, stop) = (tempfile::tempdir().expect("a folder"), Stop::default());
@@ -249,9 +275,9 @@ mod tests {
         });
         let _held = lock(directory.path(), &stop).expect("free again");
         stop.ask();
-        let told = lock(directory.path(), &stop).expect_err("stopped");
-        assert_eq!(told.exit(), Exit::Interrupted);
-        assert!(told.to_string().contains("another process is at work in"), "{told}");
+        let failure = lock(directory.path(), &stop).expect_err("stopped");
+        assert_eq!(failure.exit(), Exit::Interrupted);
+        assert!(failure.to_string().contains("another process is at work in"), "{failure}");
     }
 
     #[test]
@@ -260,7 +286,7 @@ mod tests {
         let path = written(directory.path(), &[1, 2, 3]);
         let text = std::fs::read_to_string(&path).expect("text");
         std::fs::write(&path, text.replace("\"n\":2", "\"n\":4")).expect("changed");
-        let told = read(&path).expect_err("refused").to_string();
-        assert!(told.contains("a.jsonl:2: changed by hand") && told.contains("remove the file"), "{told}");
+        let message = read(&path).expect_err("refused").to_string();
+        assert!(message.contains("a.jsonl:2: changed by hand") && message.contains("remove the file"), "{message}");
     }
 }

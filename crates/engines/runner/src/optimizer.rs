@@ -1,5 +1,5 @@
-//! A program of the user's that proposes the sequences of a search: one line of JSON each way a round, on its stdin and stdout. It runs
-//! with the user's rights, and its stderr is the user's.
+//! A program of the user that proposes the sequences of a search: one line of JSON in each direction a round, on its stdin and stdout. It
+//! runs with the rights of the user and inherits stderr.
 //!
 //! Every answer is bounded in length and time, and each of its sequences is checked. docs/researcher/search.md has the lines.
 
@@ -22,13 +22,34 @@ use serde::{Deserialize, Serialize};
 
 /// Longest line that is read, bytes.
 const MAX_LINE: u64 = 1 << 20;
-/// Requests that wait for a program which does not read; the first line and the first round do at once.
+/// Requests that wait for a program which does not read: the first line and the first round wait together.
 const MAX_REQUESTS: usize = 2;
 /// Time between two looks at a request to stop, while waiting for an answer, and the number of these before an answer is too late: ten minutes.
 const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 6_000;
-/// Looks for its end, once its input has ended: two seconds.
+/// Looks for the end of the program once its input has ended: two seconds.
 const LAST_LOOKS: u32 = 20;
+
+/// Reason for which an optimizer does not start.
+#[derive(Debug, thiserror::Error)]
+pub enum OptimizerError {
+    /// The scenario does not run without a sequence.
+    #[error(transparent)]
+    Nominal(#[from] SearchError),
+    /// The program cannot be executed.
+    #[error(
+        "optimizer {program}: {error}; name a program that can be executed, such as a script that begins with `#!`"
+    )]
+    Unexecutable {
+        /// Path of the program.
+        program: String,
+        /// Error of the host.
+        error: std::io::Error,
+    },
+    /// It did not take the first line.
+    #[error("{0}")]
+    Begin(String),
+}
 
 /// Fault of a program, for which the search ends.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,8 +66,8 @@ enum Fault {
     Unreadable(String),
     #[error("{got} sequences; 1 to {most} were asked for")]
     Count { most: usize, got: usize },
-    #[error("sequence {sequence}: {why}")]
-    Unfit { sequence: usize, why: Unfit },
+    #[error("sequence {sequence}: {reason}")]
+    Unfit { sequence: usize, reason: Unfit },
     #[error("stopped")]
     Stopped,
 }
@@ -79,23 +100,23 @@ struct Move<'a> {
     last: Vec<u32>,
 }
 
-/// A round: the results of the last one, and the most sequences of the next; 0 when there is none.
+/// A round: the results of the last round, and the most sequences of the next; 0 when no round follows.
 #[derive(Serialize)]
 struct Round<'a> {
     most: usize,
-    results: &'a [Told],
+    results: &'a [SequenceResult],
 }
 
 /// The result of a sequence.
 #[derive(Serialize)]
-struct Told {
+struct SequenceResult {
     class: Outcome,
     finding: bool,
     new: bool,
     approaches: Approaches,
 }
 
-/// Its answer: the sequences of a round.
+/// Answer of the program: the sequences of a round.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Answer {
@@ -119,42 +140,44 @@ pub struct Optimizer<'a> {
     space: &'a AttackSpace,
     stop: &'a Stop,
     child: Child,
-    /// To its stdin; none once that is closed. A thread writes, since a program that does not read must not stop us.
+    /// Lines for its stdin; none once that is closed. A thread writes them, since a program that does not read must not block the search.
     requests: Option<SyncSender<Vec<u8>>>,
-    /// From its stdout.
+    /// Lines of its stdout.
     answers: Receiver<Line>,
     /// Answers asked for so far.
     rounds: u64,
-    results: Vec<Told>,
+    results: Vec<SequenceResult>,
 }
 
 impl<'a> Optimizer<'a> {
     /// Starts the program for a search with `config`.
     ///
     /// # Errors
-    /// The reason why it does not start, in words.
-    pub fn start(program: &Path, config: &'a SearchConfig, run: RunConfig, stop: &'a Stop) -> Result<Self, String> {
-        let nominal = config.try_sequence(&AttackSequence::default()).map_err(|error| error.to_string())?;
-        let refused = |why: std::io::Error| {
-            let help = "name a program that can be executed, such as a script that begins with `#!`";
-            format!("optimizer {}: {why}; {help}", program.display())
-        };
-        // A name without a folder is a file here, not a program of the path.
-        let mut command = Command::new(std::path::absolute(program).map_err(refused)?);
-        // Ctrl-C is ours: the program ends with its input, or with its group.
+    /// The program does not start, or does not take the first line.
+    pub fn start(
+        program: &Path,
+        config: &'a SearchConfig,
+        run: RunConfig,
+        stop: &'a Stop,
+    ) -> Result<Self, OptimizerError> {
+        let nominal = config.try_sequence(&AttackSequence::default())?;
+        let unexecutable = |error| OptimizerError::Unexecutable { program: program.display().to_string(), error };
+        // A name without a folder is a file in the current directory, not a program of PATH.
+        let mut command = Command::new(std::path::absolute(program).map_err(unexecutable)?);
+        // Ctrl-C ends the search, not the program: that ends with its input, or with its group.
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
-        let mut child = command.spawn().map_err(refused)?;
+        let mut child = command.spawn().map_err(unexecutable)?;
         let (requests, answers) = connected(child.stdin.take(), child.stdout.take());
-        let (name, space, requests) = (name(program), &config.space, Some(requests));
-        let mut own = Self { name, space, stop, child, requests, answers, rounds: 0, results: Vec::new() };
-        own.begin(run, &nominal.approaches).map_err(|why| own.told(&why))?;
-        Ok(own)
+        let (name, space, requests) = (program_name(program), &config.space, Some(requests));
+        let mut optimizer = Self { name, space, stop, child, requests, answers, rounds: 0, results: Vec::new() };
+        optimizer.begin(run, &nominal.approaches).map_err(|fault| OptimizerError::Begin(optimizer.describe(&fault)))?;
+        Ok(optimizer)
     }
 
     fn begin(&mut self, run: RunConfig, approaches: &Approaches) -> Result<(), Fault> {
         let space = self.space;
         let (first, last) = space.begins();
-        let last_of = |of: &scenario::Move| of.ranges().map(Range::last).collect();
+        let last_of = |action: &scenario::Move| action.ranges().map(Range::last).collect();
         let line = Begin {
             schema_version: 1,
             space: space.name.as_str(),
@@ -163,13 +186,17 @@ impl<'a> Optimizer<'a> {
             longest: space.longest.unsigned(),
             begins: [first, last],
             tick_ms: space.tick_ms.unsigned(),
-            moves: space.moves.iter().map(|of| Move { name: of.name.as_str(), last: last_of(of) }).collect(),
+            moves: space
+                .moves
+                .iter()
+                .map(|action| Move { name: action.name.as_str(), last: last_of(action) })
+                .collect(),
             approaches,
         };
         self.send(&line)
     }
 
-    /// Sends a line; one that is ahead of it in the output is no answer to it.
+    /// Sends a line. A line that came out before it is no answer to it.
     fn send(&mut self, line: &impl Serialize) -> Result<(), Fault> {
         let mut line = encoded(line)?;
         if self.answers.try_recv().is_ok() {
@@ -177,8 +204,8 @@ impl<'a> Optimizer<'a> {
         }
         for _ in 0..LOOKS {
             match self.requests.as_ref().map(|requests| requests.try_send(line)) {
-                Some(Err(TrySendError::Full(back))) => line = back,
-                // That it reads no more is told when its answer is missing.
+                Some(Err(TrySendError::Full(unsent))) => line = unsent,
+                // A program that reads no more is reported when its answer is missing.
                 Some(Ok(()) | Err(TrySendError::Disconnected(_))) | None => return Ok(()),
             }
             if self.look()?.is_some() {
@@ -208,7 +235,7 @@ impl<'a> Optimizer<'a> {
         }
     }
 
-    /// Ends it, if its output has ended and it has not; one that was ending has its own code.
+    /// Ends the program, if its output has ended and the program has not; one that was ending has its own code.
     fn ended(&mut self) -> Fault {
         Fault::Ended(end(&mut self.child))
     }
@@ -217,27 +244,28 @@ impl<'a> Optimizer<'a> {
         let results = std::mem::take(&mut self.results);
         self.send(&Round { most, results: &results })?;
         let line = self.answer()?;
-        let answer: Answer = serde_json::from_slice(&line).map_err(|why| Fault::Unreadable(why.to_string()))?;
+        let answer: Answer = serde_json::from_slice(&line).map_err(|error| Fault::Unreadable(error.to_string()))?;
         let got = answer.sequences.len();
         if got == 0 || got > most {
             return Err(Fault::Count { most, got });
         }
         let sequence = |(sequence, actions): (usize, Vec<Proposed>)| {
-            let action = |of: Proposed| Action { begins: of.begins, kind: of.r#move, places: of.places };
+            let action =
+                |proposed: Proposed| Action { begins: proposed.begins, kind: proposed.r#move, places: proposed.places };
             AttackSequence::checked(self.space, actions.into_iter().map(action).collect())
-                .map_err(|why| Fault::Unfit { sequence, why })
+                .map_err(|reason| Fault::Unfit { sequence, reason })
         };
         answer.sequences.into_iter().enumerate().map(sequence).collect()
     }
 
-    fn told(&self, why: &Fault) -> String {
-        format!("optimizer {}, answer {}: {}", self.name, self.rounds, on_one_line(&why.to_string()))
+    fn describe(&self, fault: &Fault) -> String {
+        format!("optimizer {}, answer {}: {}", self.name, self.rounds, on_one_line(&fault.to_string()))
     }
 }
 
 /// An object as a line.
-fn encoded(of: &impl Serialize) -> Line {
-    let mut line = serde_json::to_vec(of).map_err(|why| Fault::Unreadable(why.to_string()))?;
+fn encoded(object: &impl Serialize) -> Line {
+    let mut line = serde_json::to_vec(object).map_err(|error| Fault::Unreadable(error.to_string()))?;
     line.push(b'\n');
     Ok(line)
 }
@@ -260,7 +288,7 @@ fn connected(stdin: Option<ChildStdin>, stdout: Option<ChildStdout>) -> (SyncSen
     (requests, answers)
 }
 
-/// Ends a program with its process group; gives its exit code if it had one already. One that cannot be ended is not waited for.
+/// Ends a program with its process group; gives its exit code if it had ended already. A program that cannot be ended is not waited for.
 fn end(child: &mut Child) -> Option<i32> {
     let group = i32::try_from(child.id()).map(Pid::from_raw).ok()?;
     let killed = killpg(group, Signal::SIGKILL).is_ok();
@@ -271,31 +299,32 @@ fn end(child: &mut Child) -> Option<i32> {
 impl Proposer for Optimizer<'_> {
     fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, SearchError> {
         self.rounds += 1;
-        self.round(most).map_err(|why| SearchError::Proposer { reason: self.told(&why) })
+        self.round(most).map_err(|fault| SearchError::Proposer { reason: self.describe(&fault) })
     }
 
     fn take(&mut self, Lore { counted, new, .. }: Lore<'_>) {
         let (class, finding, approaches) = (counted.outcome, counted.cause.is_some(), counted.approaches.clone());
-        self.results.push(Told { class, finding, new, approaches });
+        self.results.push(SequenceResult { class, finding, new, approaches });
     }
 }
 
 impl Drop for Optimizer<'_> {
     fn drop(&mut self) {
         let results = std::mem::take(&mut self.results);
-        // A program that does not take the last results goes without them.
+        // The last results are optional: a program that does not take them is not waited for.
         if let (Some(requests), Ok(line)) = (self.requests.take(), encoded(&Round { most: 0, results: &results })) {
-            let _taken = requests.try_send(line);
+            let _sent = requests.try_send(line);
         }
-        // It is given a moment to end by itself.
-        let ended = |own: &Self| matches!(own.answers.recv_timeout(LOOK), Err(RecvTimeoutError::Disconnected));
+        // The program has a moment to end by itself.
+        let ended =
+            |optimizer: &Self| matches!(optimizer.answers.recv_timeout(LOOK), Err(RecvTimeoutError::Disconnected));
         let _in_time = (0..LAST_LOOKS).any(|_| ended(self));
         let _code = end(&mut self.child);
     }
 }
 
 /// Name of the program in a result.
-pub fn name(program: &Path) -> String {
+pub fn program_name(program: &Path) -> String {
     program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned()
 }
 
@@ -303,7 +332,7 @@ pub fn name(program: &Path) -> String {
 fn read_line(from: &mut impl BufRead) -> Option<Line> {
     let mut line = Vec::new();
     match from.take(MAX_LINE + 1).read_until(b'\n', &mut line) {
-        Err(why) => Some(Err(Fault::Unreadable(why.to_string()))),
+        Err(error) => Some(Err(Fault::Unreadable(error.to_string()))),
         Ok(0) => None,
         Ok(_) if line.len() as u64 > MAX_LINE => Some(Err(Fault::Long)),
         Ok(_) => Some(Ok(line)),

@@ -45,8 +45,8 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// Of a run of `planned` with the files below the root.
-    pub fn of(context: &Context, planned: &[Planned]) -> Result<Self, Failure> {
+    /// Inputs of a run of `planned` with the files below the root.
+    pub fn new(context: &Context, planned: &[Planned]) -> Result<Self, Failure> {
         let mut watermarks: Vec<String> = planned.iter().filter_map(|p| p.setup.watermark()).collect();
         watermarks.dedup();
         let name = |p: &Planned| p.variation.scenario.name.as_str().to_owned();
@@ -66,11 +66,11 @@ impl Manifest {
     }
 }
 
-/// Places of the files that a result depends on. Those that a root lacks are left out: built-in files have no models among them,
-/// which the program's digest covers.
+/// Folders of the files on which a result depends. A folder that a root lacks is left out: the built-in files have no models, which the
+/// program's digest covers.
 const INPUTS: [&str; 4] = ["scenarios", "platforms", "policies", "crates/perception/models"];
 
-/// SHA-256 of each file below `root` that a result depends on, by its path.
+/// SHA-256 of each file below `root` on which a result depends, by its path.
 pub fn inputs(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
     let mut files = BTreeMap::new();
     INPUTS.iter().try_for_each(|directory| hash_directory(root, directory, &mut files))?;
@@ -95,9 +95,9 @@ fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, Str
     Ok(())
 }
 
-/// Makes `wanted`, or the first free `<label>-N` in the folder of runs.
-pub fn directory(runs: &Path, wanted: Option<&Path>, label: &str) -> Result<PathBuf, Failure> {
-    if let Some(dir) = wanted {
+/// Makes the folder `named` by the user, or the first free `<label>-N` in the folder of runs.
+pub fn directory(runs: &Path, named: Option<&Path>, label: &str) -> Result<PathBuf, Failure> {
+    if let Some(dir) = named {
         fs::create_dir_all(dir)?;
         return Ok(dir.to_owned());
     }
@@ -118,7 +118,7 @@ pub fn directory(runs: &Path, wanted: Option<&Path>, label: &str) -> Result<Path
 /// # Errors
 ///
 /// When it has content, or is no folder.
-pub fn unused(folder: &Path) -> Result<(), Failure> {
+pub fn check_unused(folder: &Path) -> Result<(), Failure> {
     match fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
         Ok(true) => Ok(()),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
@@ -136,16 +136,16 @@ pub const MANIFEST: &str = "manifest.json";
 /// The longest manifest that is read.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 
-/// Writes the inputs of a run into its folder. One with more scenarios goes on in the folder of one that is otherwise the same.
+/// Writes the inputs of a run into its folder. A run with more scenarios continues in the folder of a run that is otherwise equal.
 ///
 /// # Errors
-/// When the folder has those of another run, which would be replaced.
+/// When the folder has the inputs of another run, which would be replaced.
 pub fn write_manifest(dir: &Path, manifest: &Manifest) -> Result<(), Failure> {
     let path = dir.join(MANIFEST);
     if path.exists() {
-        let there = files::read(&path, MAX_MANIFEST_BYTES)?;
-        let there = serde_json::from_slice(&there).unwrap_or(Value::Null);
-        if let Some(differs) = difference(&there, &serde_json::to_value(manifest).map_err(Failure::internal)?) {
+        let text = files::read(&path, MAX_MANIFEST_BYTES)?;
+        let stored = serde_json::from_slice(&text).unwrap_or(Value::Null);
+        if let Some(differs) = difference(&stored, &serde_json::to_value(manifest).map_err(Failure::internal)?) {
             let message = format!("{} has the results of another run{differs}; name another --out", dir.display());
             return Err(Failure::new(Exit::Usage, message));
         }
@@ -153,41 +153,41 @@ pub fn write_manifest(dir: &Path, manifest: &Manifest) -> Result<(), Failure> {
     write_json(dir, MANIFEST, manifest)
 }
 
-/// The first field in which a manifest does not go on with the run of another, in words.
-fn difference(there: &Value, own: &Value) -> Option<String> {
-    let (Some(there), Some(own)) = (there.as_object(), own.as_object()) else { return Some(String::new()) };
-    let field = own.keys().chain(there.keys()).find(|key| !goes_on(there.get(*key), own.get(*key), key))?;
+/// The first field in which a new manifest does not continue the run of the stored one, in words.
+fn difference(stored: &Value, new: &Value) -> Option<String> {
+    let (Some(stored), Some(new)) = (stored.as_object(), new.as_object()) else { return Some(String::new()) };
+    let field = new.keys().chain(stored.keys()).find(|key| !continues(stored.get(*key), new.get(*key), key))?;
     let short = |value: Option<&Value>| value.map(ToString::to_string).filter(|text| text.len() < 80);
-    Some(match (short(there.get(field)), short(own.get(field))) {
-        (Some(there), Some(own)) => format!(" ({field}: {there}, this one has {own})"),
+    Some(match (short(stored.get(field)), short(new.get(field))) {
+        (Some(stored), Some(new)) => format!(" ({field}: {stored}, this one has {new})"),
         _ => format!(" (another `{field}`)"),
     })
 }
 
-/// True if a manifest's field is that of another, or where it is of each scenario has all of the other's.
-fn goes_on(there: Option<&Value>, own: Option<&Value>, field: &str) -> bool {
-    match (field, there, own) {
-        ("bounds", Some(Value::Object(there)), Some(Value::Object(own))) => {
-            there.iter().all(|(scenario, bounds)| own.get(scenario) == Some(bounds))
+/// True if a field is equal in both manifests, or, where it has a value for each scenario, the new one includes all of the stored one.
+fn continues(stored: Option<&Value>, new: Option<&Value>, field: &str) -> bool {
+    match (field, stored, new) {
+        ("bounds", Some(Value::Object(stored)), Some(Value::Object(new))) => {
+            stored.iter().all(|(scenario, bounds)| new.get(scenario) == Some(bounds))
         }
-        ("watermarks", Some(Value::Array(there)), Some(Value::Array(own))) => {
-            there.iter().all(|mark| own.contains(mark))
+        ("watermarks", Some(Value::Array(stored)), Some(Value::Array(new))) => {
+            stored.iter().all(|mark| new.contains(mark))
         }
-        _ => there == own,
+        _ => stored == new,
     }
 }
 
-/// A result as it is written: its kind, and the object.
+/// A result as it is written: its kind, and the fields of the object.
 #[derive(Serialize)]
 struct Named<'a, T> {
     kind: &'static str,
     #[serde(flatten)]
-    of: &'a T,
+    result: &'a T,
 }
 
 /// Writes a result as JSON into the run directory, with the name of its kind.
-pub fn write_result(dir: &Path, name: &str, kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
-    write_json(dir, name, &Named { kind, of })
+pub fn write_result(dir: &Path, name: &str, kind: &'static str, result: &impl Serialize) -> Result<(), Failure> {
+    write_json(dir, name, &Named { kind, result })
 }
 
 /// Writes a value as JSON into the run directory.
@@ -201,7 +201,7 @@ pub fn write_text(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
     Ok(fs::write(dir.join(name), text)?)
 }
 
-/// Writes one line a trial into the run directory.
+/// Writes a line for each trial into the run directory.
 pub fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Failure> {
     let mut file = std::io::BufWriter::new(fs::File::create(dir.join(name))?);
     for trial in trials {
@@ -212,8 +212,8 @@ pub fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Fail
 }
 
 /// Prints a result as one JSON object on stdout, with the name of its kind.
-pub fn print_json(kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string(&Named { kind, of }).map_err(Failure::internal)?;
+pub fn print_json(kind: &'static str, result: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string(&Named { kind, result }).map_err(Failure::internal)?;
     say(format_args!("{text}"));
     Ok(())
 }
@@ -226,22 +226,23 @@ mod tests {
 
     #[test]
     fn only_more_scenarios_go_on_in_a_folder() {
-        let of = |seed: u64, bounds: Value, marks: Value| json!({"seed": seed, "bounds": bounds, "watermarks": marks});
-        let there = of(1, json!({"loss": 500}), json!([]));
-        assert_eq!(difference(&there, &there), None);
-        assert_eq!(difference(&there, &of(1, json!({"delay": 9, "loss": 500}), json!(["ABLATION"]))), None);
-        for (own, differs) in [
-            (of(2, json!({"loss": 500}), json!([])), " (seed: 1, this one has 2)"),
-            (of(1, json!({"delay": 9}), json!([])), " (bounds: {\"loss\":500}, this one has {\"delay\":9})"),
+        let manifest =
+            |seed: u64, bounds: Value, marks: Value| json!({"seed": seed, "bounds": bounds, "watermarks": marks});
+        let stored = manifest(1, json!({"loss": 500}), json!([]));
+        assert_eq!(difference(&stored, &stored), None);
+        assert_eq!(difference(&stored, &manifest(1, json!({"delay": 9, "loss": 500}), json!(["ABLATION"]))), None);
+        for (new, differs) in [
+            (manifest(2, json!({"loss": 500}), json!([])), " (seed: 1, this one has 2)"),
+            (manifest(1, json!({"delay": 9}), json!([])), " (bounds: {\"loss\":500}, this one has {\"delay\":9})"),
             (
-                of(1, json!({"delay": 9, "loss": 400}), json!([])),
+                manifest(1, json!({"delay": 9, "loss": 400}), json!([])),
                 " (bounds: {\"loss\":500}, this one has {\"delay\":9,\"loss\":400})",
             ),
             (json!({"seed": 1, "bounds": {"loss": 500}}), " (another `watermarks`)"),
         ] {
-            assert_eq!(difference(&there, &own).as_deref(), Some(differs));
+            assert_eq!(difference(&stored, &new).as_deref(), Some(differs));
         }
-        let marked = of(1, json!({"loss": 500}), json!(["ABLATION"]));
-        assert!(difference(&marked, &there).is_some() && difference(&Value::Null, &there).is_some());
+        let marked = manifest(1, json!({"loss": 500}), json!(["ABLATION"]));
+        assert!(difference(&marked, &stored).is_some() && difference(&Value::Null, &stored).is_some());
     }
 }

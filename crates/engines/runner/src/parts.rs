@@ -1,7 +1,7 @@
 //! `--partition` and `--from`: a command's trials on several machines, and their results put together.
 //!
-//! A partition runs its share of the trials and keeps them (`kept`). The command itself, given the folders of all partitions, has no
-//! trial left to run, and runs lost ones itself: so no order, repetition or loss of partitions can change a result.
+//! A partition runs its share of the trials and keeps them (`trial_store`). The command itself, given the folders of all partitions, runs
+//! only trials that are missing, so no order, repetition or loss of partitions can change a result.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ impl Parts {
         self.threads.map_or_else(parallel::cores, usize::from)
     }
 
-    /// True if the work of this number is to be done.
+    /// True if the work of this number is in the partition.
     pub fn holds(&self, number: u64) -> bool {
         self.partition.is_none_or(|partition| partition.holds(number))
     }

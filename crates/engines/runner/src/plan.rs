@@ -1,4 +1,4 @@
-//! From names on the command line to trials: which file, which cells, which setup, which seeds.
+//! Preparation of trials from names on the command line: the file of a scenario, its variations and their setups.
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,11 @@ use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
 
 use super::Context;
-use super::bring::Loaded;
-use super::engage::Engaged;
+use super::custom_detector::LoadedDetector;
 use super::failure::{Exit, Failure};
+use super::guest_options::LoadedGuest;
 
-/// The remedy where no scenario's name is near.
+/// Remedy for a name that is near to no scenario's.
 const LIST: &str = "`holdsafe scenario list` prints the shipped ones";
 
 /// One variation of a scenario, ready to run.
@@ -27,7 +27,7 @@ pub struct Planned {
     pub setup: Setup,
     /// The options beyond scenario and seed that reproduce it.
     pub options: String,
-    /// The line that reproduces it without its seed, where that is not `run`.
+    /// The command line that reproduces it, without the seed, where the verb is not `run`.
     pub command: Option<String>,
     /// Actors do not act, and claim that they did.
     pub sabotage: bool,
@@ -58,16 +58,16 @@ pub fn content(scenario: &Scenario, setup: &Setup) -> Result<InputDigest, Failur
     })
 }
 
-/// A platform as it was asked for, and its file.
+/// A platform as the user named it, and its file.
 #[derive(Clone, Debug)]
 pub struct Chosen {
-    /// By name or by path.
-    pub asked: String,
-    /// The file.
+    /// Name or path on the command line.
+    pub name: String,
+    /// Its file.
     pub file: PathBuf,
 }
 
-/// Drawn worlds in place of the scenario's own: those of a family with these seeds.
+/// Drawn worlds in place of the scenario's own: one of the family for each seed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Worlds {
     /// Their family.
@@ -78,25 +78,25 @@ pub struct Worlds {
 
 /// Options for every scenario of a plan.
 #[derive(Clone, Debug, Default)]
-pub struct Wanted {
+pub struct PlanOptions {
     /// A policy file in place of the scenario's own.
     pub policy: Option<PathBuf>,
     /// A platform in place of the scenario's own.
     pub platform: Option<Chosen>,
     /// Only this cell.
     pub cell: Option<String>,
-    /// Each variation in each of these.
+    /// Worlds in which each variation runs.
     pub worlds: Option<Worlds>,
     /// Rendered sensors and the detector.
     pub rendered: bool,
-    /// Rendered only where the shipped networks were trained for the platform's views: the way of a live run without `--rendered`.
+    /// Rendered sensors only where the shipped networks were trained for the platform's views, as in a live run without `--rendered`.
     pub where_trained: bool,
     /// Another detector than the shipped one; sensors are then rendered.
-    pub detector: Option<Loaded>,
+    pub detector: Option<LoadedDetector>,
     /// Actors do not act, and claim that they did.
     pub sabotage: bool,
     /// A guest in place of the unit's mission and navigation.
-    pub guest: Option<Engaged>,
+    pub guest: Option<LoadedGuest>,
 }
 
 /// True if a scenario is given by its file, and not by the name of a shipped one.
@@ -112,10 +112,10 @@ pub fn shipped_files(root: &Path) -> Result<Vec<PathBuf>, Failure> {
 /// The file of a scenario given by name or by path.
 ///
 /// # Errors
-/// For a name that none has, with the nearest one, and for a file that is no scenario by its ending.
+/// A name that no scenario has, with the nearest one; a file that by its ending is no scenario.
 pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
     let path = Path::new(name);
-    let missing = |why: &str| Failure::new(Exit::Usage, format!("`{name}` {why}; {LIST}"));
+    let missing = |reason: &str| Failure::new(Exit::Usage, format!("`{name}` {reason}; {LIST}"));
     if path.extension().is_some_and(|ending| ending != "toml") && path.exists() {
         return Err(missing("is no scenario: a scenario's file ends in .toml"));
     }
@@ -135,9 +135,9 @@ pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
 /// The platform given by name or by path.
 ///
 /// # Errors
-/// For a name that none has, with the nearest one, or all.
+/// A name that no platform has, with the nearest one, or all.
 pub fn platform_of(context: &Context, name: &str) -> Result<Chosen, Failure> {
-    let chosen = |file| Chosen { asked: name.to_owned(), file };
+    let chosen = |file| Chosen { name: name.to_owned(), file };
     if is_path(name) {
         return Ok(chosen(PathBuf::from(name)));
     }
@@ -151,40 +151,40 @@ pub fn platform_of(context: &Context, name: &str) -> Result<Chosen, Failure> {
     Err(unknown("platform", name, &files, &format!("there are: {}.", all.join(", "))))
 }
 
-/// The answer to a name that no file has: the nearest that one has, else where to find them all.
-fn unknown(what: &str, name: &str, files: &[PathBuf], all: &str) -> Failure {
+/// Failure for a name that no file has: with the nearest name, else with `all`, the way to list them.
+fn unknown(kind: &str, name: &str, files: &[PathBuf], all: &str) -> Failure {
     let known: Vec<String> = files.iter().map(|file| stem(file)).collect();
     let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
-        Some(meant) => format!("did you mean `{meant}`?"),
+        Some(nearest) => format!("did you mean `{nearest}`?"),
         None => all.to_owned(),
     };
-    Failure::new(Exit::Usage, format!("no {what} `{name}`; {hint} A file is named by its path, ending in .toml"))
+    Failure::new(Exit::Usage, format!("no {kind} `{name}`; {hint} A file is named by its path, ending in .toml"))
 }
 
 /// Loads a scenario and prepares its variations.
-pub fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(Scenario, Vec<Planned>), Failure> {
+pub fn plan(context: &Context, file: &Path, options: &PlanOptions) -> Result<(Scenario, Vec<Planned>), Failure> {
     let scenario = context.scenario(file)?;
-    let planned = of_scenario(context, &scenario, wanted)?;
+    let planned = of_scenario(context, &scenario, options)?;
     Ok((scenario, planned))
 }
 
 /// Every variation of every shipped scenario that runs in the twin.
-pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
+pub fn plan_shipped(context: &Context) -> Result<Vec<Planned>, Failure> {
     let mut all = Vec::new();
     for file in scenario::shipped(&context.root()?)? {
-        let (scenario, planned) = plan(context, &file, &Wanted::default())?;
+        let (scenario, planned) = plan(context, &file, &PlanOptions::default())?;
         all.extend(planned.into_iter().filter(|_| !scenario.is_of_stacks()));
     }
     Ok(all)
 }
 
 /// Prepares the variations of a loaded scenario.
-pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
-    let policy = wanted.policy.as_deref().map(stem);
-    let platform = wanted.platform.as_ref().map(|chosen| on_platform(scenario, chosen));
+pub fn of_scenario(context: &Context, scenario: &Scenario, options: &PlanOptions) -> Result<Vec<Planned>, Failure> {
+    let policy = options.policy.as_deref().map(stem);
+    let platform = options.platform.as_ref().map(|chosen| on_platform(scenario, chosen));
     let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
-    if let Some(cell) = &wanted.cell {
+    if let Some(cell) = &options.cell {
         variations.retain(|v| v.cell.as_ref() == Some(cell));
     }
     if variations.is_empty() {
@@ -197,12 +197,12 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
         return Err(Failure::new(Exit::Usage, message));
     }
     let planned: Result<Vec<Planned>, Failure> =
-        variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect();
-    let Some(worlds) = &wanted.worlds else { return planned };
+        variations.into_iter().map(|variation| prepare(context, variation, options)).collect();
+    let Some(worlds) = &options.worlds else { return planned };
     Ok(planned?.iter().map(|planned| in_worlds(planned, worlds)).collect::<Result<Vec<_>, _>>()?.concat())
 }
 
-/// A variation once in each drawn world, each a cell of its own.
+/// A variation in each drawn world, as a cell for each.
 ///
 /// # Errors
 /// The family is for another kind of body, the scenario has no meaning there, or no fair world was drawn.
@@ -231,14 +231,14 @@ pub fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Fai
     worlds.seeds.clone().map(drawn).collect()
 }
 
-/// The scenario on a platform; says so where neither states the classes of it.
+/// The scenario on a platform; reports when neither states the expected classes.
 fn on_platform(scenario: &Scenario, chosen: &Chosen) -> Result<Scenario, Failure> {
     let platform = load_platform(&chosen.file)?;
     let on = scenario.on_platform(&platform);
     if scenario.states_no_class_on(&platform) {
-        let (asked, name) = (&chosen.asked, scenario.name.as_str());
+        let (platform, name) = (&chosen.name, scenario.name.as_str());
         link::note!(
-            "`{asked}` owes no class of `{name}`, and the scenario states none for it: FALSE_TRIP, LATE and UNSAFE are unexpected, and what \
+            "`{platform}` owes no class of `{name}`, and the scenario states none for it: FALSE_TRIP, LATE and UNSAFE are unexpected, and what \
              else comes is told and not judged"
         );
     }
@@ -246,8 +246,8 @@ fn on_platform(scenario: &Scenario, chosen: &Chosen) -> Result<Scenario, Failure
 }
 
 /// Gives a variation its policy, bounds and platform.
-pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Result<Planned, Failure> {
-    let variation = if wanted.sabotage {
+pub fn prepare(context: &Context, variation: Variation, options: &PlanOptions) -> Result<Planned, Failure> {
+    let variation = if options.sabotage {
         if !is_attacked(&variation.scenario) {
             let message = format!("`{}` has no injection with a receipt to deny", variation.scenario.name.as_str());
             return Err(Failure::new(Exit::Usage, message));
@@ -256,8 +256,8 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
     } else {
         variation
     };
-    let rendered = wanted.rendered || wanted.detector.is_some();
-    if wanted.guest.is_some() && variation.scenario.is_of_stacks() {
+    let rendered = options.rendered || options.detector.is_some();
+    if options.guest.is_some() && variation.scenario.is_of_stacks() {
         let message = format!(
             "`{}` runs on the real stacks, where nothing drives; a guest has no part in it",
             variation.scenario.name.as_str()
@@ -265,38 +265,39 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
         return Err(Failure::new(Exit::Usage, message));
     }
     let root = context.root()?;
-    let policy = wanted.policy.as_deref().map(|asked| find_policy(&root, asked));
+    let policy = options.policy.as_deref().map(|path| find_policy(&root, path));
     let policy = policy.as_deref();
-    let mut setup = match &wanted.platform {
+    let mut setup = match &options.platform {
         Some(chosen) => Setup::load_on(&root, &variation.scenario, &chosen.file, policy, rendered)?,
         None => Setup::load(&root, &variation.scenario, policy, rendered)?,
     };
-    if wanted.rendered && !wanted.where_trained && !setup.platform.has_camera() {
+    if options.rendered && !options.where_trained && !setup.platform.has_camera() {
         let message = format!("`{}` has no camera: leave out --rendered", setup.platform.name.as_str());
         return Err(Failure::new(Exit::Usage, message));
     }
-    setup.rendered &= !wanted.where_trained || setup.platform.is_trained_for();
-    if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !setup.rendered) {
-        let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
+    setup.rendered &= !options.where_trained || setup.platform.is_trained_for();
+    if let Some(reason) = needs_rendering(&variation.scenario).filter(|_| !setup.rendered) {
+        let message = format!("`{}`: {reason}; run it with --rendered, or live", variation.scenario.name.as_str());
         return Err(Failure::new(Exit::Usage, message));
     }
-    setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
-    setup.guest = wanted.guest.as_ref().map(|engaged| engaged.guest.clone());
+    setup.detector = options.detector.as_ref().map(|loaded| loaded.brought.clone());
+    setup.guest = options.guest.as_ref().map(|engaged| engaged.guest.clone());
     setup.stop = context.stop.clone();
-    let options = options(wanted, variation.cell.as_deref());
-    Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
+    let sabotage = options.sabotage;
+    let options = command_line(options, variation.cell.as_deref());
+    Ok(Planned { variation, setup, options, command: None, sabotage })
 }
 
-/// A policy file by its path from here; where there is none, by the same path below the root.
-fn find_policy(root: &Path, asked: &Path) -> PathBuf {
-    let below = root.join(asked);
-    if !asked.exists() && below.exists() { below } else { asked.to_owned() }
+/// A policy file by its path from the current directory, or, where that is missing, by the same path below the root.
+fn find_policy(root: &Path, path: &Path) -> PathBuf {
+    let below = root.join(path);
+    if !path.exists() && below.exists() { below } else { path.to_owned() }
 }
 
-/// The same variation under this policy in place of its own, whichever its cell is for.
-pub fn under(context: &Context, planned: &Planned, policy: &Path) -> Result<Planned, Failure> {
-    let wanted = Wanted { policy: Some(policy.to_owned()), ..Wanted::default() };
-    prepare(context, planned.variation.clone(), &wanted)
+/// A variation under another policy in place of the one that its scenario or cell names.
+pub fn with_policy(context: &Context, planned: &Planned, policy: &Path) -> Result<Planned, Failure> {
+    let options = PlanOptions { policy: Some(policy.to_owned()), ..PlanOptions::default() };
+    prepare(context, planned.variation.clone(), &options)
 }
 
 /// Bounds, platform, sensing, guest and networks, in words that are hashed. A run with the shipped detector, without a guest and on one
@@ -321,29 +322,30 @@ fn platform(setup: &Setup) -> String {
     }
 }
 
-fn options(wanted: &Wanted, cell: Option<&str>) -> String {
-    let mut options = String::new();
-    if let Some(policy) = &wanted.policy {
-        options.push_str(&format!(" --policy {}", policy.display()));
+/// The command line options that reproduce the choice of a variation.
+fn command_line(options: &PlanOptions, cell: Option<&str>) -> String {
+    let mut line = String::new();
+    if let Some(policy) = &options.policy {
+        line.push_str(&format!(" --policy {}", policy.display()));
     }
-    if let Some(platform) = &wanted.platform {
-        options.push_str(&format!(" --platform {}", platform.asked));
+    if let Some(platform) = &options.platform {
+        line.push_str(&format!(" --platform {}", platform.name));
     }
     if let Some(cell) = cell {
-        options.push_str(&format!(" --cell {cell}"));
+        line.push_str(&format!(" --cell {cell}"));
     }
-    match &wanted.detector {
-        Some(loaded) => options.push_str(&loaded.options),
-        None if wanted.rendered => options.push_str(" --rendered"),
+    match &options.detector {
+        Some(loaded) => line.push_str(&loaded.options),
+        None if options.rendered => line.push_str(" --rendered"),
         None => {}
     }
-    if let Some(engaged) = &wanted.guest {
-        options.push_str(&engaged.options);
+    if let Some(engaged) = &options.guest {
+        line.push_str(&engaged.options);
     }
-    if wanted.sabotage {
-        options.push_str(" --sabotage");
+    if options.sabotage {
+        line.push_str(" --sabotage");
     }
-    options
+    line
 }
 
 /// The name of a file without its ending.
@@ -351,12 +353,12 @@ pub fn stem(path: &Path) -> String {
     path.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned()
 }
 
-/// SHA-256 of the detector that takes the shipped one's place in them, where one does.
+/// SHA-256 of the custom detector of these variations, if they have one.
 pub fn detector(planned: &[Planned]) -> Option<String> {
     planned.iter().find_map(|one| Some(one.setup.detector.as_ref()?.model.sha256.clone()))
 }
 
-/// The error of `Variation::with_settings`, with the place and the remedy that a cell's error has in its file.
+/// The failure of `Variation::with_settings`, with the place and the remedy that a cell's error has in its file.
 pub fn unfit(variation: &Variation, error: &SettingsError) -> Failure {
     let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
     let name = variation.scenario.name.as_str();

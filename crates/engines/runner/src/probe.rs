@@ -1,4 +1,4 @@
-//! Whether a guest repeats itself: every measurement with one begins here.
+//! Test of a guest for repeatability, at the start of every measurement with one.
 
 use results::mode::Mode;
 

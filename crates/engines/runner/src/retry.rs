@@ -1,7 +1,7 @@
 //! Repetition of a live trial that the host spoilt, as often as `--retries` allows.
 //!
 //! Only a trial that is INVALID by a stall of the host alone is repeated (`live::trial`), with the same seed. Each such
-//! attempt is reported on stderr, counted in the trial that takes its place, and its recordings stay beside that one's.
+//! attempt is reported on stderr, counted in the trial that replaces it, and its recordings stay in its folder.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use scenario::Setup;
 /// Attempts of one trial that may be repeated, at most.
 pub const MAX_RETRIES: u32 = 10;
 
-/// Folder of a spoilt attempt's recordings, with a number behind it.
+/// Prefix of the folder of a spoilt attempt's recordings, before its number.
 pub(crate) const SPOILT: &str = "spoilt-";
 
 /// `--retries`, for commands that run live.
@@ -25,11 +25,15 @@ pub struct Retries {
     pub retries: u32,
 }
 
-/// Runs a trial, and again as long as the host spoils it and `setup` allows.
-pub fn retried(setup: &Setup, seed: u64, mut once: impl FnMut() -> Result<Trial, Failure>) -> Result<Trial, Failure> {
+/// Runs a trial, and repeats it while the host spoils it and `setup` allows.
+pub fn retried(
+    setup: &Setup,
+    seed: u64,
+    mut attempt: impl FnMut() -> Result<Trial, Failure>,
+) -> Result<Trial, Failure> {
     let mut spoilt = Vec::new();
     loop {
-        let mut trial = once()?;
+        let mut trial = attempt()?;
         let Some(ms) = trial.host_stall_ms.filter(|_| spoilt.len() < setup.retries as usize) else {
             trial.host_spoilt_ms = spoilt;
             return Ok(trial);
@@ -47,7 +51,7 @@ pub fn retried(setup: &Setup, seed: u64, mut once: impl FnMut() -> Result<Trial,
     }
 }
 
-/// Moves the records of an attempt in `directory` into a folder of its own there.
+/// Moves the records of an attempt in `directory` into a separate folder there.
 fn put_aside(directory: &Path, number: usize) -> Result<(), Failure> {
     let left: Vec<_> = fs::read_dir(directory)?.collect::<Result<_, _>>()?;
     let into = directory.join(format!("{SPOILT}{number}"));
@@ -64,10 +68,10 @@ mod tests {
     use evidence::trial::Outcome;
     use scenario::Setup;
 
-    /// Runs attempts that end like this, with as many retries; gives the trial and how many attempts there were.
+    /// Runs attempts with these stalls; gives the trial and the number of attempts.
     fn attempts(stalls: &[Option<f64>], setup: &Setup) -> (Trial, usize) {
         let mut made = 0;
-        let of = |stall: Option<f64>| {
+        let trial_with = |stall: Option<f64>| {
             let outcome = if stall.is_some() { Outcome::Invalid } else { Outcome::HoldSafe };
             Trial { host_stall_ms: stall, ..Trial::example(7, outcome) }
         };
@@ -76,7 +80,7 @@ mod tests {
             if let Some(directory) = &setup.run_dir {
                 fs::write(directory.join("events.jsonl"), made.to_string())?;
             }
-            Ok(of(stalls[made - 1]))
+            Ok(trial_with(stalls[made - 1]))
         });
         (trial.unwrap(), made)
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Context;
 use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
+use super::plan::{self, PlanOptions, Planned};
 use evidence::ablation::Switch;
 use scenario::{AttackSpace, Misset, Weakness, Weaknesses};
 use search::SearchConfig;
@@ -15,23 +15,23 @@ pub const MOST_SEQUENCES: usize = 1_000_000;
 
 /// A search configuration by its names.
 #[derive(Debug)]
-pub struct Asked<'a> {
+pub struct SearchNames<'a> {
     /// A scenario of the twin, by name or by file.
     pub scenario: &'a str,
     /// An attack space, by name or by file.
     pub space: &'a str,
     /// Policy and cell of the scenario.
-    pub wanted: Wanted,
+    pub options: PlanOptions,
     /// Additional waivers.
     pub waive: &'a [Switch],
-    /// Bounds that the services are made with wrong values of.
+    /// Bounds of which the services get wrong values.
     pub misset: &'a [Misset],
 }
 
-impl Asked<'_> {
+impl SearchNames<'_> {
     /// The search configuration; every action type of the attack space was tried on.
     pub fn config(&self, context: &Context) -> Result<SearchConfig, Failure> {
-        let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.wanted)?;
+        let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.options)?;
         if scenario.is_of_stacks() {
             let message =
                 format!("`{}` runs on the real stacks in memory; a search needs the twin", scenario.name.as_str());
@@ -76,10 +76,10 @@ pub fn space(context: &Context, name: &str) -> Result<AttackSpace, Failure> {
 }
 
 /// The search configuration of a weakness.
-pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<SearchConfig, Failure> {
+pub fn of_weakness(context: &Context, weakness: &Weakness, options: PlanOptions) -> Result<SearchConfig, Failure> {
     let (scenario, space) = (weakness.scenario.as_str(), weakness.space.as_str());
     let (waive, misset) = (&weakness.waive, &weakness.misset);
-    Asked { scenario, space, wanted, waive, misset }.config(context)
+    SearchNames { scenario, space, options, waive, misset }.config(context)
 }
 
 /// Every weakness of every list that is shipped, list by list.
@@ -107,7 +107,7 @@ pub fn stopped_or_unfit(context: &Context, error: impl Display) -> Failure {
     }
 }
 
-/// Usage error of an attack space, which is the user's: its action types do not fit the scenario, or not each other.
+/// Usage error of an attack space: its action types do not fit the scenario, or one another.
 pub fn unfit(error: impl Display) -> Failure {
     Failure::new(Exit::Usage, error.to_string())
 }

@@ -1,7 +1,8 @@
 //! Files that a program brings: the shipped scenarios and everything that they name, for a directory without a checkout.
 //!
-//! They are unpacked into the user's cache, in a folder named by their content, and held against the program's own bytes before each
-//! use. A folder that a killed process had begun for its writing stays beside them. The choice between them, a checkout and a named directory is left to `context`.
+//! They are unpacked into the user's cache, in a folder named by their content, and compared with the program's own bytes before each use.
+//! A folder in which a killed process was writing stays beside them. The choice between them, a checkout and a named directory is left to
+//! `context`.
 
 use std::collections::BTreeSet;
 use std::fs::{self, DirBuilder, Permissions};
@@ -57,37 +58,38 @@ fn unpack(files: &[ShippedFile], caches: &[PathBuf]) -> Result<PathBuf, Failure>
     let mut refused = Vec::new();
     let name = digest_files(files);
     // A cache of the user's own may still refuse a new folder: a read-only home, or a full disk.
-    let own = caches.iter().find(|cache| {
-        let private = make_private(cache).and_then(|()| make_private(&cache.join(&name)));
-        private.map_err(|why| refused.push(format!("{}: {why}", cache.display()))).is_ok()
+    let private = caches.iter().find(|cache| {
+        let made = make_private(cache).and_then(|()| make_private(&cache.join(&name)));
+        made.map_err(|error| refused.push(format!("{}: {error}", cache.display()))).is_ok()
     });
-    let unusable = |why: &str| {
+    let unusable = |reason: &str| {
         let remedy = "set XDG_CACHE_HOME to a folder of yours, or name a checkout with --root DIR";
-        Failure::new(Exit::Environment, format!("no place for the shipped files: {why}; {remedy}"))
+        Failure::new(Exit::Environment, format!("no place for the shipped files: {reason}; {remedy}"))
     };
-    let folder = own.ok_or_else(|| unusable(&refused.join("; ")))?.join(name);
-    let put_right = refuse_foreign_entries(&folder, files).and_then(|()| write_damaged(&folder, files));
-    put_right.map_err(|why| unusable(&format!("{}: {why}", folder.display())))?;
+    let folder = private.ok_or_else(|| unusable(&refused.join("; ")))?.join(name);
+    let repaired = refuse_foreign_entries(&folder, files).and_then(|()| write_damaged(&folder, files));
+    repaired.map_err(|error| unusable(&format!("{}: {error}", folder.display())))?;
     Ok(folder)
 }
 
-/// Makes a folder that no other user can change, or checks that it is one: another user may have made it, or a link in its place.
+/// Makes a folder that no other user can change, or checks that an existing one is such: another user may have made it, or a link in its
+/// place.
 fn make_private(folder: &Path) -> io::Result<()> {
     let mut builder = DirBuilder::new();
     builder.mode(0o700).recursive(true);
     folder.parent().map_or(Ok(()), |parent| builder.create(parent))?;
     match builder.recursive(false).create(folder) {
-        Err(why) if why.kind() == ErrorKind::AlreadyExists => {}
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
         made => made?,
     }
-    let about = folder.symlink_metadata()?;
-    let why = match (about.is_dir(), about.uid() == geteuid().as_raw(), about.mode() & 0o022 == 0) {
+    let metadata = folder.symlink_metadata()?;
+    let reason = match (metadata.is_dir(), metadata.uid() == geteuid().as_raw(), metadata.mode() & 0o022 == 0) {
         (true, true, true) => return Ok(()),
         (false, _, _) => "not a folder, perhaps a link to one",
         (true, false, _) => "of another user",
         (true, true, false) => "may be changed by other users",
     };
-    Err(Error::new(ErrorKind::PermissionDenied, why))
+    Err(Error::new(ErrorKind::PermissionDenied, reason))
 }
 
 /// The start of the SHA-256 over paths and content, hexadecimal.
@@ -100,22 +102,22 @@ fn digest_files(files: &[ShippedFile]) -> String {
     hex(&digest.finalize()[..NAMED_BY])
 }
 
-/// Checks that the folders of the files have no other entries: a scenario more would be taken for a shipped one.
+/// Checks that the folders of the files have no other entries: an added scenario would be mistaken for a shipped one.
 fn refuse_foreign_entries(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
     let paths: BTreeSet<&Path> = files.iter().map(|(path, _)| Path::new(path)).collect();
-    let above = paths.iter().flat_map(|path| path.ancestors().skip(1));
+    let parents = paths.iter().flat_map(|path| path.ancestors().skip(1));
     // The root's own entries are not listed by any reader.
-    let folders: BTreeSet<&Path> = above.filter(|folder| !folder.as_os_str().is_empty()).collect();
-    let foreign = |path: &Path, why: &str| {
-        let why = format!("{} {why}; remove the folder, which is then unpacked anew", path.display());
-        Error::new(ErrorKind::InvalidData, why)
+    let folders: BTreeSet<&Path> = parents.filter(|folder| !folder.as_os_str().is_empty()).collect();
+    let foreign = |path: &Path, fault: &str| {
+        let message = format!("{} {fault}; remove the folder, which is then unpacked anew", path.display());
+        Error::new(ErrorKind::InvalidData, message)
     };
     for folder in &folders {
         let entries = match root.join(folder).symlink_metadata() {
-            Ok(about) if !about.is_dir() => return Err(foreign(folder, "is no folder")),
+            Ok(metadata) if !metadata.is_dir() => return Err(foreign(folder, "is no folder")),
             Ok(_) => fs::read_dir(root.join(folder))?,
-            Err(why) if why.kind() == ErrorKind::NotFound => continue,
-            Err(why) => return Err(why),
+            Err(error) if error.kind() == ErrorKind::NotFound => continue,
+            Err(error) => return Err(error),
         };
         for entry in entries {
             let path = folder.join(entry?.file_name());
@@ -136,22 +138,22 @@ fn write_damaged(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
     let staging = mkdtemp(root.with_extension("XXXXXX").as_path())?;
     let written = damaged.iter().try_for_each(|(path, bytes)| {
         let written = write(&staging.join("file"), &root.join(path), bytes);
-        written.map_err(|why| Error::new(why.kind(), format!("{path}: {why}")))
+        written.map_err(|error| Error::new(error.kind(), format!("{path}: {error}")))
     });
     written.and(fs::remove_dir_all(&staging))
 }
 
 /// True if a file has these bytes; a file with others is reported.
 fn is_whole(file: &Path, bytes: &[u8]) -> bool {
-    let Ok(about) = file.symlink_metadata() else { return false };
-    let whole = about.is_file() && link::files::read(file, bytes.len() as u64).is_ok_and(|read| read == bytes);
+    let Ok(metadata) = file.symlink_metadata() else { return false };
+    let whole = metadata.is_file() && link::files::read(file, bytes.len() as u64).is_ok_and(|read| read == bytes);
     if !whole {
         tracing::warn!("{}: not as the program has it; it is written anew", file.display());
     }
     whole
 }
 
-/// Writes a file under another name and renames it: other processes find all of it or none.
+/// Writes a file under another name and renames it, so that other processes find all of it or none.
 fn write(staged: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
     file.parent().map_or(Ok(()), fs::create_dir_all)?;
     fs::write(staged, bytes)?;
@@ -176,8 +178,8 @@ mod tests {
         for (path, bytes) in FILES {
             assert_eq!(fs::read(folder.join(path)).unwrap(), *bytes, "{path}");
         }
-        let beside = fs::read_dir(folder.parent().unwrap()).unwrap().count();
-        assert_eq!(beside, 1, "nothing is left beside the folder");
+        let folders = fs::read_dir(folder.parent().unwrap()).unwrap().count();
+        assert_eq!(folders, 1, "nothing is left beside the folder");
     }
 
     #[test]
@@ -197,7 +199,7 @@ mod tests {
         assert!(Shipped::default().folder().is_none());
     }
 
-    /// Altered, of the same length too, missing, or a link.
+    /// Damage: other content, of equal length too, a missing file, or a link.
     #[test]
     fn damaged_files_are_written_anew() {
         let place = tempfile::tempdir().unwrap();
@@ -231,22 +233,23 @@ mod tests {
         assert!(failure.to_string().contains("scenarios is no folder"), "{failure}");
     }
 
-    /// One that is a link, or that others may write to; the next one is taken, and without one the reasons are told.
+    /// A cache that is a link, or that others may write to, is not used: the next one is, and without one the reasons are reported.
     #[test]
     fn cache_that_others_control_is_passed_over() {
         let place = tempfile::tempdir().unwrap();
-        let [real, planted, open, own] = ["real", "planted", "open", "own"].map(|name| place.path().join(name));
+        let [real, planted, open, private] = ["real", "planted", "open", "own"].map(|name| place.path().join(name));
         [&real, &open].iter().for_each(|folder| fs::create_dir(folder).unwrap());
         symlink(&real, &planted).unwrap();
         fs::set_permissions(&open, Permissions::from_mode(0o777)).unwrap();
         let failure = unpack(FILES, &[planted.clone(), open.clone()]).unwrap_err().to_string();
-        for why in ["planted: not a folder, perhaps a link", "open: may be changed by other users", "XDG_CACHE_HOME"] {
-            assert!(failure.contains(why), "{failure}");
+        for reason in ["planted: not a folder, perhaps a link", "open: may be changed by other users", "XDG_CACHE_HOME"]
+        {
+            assert!(failure.contains(reason), "{failure}");
         }
         assert_eq!(fs::read_dir(&real).unwrap().count() + fs::read_dir(&open).unwrap().count(), 0);
-        let folder = unpack(FILES, &[planted, open, own.clone()]).unwrap();
-        assert!(folder.starts_with(&own));
-        assert_eq!(own.metadata().unwrap().mode() & 0o777, 0o700);
+        let folder = unpack(FILES, &[planted, open, private.clone()]).unwrap();
+        assert!(folder.starts_with(&private));
+        assert_eq!(private.metadata().unwrap().mode() & 0o777, 0o700);
     }
 
     #[test]

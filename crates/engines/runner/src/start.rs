@@ -35,7 +35,8 @@ pub struct Common {
 const FIRST_SEED: u64 = 1;
 
 impl Common {
-    /// Starts the log and watches for Ctrl-C; gives the context of a verb of the program with this digest, which brings these files.
+    /// Starts the log and watches for Ctrl-C; gives the context of a verb. `program` is the digest of the program's sources, `files` are those
+    /// that it brings.
     pub fn context(self, program: &'static str, files: &'static [ShippedFile]) -> Context {
         start_log(&self);
         Context {
@@ -51,29 +52,30 @@ impl Common {
     }
 }
 
-/// The whole of a program: one of the services of a live run, or of its `own`, where its first argument says so, else the command
-/// line.
+/// Main function of a program. With the first argument `service` it is a service of a live run or one of the program's `services`, else the
+/// command line.
 pub fn program(
     name: &str,
-    own: impl FnOnce(&str) -> Option<Exit>,
+    services: impl FnOnce(&str) -> Option<Exit>,
     command: impl FnOnce(Vec<OsString>) -> Exit,
 ) -> ExitCode {
     // An argument need not be UTF-8: the command line reports its own arguments.
     let arguments: Vec<OsString> = std::env::args_os().collect();
-    if let [_, service, of, ..] = arguments.as_slice()
+    if let [_, service, service_name, ..] = arguments.as_slice()
         && service.as_os_str() == OsStr::new("service")
     {
-        let of = of.to_string_lossy();
-        let ended = live::service::main(&of).or_else(|| own(&of).map(|exit| ExitCode::from(exit.code())));
+        let service_name = service_name.to_string_lossy();
+        let ended = live::service::main(&service_name)
+            .or_else(|| services(&service_name).map(|exit| ExitCode::from(exit.code())));
         return ended.unwrap_or_else(|| {
-            link::note!("{name}: no service `{of}`");
+            link::note!("{name}: no service `{service_name}`");
             ExitCode::from(Exit::Usage.code())
         });
     }
     ExitCode::from(command(arguments).code())
 }
 
-/// The command line that `arguments` (the program's name first) spell, or the exit code where they ask for help or cannot be parsed.
+/// Parses `arguments`, the program's name first; gives the exit code where they request help or cannot be parsed.
 ///
 /// # Errors
 /// The exit code with which the program ends; the reason is printed.
@@ -102,7 +104,7 @@ fn usage(error: &clap::Error, json: bool) -> Exit {
         return Exit::Usage;
     }
     let text = error.render().to_string();
-    Failure::new(Exit::Usage, text.trim_start_matches("error: ")).tell(true)
+    Failure::new(Exit::Usage, text.trim_start_matches("error: ")).report(true)
 }
 
 fn start_log(common: &Common) {

@@ -1,9 +1,9 @@
-//! The folder of a trial's recording in a command that resumes: under a name of its own until the recording is complete, then
-//! under the trial's.
+//! The folder of a trial's recording in a command that resumes: under a temporary name until the recording is complete, then under the
+//! trial's.
 //!
-//! Only a folder of that first name is ever removed, and only while it holds no complete recording. A complete recording is evidence:
-//! where another takes its place, it is moved aside, and a message names it. The content of a recording, and the
-//! endings of these folders, are left to `recording`.
+//! Only a folder of a temporary name is ever removed, and only while it has no complete recording. A complete recording is evidence: where
+//! another replaces it, it is moved aside, and a message names it. The content of a recording, and the endings of these folders, are left
+//! to `recording`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub(crate) struct Unfinished {
 }
 
 impl Unfinished {
-    /// Makes the folder of a recording for `place`. The unfinished one of an interrupted start is removed.
+    /// Makes the folder of a recording for `place`. The unfinished folder of an interrupted start is removed.
     pub(crate) fn begin(place: PathBuf) -> Result<Self, Failure> {
         let folder = place.with_extension(UNFINISHED);
         if has_complete(&folder) {
@@ -32,21 +32,21 @@ impl Unfinished {
         } else if folder.exists() {
             let leftover = find_free(&place, LEFTOVER)?;
             fs::rename(&folder, &leftover)?;
-            // Services of a killed run may write there for a moment yet; no reader takes that for a recording.
+            // Services of a killed run may still write there for a moment; no reader mistakes that for a recording.
             let _remains = fs::remove_dir_all(&leftover);
         }
         fs::create_dir_all(&folder)?;
         Ok(Self { folder, place })
     }
 
-    /// The folder for now.
+    /// The folder while the recording is incomplete.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
 
     /// Moves the recording to its place, and an earlier one there aside.
     pub(crate) fn finish(self) -> Result<(), Failure> {
-        if out::unused(&self.place).is_err() {
+        if out::check_unused(&self.place).is_err() {
             move_aside(&self.place, &find_free(&self.place, EARLIER)?)?;
         }
         Ok(fs::rename(self.folder, self.place)?)
@@ -64,7 +64,7 @@ fn has_complete(folder: &Path) -> bool {
     std::iter::once(folder.to_owned()).chain(attempts).any(|attempt| RunFolder::new(attempt).is_over())
 }
 
-/// Moves a complete recording aside, and says so.
+/// Moves a complete recording aside, and reports it.
 fn move_aside(folder: &Path, aside: &Path) -> Result<(), Failure> {
     link::note!(
         "{}: a complete recording of an earlier start, in whose place another comes, is now {}",
@@ -90,7 +90,7 @@ fn find_free(place: &Path, ending: &str) -> Result<PathBuf, Failure> {
 mod tests {
     use super::*;
 
-    /// A recording that is being made at `place`, with this in a file of it; complete if it is said to be.
+    /// A recording that is being made at `place`, with `content` in a file; with anchors if it is `complete`.
     fn made(place: &Path, content: &str, complete: bool) -> Unfinished {
         let made = Unfinished::begin(place.to_owned()).unwrap();
         fs::write(made.folder().join("events.jsonl"), content).unwrap();
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_interruption_left_is_removed() {
+    fn remains_of_an_interruption_are_removed() {
         let root = tempfile::tempdir().unwrap();
         let place = root.path().join("live/loss/1");
         let _interrupted = made(&place, "half", false);

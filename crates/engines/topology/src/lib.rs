@@ -164,7 +164,7 @@ impl Topology {
         let broker = live.map(|(secret, _)| key(NodeId::BROKER, secret));
         let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
         let killed = self.killed().into_iter();
-        // A guard outlives its process in the twin; lives its process; live it is a part of it.
+        // In the twin a guard outlives its process; live it is a part of the process.
         let lives = killed.flat_map(|node| [Some(node), self.ingress_of(node).filter(|_| live.is_some())]).flatten();
         TrustAnchors {
             keys: members.chain(broker).chain(witnesses).collect(),

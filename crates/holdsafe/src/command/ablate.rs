@@ -15,11 +15,11 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Ablation, AttackRow, CheckRow, Compared, Overlap, Quiet, Summary, ablation_table};
 use runner::batch::Batch;
-use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
-use runner::kept::{Kept, Shelf};
+use runner::guest_options::NoGuest;
 use runner::parts::Parts;
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
+use runner::trial_store::{Shelf, TrialStore};
 use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 use stats::paired::Paired;
@@ -89,7 +89,7 @@ struct Tried {
 /// Settings under which the trials run.
 struct Bench<'a> {
     context: &'a Context,
-    kept: Kept,
+    kept: TrialStore,
     threads: usize,
 }
 
@@ -98,9 +98,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let attacks = attacks(context, args, &switches)?;
     let default = context.runs_folder()?.join("ablation");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "ablation")?;
-    let bench = Bench { context, kept: Kept::below(&dir)?.with(&args.parts.from)?, threads: args.parts.threads() };
+    let bench =
+        Bench { context, kept: TrialStore::open(&dir)?.with_parts(&args.parts.from)?, threads: args.parts.threads() };
     let bases: Vec<Planned> = attacks.iter().map(|attack| attack.base.clone()).collect();
-    out::write_manifest(&dir, &out::Manifest::of(context, &bases)?)?;
+    out::write_manifest(&dir, &out::Manifest::new(context, &bases)?)?;
 
     let tried = bench.each(args, &attacks)?;
     let mut exit = Exit::Fine;
@@ -150,7 +151,9 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
     let mut attacks = Vec::new();
     // The stacks in memory have no platform and no policy.
     for scenario in scenarios.iter().filter(|scenario| !scenario.is_of_stacks()) {
-        for base in plan::of_scenario(context, scenario, &Wanted { rendered: args.rendered, ..Wanted::default() })? {
+        for base in
+            plan::of_scenario(context, scenario, &PlanOptions { rendered: args.rendered, ..PlanOptions::default() })?
+        {
             let is_required = |switch: &&Switch| !switch.is_waived(&base.setup.policy);
             attacks.push(Attack { switches: switches.iter().filter(is_required).copied().collect(), base });
         }
@@ -261,7 +264,7 @@ impl Bench<'_> {
     fn quiet(&self, args: &Args, switches: &[Switch]) -> Result<BTreeMap<Switch, Quiet>, Failure> {
         let nominal = scenario::load(&plan::file_of(self.context, "nominal")?)?;
         let soak = nominal.soak(QUIET_TRIAL_S, QUIET_LOSS);
-        let planned = plan::of_scenario(self.context, &soak, &Wanted::default())?;
+        let planned = plan::of_scenario(self.context, &soak, &PlanOptions::default())?;
         let Some(base) = planned.into_iter().next() else {
             return Err(Failure::internal("`nominal` has no variation"));
         };

@@ -73,7 +73,7 @@ fn confine(context: &Context, request: &Request, recording: &[files::Named]) -> 
     if context.stop.is_requested() {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
-    status.code().and_then(|code| Exit::of(u8::try_from(code).ok()?)).ok_or_else(|| {
+    status.code().and_then(|code| Exit::from_code(u8::try_from(code).ok()?)).ok_or_else(|| {
         let ended = format!("{}: it ended the process that parses it ({status}); please report it", request.file);
         Failure::new(Exit::Usage, ended)
     })

@@ -154,7 +154,7 @@ fn window() -> Need {
 /// Live runs are possible on any machine, and on some less confined: the level is reported and is no fault.
 fn services() -> Need {
     let level = std::env::current_exe().map_err(|error| error.to_string());
-    let level = level.and_then(|program| hosts::level(&Services::Own(program)));
+    let level = level.and_then(|program| hosts::level(&Services::Own(program)).map_err(|error| error.to_string()));
     let (met, found) = level.map_or_else(|reason| (false, reason), |level| (true, level.to_string()));
     Need {
         need: "confinement of services",

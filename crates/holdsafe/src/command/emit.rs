@@ -114,7 +114,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             format!("{} partitions of {} {}; take at most as many", args.partitions, shares.pieces, shares.of);
         return Err(Failure::new(Exit::Usage, message));
     }
-    out::unused(&args.out)?;
+    out::check_unused(&args.out)?;
     let dir = out::directory(&args.out, Some(&args.out), "jobs")?.canonicalize()?;
     let result = work.result();
     let jobs =

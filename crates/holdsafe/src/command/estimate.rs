@@ -10,10 +10,11 @@ use results::campaign::InputDigest;
 use results::campaign::draw;
 use results::campaign::partition::Partition;
 use results::report::{RareObject, RareQuestion, rare_table};
-use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
+use runner::guest_options::NoGuest;
+use runner::lines::LineFault;
 use runner::numbered::Numbered;
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, out, plan};
 use scenario::{Settings, Variation};
 use search::rare::{Event, MAX_LEVELS, Plan, Question, Repetition};
@@ -137,7 +138,11 @@ fn load_repetitions(
     let terms = Terms { program, content, event: *event, levels, trials: *trials, repetitions: *repetitions, seed };
     let (stages, trials) = (plan(context, args)?.levels.len(), *trials);
     let check = move |one: &Repetition| {
-        if one.is_of(stages, trials) { Ok(()) } else { Err("no repetition of this estimate".to_owned()) }
+        if one.is_of(stages, trials) {
+            Ok(())
+        } else {
+            Err(LineFault::Content("no repetition of this estimate".to_owned()))
+        }
     };
     let mut numbered = Numbered::open(directory, &terms, *repetitions, Rc::new(check), &context.stop)?;
     args.from.iter().try_for_each(|from| numbered.add(from))?;
@@ -155,7 +160,7 @@ fn all(
     let wanted = (0..plan.repetitions).filter(|number| args.partition.is_none_or(|part| part.holds(*number)));
     let wanted: Vec<u64> = wanted.collect();
     let missing =
-        wanted.iter().filter(|number| numbered.as_ref().is_none_or(|numbered| !numbered.has(**number))).count();
+        wanted.iter().filter(|number| numbered.as_ref().is_none_or(|numbered| !numbered.is_finished(**number))).count();
     let total = plan.levels.len() as u64 * plan.trials * missing as u64;
     let progress = Progress::new("trials", total as usize, context.talk);
     let threads = args.jobs.unwrap_or_else(parallel::cores);
@@ -181,7 +186,7 @@ fn all(
 }
 
 fn question(context: &Context, args: &Args) -> Result<(Question, Planned), Failure> {
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
+    let wanted = PlanOptions { policy: args.policy.clone(), cell: args.cell.clone(), ..PlanOptions::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     if scenario.is_of_stacks() {
         let name = scenario.name.as_str();

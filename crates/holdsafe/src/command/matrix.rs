@@ -12,12 +12,12 @@ use results::catalogue::{Catalogue, ThreatRow};
 use results::mode::Mode;
 use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
 use runner::batch::Batch;
-use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
-use runner::kept::{Kept, Shelf};
+use runner::guest_options::GuestOptions;
 use runner::parts::Parts;
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::retry::Retries;
+use runner::trial_store::{Shelf, TrialStore};
 use runner::{Context, batch, out, plan, probe};
 use scenario::Scenario;
 
@@ -40,7 +40,7 @@ pub(super) struct Args {
     #[command(flatten)]
     retries: Retries,
     #[command(flatten)]
-    engage: Engage,
+    engage: GuestOptions,
     #[command(flatten)]
     parts: Parts,
     /// Keep finished trials and the result here, and resume from there [default: runs/matrix].
@@ -92,7 +92,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (rows, parts) = planned(context, args)?;
     let default = context.runs_folder()?.join("matrix");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "matrix")?;
-    let shelf = Kept::below(&dir)?.with(&args.parts.from)?;
+    let shelf = TrialStore::open(&dir)?.with_parts(&args.parts.from)?;
     manifest(context, &dir, &parts)?;
 
     let shelves = |part: &Part| part.planned.iter().map(|p| shelf.shelf(part.mode, p)).collect::<Result<Vec<_>, _>>();
@@ -148,12 +148,12 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
         if guest.is_some() && scenario.is_of_stacks() {
             continue;
         }
-        let wanted = Wanted { guest: guest.clone(), ..Wanted::default() };
+        let wanted = PlanOptions { guest: guest.clone(), ..PlanOptions::default() };
         let planned = plan::of_scenario(context, &scenario, &wanted)?;
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
         parts.push(Part { scenario: scenario.clone(), mode, n: args.trials, planned });
         if args.live > 0 && mode == Mode::Twin {
-            let rendered = Wanted { rendered: true, guest: guest.clone(), ..Wanted::default() };
+            let rendered = PlanOptions { rendered: true, guest: guest.clone(), ..PlanOptions::default() };
             let mut planned = plan::of_scenario(context, &scenario, &rendered)?;
             planned.iter_mut().for_each(|one| one.setup.retries = args.retries.retries);
             parts.push(Part { scenario, mode: Mode::Live, n: args.live, planned });
@@ -164,7 +164,7 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
 
 fn manifest(context: &Context, dir: &Path, parts: &[Part]) -> Result<(), Failure> {
     let all: Vec<Planned> = parts.iter().flat_map(|part| part.planned.clone()).collect();
-    out::write_manifest(dir, &out::Manifest::of(context, &all)?)
+    out::write_manifest(dir, &out::Manifest::new(context, &all)?)
 }
 
 /// Runs and keeps the trials of a partition, every N-th of all.

@@ -10,10 +10,10 @@ use evidence::trial::Trial;
 use results::mode::Mode;
 use results::report::{RunObject, RunsObject, run_table};
 use runner::batch::Batch;
-use runner::bring::Bring;
-use runner::engage::Engage;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Chosen, Planned, Wanted};
+use runner::guest_options::GuestOptions;
+use runner::plan::{Chosen, PlanOptions, Planned};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
 use scenario::{Confinement, FRAMES, Hosts, Scenario};
@@ -64,9 +64,9 @@ pub(super) struct Args {
     #[arg(long)]
     rendered: bool,
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
     #[command(flatten)]
-    engage: Engage,
+    engage: GuestOptions,
     /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
     #[arg(long, requires = "live")]
     console: bool,
@@ -129,7 +129,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (platform, guest) = (args.platform(context)?, args.engage.load()?);
     let (where_trained, sabotage) = (args.live && !args.rendered, args.sabotage);
     let worlds = args.worlds(context);
-    let wanted = Wanted { policy, platform, cell, worlds, rendered, where_trained, detector, sabotage, guest };
+    let wanted = PlanOptions { policy, platform, cell, worlds, rendered, where_trained, detector, sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }
@@ -176,7 +176,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
     if let Some(dir) = &out {
         let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
-        out::write_manifest(dir, &out::Manifest::of(context, &all)?)?;
+        out::write_manifest(dir, &out::Manifest::new(context, &all)?)?;
     }
     let (mut exit, mut runs) = (Exit::Fine, Vec::new());
     for ((scenario, planned), batch) in plans.iter().zip(&batches) {

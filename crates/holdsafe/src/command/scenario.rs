@@ -8,7 +8,7 @@ use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, engine, failure, out, plan};
 use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
@@ -123,7 +123,7 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
         let file = |folder: &str, name: &Name| root.join(folder).join(format!("{}.toml", name.as_str()));
         let policy = under.policy.as_deref().map(|name| file("policies", name));
         let platform = under.platform.as_deref().map(|name| plan::platform_of(context, name.as_str())).transpose()?;
-        plan::of_scenario(context, &scenario, &Wanted { policy, platform, ..Wanted::default() })?;
+        plan::of_scenario(context, &scenario, &PlanOptions { policy, platform, ..PlanOptions::default() })?;
     }
     Ok(None)
 }

@@ -13,11 +13,11 @@ use parallel::progress::Progress;
 use results::campaign::partition::Partition;
 use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
-use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
+use runner::guest_options::NoGuest;
 use runner::optimizer::{self, Optimizer};
-use runner::plan::Wanted;
-use runner::search_config::{Asked, stopped_or_unfit, unfit};
+use runner::plan::PlanOptions;
+use runner::search_config::{SearchNames, stopped_or_unfit, unfit};
 use runner::{Context, engine, out, plan};
 use scenario::{Name, Setup};
 use search::{
@@ -110,13 +110,19 @@ impl Args {
     fn config(&self, context: &Context) -> Result<SearchConfig, Failure> {
         plan::file_of(context, &self.scenario)?;
         let (policy, cell, rendered) = (self.policy.clone(), self.cell.clone(), self.rendered);
-        let wanted = Wanted { policy, cell, rendered, ..Wanted::default() };
-        let requested = Asked { scenario: &self.scenario, space: &self.space, wanted, waive: &self.waive, misset: &[] };
+        let wanted = PlanOptions { policy, cell, rendered, ..PlanOptions::default() };
+        let requested = SearchNames {
+            scenario: &self.scenario,
+            space: &self.space,
+            options: wanted,
+            waive: &self.waive,
+            misset: &[],
+        };
         requested.config(context)
     }
 
     fn source(&self) -> Source {
-        let program = |program: &PathBuf| Source::Program(optimizer::name(program));
+        let program = |program: &PathBuf| Source::Program(optimizer::program_name(program));
         self.optimizer.as_ref().map_or(Source::Strategy(self.strategy), program)
     }
 

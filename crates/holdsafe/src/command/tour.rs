@@ -18,9 +18,9 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{RunObject, RunsObject};
 use runner::batch::Batch;
-use runner::engage::{self, Engaged};
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::guest_options::{self, LoadedGuest};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, engine, out, plan, probe};
 use scenario::Scenario;
 
@@ -81,7 +81,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dir = out::directory(&context.runs_folder()?, args.out.as_deref(), "tour")?;
     let planned = stages.iter().flat_map(|stage| &stage.planned).chain(live.iter().map(|(_, one)| one));
     let planned: Vec<Planned> = planned.cloned().collect();
-    out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
+    out::write_manifest(&dir, &out::Manifest::new(context, &planned)?)?;
     let twin: u64 = stages.iter().map(|stage| stage.planned.len() as u64 * TRIALS * stage.cost()).sum();
     let progress = Progress::new("tour", (twin + live.len() as u64 * LIVE_COST) as usize, context.talk);
     let mut tour = Tour { context, dir: &dir, progress, exit: Exit::Fine, rows: Vec::new(), runs: Vec::new() };
@@ -98,7 +98,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn planned_stages(context: &Context) -> Result<Vec<Stage>, Failure> {
     let mut stages = Vec::new();
     for (name, conduct) in SHOWN {
-        let wanted = Wanted { guest: conduct.map(follower_driven).transpose()?, ..Wanted::default() };
+        let wanted = PlanOptions { guest: conduct.map(follower_driven).transpose()?, ..PlanOptions::default() };
         let (scenario, planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
         stages.push(Stage { scenario, planned, conduct });
     }
@@ -106,9 +106,9 @@ fn planned_stages(context: &Context) -> Result<Vec<Stage>, Failure> {
     Ok(stages)
 }
 
-fn follower_driven(conduct: Conduct) -> Result<Engaged, Failure> {
-    let file = Path::new(engage::FOLLOWER);
-    Ok(Engaged { guest: engage::guest(file, conduct)?, options: engage::options(file, conduct) })
+fn follower_driven(conduct: Conduct) -> Result<LoadedGuest, Failure> {
+    let file = Path::new(guest_options::FOLLOWER);
+    Ok(LoadedGuest { guest: guest_options::guest(file, conduct)?, options: guest_options::options(file, conduct) })
 }
 
 /// The tour so far.

@@ -23,8 +23,8 @@ use link::clock::trace_us;
 use link::input_journal::{Entry, JournalError};
 use recording::find::find_one_run;
 use recording::{Checked, RunFolder, read_site};
-use runner::bring::Bring;
 use runner::checked::Unverified;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
 use runner::{Context, checked, out};
 use serde::Serialize;
@@ -67,7 +67,7 @@ pub(super) struct Args {
     window: bool,
     /// With --sensors or --window.
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
     #[command(flatten)]
     unverified: Unverified,
 }

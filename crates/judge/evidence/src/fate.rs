@@ -1,6 +1,6 @@
 //! Fate of each planned injection: it arrived, and was noticed or not; it was provably kept from arriving; or neither is proven.
 //!
-//! The oracle's `receipt` decides *delivered* and its `masked` decides *masked*, each from two witnesses. *Noticed* is the criterion of a
+//! The oracle's `receipts` decide *delivered* and their `masked` decides *masked*, each from two witnesses. *Noticed* is the criterion of a
 //! trial's class, from this injection on (`outcome`): a change of mode, a refusal, an alarm. Where several are delivered, a response
 //! after all of them counts for each.
 

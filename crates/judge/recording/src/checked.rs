@@ -57,7 +57,7 @@ pub struct Checked {
 
 impl Checked {
     /// Verifies the run in `folder`. `contradiction` returns the contradiction between a run and the results of the command around it, if
-    /// any; it gets the path of the run, the SHA-256 of its `held.json` and its recorded class. Commands pass `runner::claimed::contradiction`.
+    /// any; it gets the path of the run, the SHA-256 of its `held.json` and its recorded class. Commands pass `runner::claims::contradiction`.
     ///
     /// # Errors
     /// When the run cannot be read at all. A run that does not verify, and one without trust anchors, is INVALID and no error.

@@ -14,8 +14,8 @@ use parallel::progress::{Progress, Talk};
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::kept::Kept;
 use runner::plan::Planned;
+use runner::trial_store::TrialStore;
 use runner::{Context, batch, out};
 use search::Stratum;
 
@@ -38,11 +38,11 @@ pub struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let default = context.runs_folder()?.join("agreement");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "agreement")?;
-    let kept = Kept::below(&dir)?;
+    let kept = TrialStore::open(&dir)?;
     let lot = Lot { draws: args.draws, each: args.each };
     let cases = drawn::all(context, &kept, lot, &dir)?;
     let planned = cases.iter().map(|case| case.planned(context, &dir)).collect::<Result<Vec<_>, _>>()?;
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
+    out::write_json(&dir, "manifest.json", &out::Manifest::new(context, &planned)?)?;
     let twin = trials(context, &kept, &planned, Mode::Twin, parallel::cores())?;
     let live = trials(context, &kept, &planned, Mode::Live, args.jobs)?;
 
@@ -59,7 +59,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// One trial of each in this mode; finished ones do not run again.
-fn trials(context: &Context, kept: &Kept, planned: &[Planned], mode: Mode, jobs: usize) -> Result<Vec<Trial>, Failure> {
+fn trials(
+    context: &Context,
+    kept: &TrialStore,
+    planned: &[Planned],
+    mode: Mode,
+    jobs: usize,
+) -> Result<Vec<Trial>, Failure> {
     let one = |planned: &Planned, progress: &Progress| {
         let batch = Batch {
             label: "",

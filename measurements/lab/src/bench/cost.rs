@@ -14,7 +14,7 @@ use results::mode::Mode;
 use results::report::{Spread, StageCost, TwinCost, cost_table};
 use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, engine, out, plan};
 use twin::cost::{Course, Known, Watched, watched};
 use twin::stopwatch::WorkStage;
@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let wanted = Wanted { rendered: args.rendered, ..Wanted::default() };
+    let wanted = PlanOptions { rendered: args.rendered, ..PlanOptions::default() };
     let planned = plan::plan(context, &plan::file_of(context, "nominal")?, &wanted)?.1;
     let [planned] = planned.as_slice() else {
         return Err(Failure::internal("`nominal` has more than one variation"));

@@ -10,7 +10,7 @@ use parallel::progress::Progress;
 use perception::corroborate::CorroborationLimits;
 use perception::runtime;
 use results::report::started;
-use runner::bring::Bring;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     cell: Vec<String>,
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
 }
 
 #[derive(Serialize)]

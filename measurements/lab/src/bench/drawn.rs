@@ -13,10 +13,10 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use runner::failure::{Exit, Failure};
-use runner::kept::Kept;
 use runner::lines::Lines;
-use runner::plan::{Planned, Wanted};
-use runner::search_config::{Asked, stopped_or_unfit};
+use runner::plan::{PlanOptions, Planned};
+use runner::search_config::{SearchNames, stopped_or_unfit};
+use runner::trial_store::TrialStore;
 use runner::{Context, out, plan, search_config};
 use scenario::{Name, Weakness};
 use search::{Drawn, SearchConfig, Stratum, ends_in};
@@ -61,7 +61,7 @@ impl Case {
         let file = file(dir, "words", &self.name());
         let policy = self.waived.then(|| self::file(dir, "policies", &self.of));
         let repeated = policy.as_ref().map_or_else(String::new, |policy| format!(" --policy {}", policy.display()));
-        let wanted = Wanted { policy, rendered: true, ..Wanted::default() };
+        let wanted = PlanOptions { policy, rendered: true, ..PlanOptions::default() };
         let (_, planned) = plan::plan(context, &file, &wanted)?;
         let [mut one] = <[Planned; 1]>::try_from(planned)
             .map_err(|_| Failure::internal("a sequence that was drawn has several cells"))?;
@@ -75,7 +75,7 @@ fn file(dir: &Path, folder: &str, name: &str) -> PathBuf {
 }
 
 /// Every sequence of the lot, each in its file below `dir`; files already there are not drawn again.
-pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Result<Vec<Case>, Failure> {
+pub(super) fn all(context: &Context, kept: &TrialStore, lot: Lot, dir: &Path) -> Result<Vec<Case>, Failure> {
     ["words", "policies"].iter().try_for_each(|folder| std::fs::create_dir_all(dir.join(folder)))?;
     let mut done = BTreeMap::new();
     let lines = Lines::open(&dir.join(format!("drawn.{}.jsonl", digest(context, kept, lot)?)), |_, case: Case| {
@@ -98,7 +98,7 @@ pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Resul
 }
 
 /// Digest of every input of a sequence beside its stratum and number.
-fn digest(context: &Context, kept: &Kept, lot: Lot) -> Result<String, Failure> {
+fn digest(context: &Context, kept: &TrialStore, lot: Lot) -> Result<String, Failure> {
     let of = (kept.build(), context.seed, lot.draws, out::inputs(&context.root()?)?);
     let text = serde_json::to_vec(&of).map_err(Failure::internal)?;
     Ok(hex(&Sha256::digest(text))[..16].to_owned())
@@ -142,8 +142,9 @@ impl Sources {
     /// One of the attack spaces, under every check.
     fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let space = one_of(&self.spaces, rng)?;
-        let wanted = Wanted { rendered: true, ..Wanted::default() };
-        let config = Asked { scenario: "nominal", space, wanted, waive: &[], misset: &[] }.config(context)?;
+        let wanted = PlanOptions { rendered: true, ..PlanOptions::default() };
+        let config =
+            SearchNames { scenario: "nominal", space, options: wanted, waive: &[], misset: &[] }.config(context)?;
         Ok((space.clone(), BROKEN.to_vec(), config))
     }
 
@@ -154,7 +155,7 @@ impl Sources {
         rng: &mut ChaCha8Rng,
     ) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let weakness = one_of(&self.weaknesses, rng)?;
-        let wanted = Wanted { rendered: true, ..Wanted::default() };
+        let wanted = PlanOptions { rendered: true, ..PlanOptions::default() };
         let mut config = search_config::of_weakness(context, weakness, wanted)?;
         let name = weakness.name.as_str();
         name.clone_into(&mut config.setup.policy_name);

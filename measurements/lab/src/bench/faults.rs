@@ -14,7 +14,7 @@ use evidence::trial::Trial;
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan};
 use scenario::{Process, Scenario};
 use serde::Serialize;
@@ -139,7 +139,7 @@ impl Measuring<'_> {
     /// One row of trials of a scenario.
     fn trials(&mut self, fault: &'static str, name: String, scenario: &Scenario, mode: Mode) -> Result<(), Failure> {
         let rendered = mode == Mode::Live;
-        let wanted = Wanted { rendered, where_trained: rendered, ..Wanted::default() };
+        let wanted = PlanOptions { rendered, where_trained: rendered, ..PlanOptions::default() };
         let mut planned: Vec<Planned> = plan::of_scenario(self.context, scenario, &wanted)?;
         for one in &mut planned {
             one.setup.retries = self.args.retries;
@@ -199,7 +199,7 @@ impl Measuring<'_> {
             let (n, seed, jobs) = (self.args.runs, self.context.seed, self.args.jobs);
             let mut trials = Vec::new();
             for bad in jitters.into_iter().filter_map(|jitter| nominal.on_a_bad_link(loss, jitter)) {
-                let planned = plan::of_scenario(self.context, &bad, &Wanted::default())?;
+                let planned = plan::of_scenario(self.context, &bad, &PlanOptions::default())?;
                 let batch = Batch { label: &name, mode: Mode::Twin, planned: &planned, n, seed, jobs, out: None };
                 trials.extend(batch.run(self.context.talk, &self.context.stop)?);
             }

@@ -14,7 +14,7 @@ use results::mode::Mode;
 use results::report::Spread;
 use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan};
 use scenario::{Settings, Variation};
 use serde_json::{Value, json};
@@ -75,7 +75,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 fn places(context: &Context) -> Result<Vec<Place>, Failure> {
-    let wanted = Wanted::default();
+    let wanted = PlanOptions::default();
     let planned = plan::plan(context, &plan::file_of(context, "nominal")?, &wanted)?.1;
     let [nominal] = planned.as_slice() else {
         return Err(Failure::internal("`nominal` has more than one variation"));

@@ -8,7 +8,7 @@ use evidence::{SCHEMA_VERSION, Witnessed};
 use ground_truth::Any;
 use results::report::started;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, out, plan};
 use scenario::Settings;
 use serde::Serialize;
@@ -58,7 +58,7 @@ struct Stage {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
     let seconds = (FIRST_US + args.holds * CYCLE_US) as f64 / 1e6;
-    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let wanted = PlanOptions { rendered: true, ..PlanOptions::default() };
     let mut planned = plan::of_scenario(context, &nominal.soak(seconds, 0.0), &wanted)?;
     let Some(mut one) = planned.pop() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));

@@ -16,7 +16,7 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, engine, out, plan, search_config};
 use scenario::{AttackSpace, Scenario};
 use search::{Action, AttackSequence};
@@ -113,7 +113,7 @@ struct Measured {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &Wanted::default())?;
+    let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &PlanOptions::default())?;
     let base = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
     let names = search_config::shipped(context, "spaces")?;
     let spaces = names.iter().map(|name| search_config::space(context, name)).collect::<Result<Vec<_>, _>>()?;

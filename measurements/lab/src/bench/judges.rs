@@ -86,7 +86,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Some(judge) => judge.clone(),
         None => context.root()?.join("tools").join("judge"),
     };
-    let cases = plan::every(context)?;
+    let cases = plan::plan_shipped(context)?;
     let defects = defects();
     let progress = Progress::new("logs", args.logs as usize, context.talk);
     let compared = Mutex::new(Compared { schema_version: SCHEMA_VERSION, seed: context.seed, ..Compared::default() });
@@ -180,7 +180,7 @@ fn made(case: &Planned, defect: Defect, seed: u64) -> Result<(Evidence, Verdict,
         }
     };
     let (evidence, verdict) = match denied {
-        true => engine::denied(&scenario.sabotaged(), &setup, seed)?,
+        true => engine::run_denied(&scenario.sabotaged(), &setup, seed)?,
         false => engine::twin_verdict(scenario, &setup, seed)?,
     };
     Ok((evidence, verdict, name))

@@ -16,7 +16,7 @@ use oracle::process_fault::RequiredResponse;
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan};
 use scenario::{Process, Scenario};
 use serde::Serialize;
@@ -81,7 +81,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "kill")).transpose()?;
     if let Some(dir) = &out {
         let all: Vec<Planned> = twin.iter().chain(&live).cloned().collect();
-        out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
+        out::write_json(dir, "manifest.json", &out::Manifest::new(context, &all)?)?;
     }
     let (mut exit, mut rows, mut trials) = (Exit::Fine, Vec::new(), BTreeMap::new());
     for (mode, planned) in [(Mode::Twin, &twin), (Mode::Live, &live)] {
@@ -114,7 +114,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// One variation of the null attack for each process that is to be killed.
 fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Result<Vec<Planned>, Failure> {
     let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
-    let wanted = Wanted { platform, rendered: mode == Mode::Live, where_trained: true, ..Wanted::default() };
+    let wanted = PlanOptions { platform, rendered: mode == Mode::Live, where_trained: true, ..PlanOptions::default() };
     let mut all = Vec::new();
     for (name, process) in PROCESSES {
         if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use results::report::started;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, out, plan};
 use serde::Serialize;
 
@@ -42,7 +42,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let progress = Progress::new("trials", SCENARIOS.len() * args.trials as usize, context.talk);
     let mut runs: Vec<Run> = Vec::new();
     for name in SCENARIOS {
-        let (_, planned) = plan::plan(context, &plan::file_of(context, name)?, &Wanted::default())?;
+        let (_, planned) = plan::plan(context, &plan::file_of(context, name)?, &PlanOptions::default())?;
         let Some(one) = planned.first() else {
             return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
         };

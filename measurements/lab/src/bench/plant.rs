@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use config::platform::Body;
 use evidence::SCHEMA_VERSION;
 use runner::failure::{Exit, Failure};
 use runner::plan::platform_of;
@@ -15,7 +16,6 @@ use sim::plant::{BodyMotion, Plant, SetPoint};
 use sim::scene::Scene;
 use sim::wind::Wind;
 use sim::world::{STEP, World};
-use config::platform::Body;
 use wire::time::{Instant, Span};
 
 /// Steps between two samples: 20 a second.

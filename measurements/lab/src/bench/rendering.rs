@@ -12,7 +12,7 @@ use results::mode::Mode;
 use results::report::started;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, out, plan};
 use serde::Serialize;
 use stats::Share;
@@ -66,7 +66,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         true => SCENARIOS.to_vec(),
         false => args.scenario.iter().map(String::as_str).collect(),
     };
-    let ways = [("unrendered", Wanted::default()), ("rendered", Wanted { rendered: true, ..Wanted::default() })];
+    let ways = [
+        ("unrendered", PlanOptions::default()),
+        ("rendered", PlanOptions { rendered: true, ..PlanOptions::default() }),
+    ];
     let mut trials: Vec<Vec<Trial>> = Vec::new();
     let mut planned: Vec<Planned> = Vec::new();
     for (label, wanted) in &ways {

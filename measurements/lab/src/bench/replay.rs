@@ -10,7 +10,7 @@ use link::load::resident_kib;
 use parallel::progress::Progress;
 use results::report::Spread;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, engine, out, plan};
 use serde::Serialize;
 use wire::id::NodeId;
@@ -78,7 +78,7 @@ struct Speed {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let cases = plan::every(context)?;
+    let cases = plan::plan_shipped(context)?;
     let progress = Progress::new("runs", args.runs as usize, context.talk);
     let empty = Measured {
         schema_version: SCHEMA_VERSION,
@@ -97,7 +97,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             return Err(Failure::from(runner::error::EngineError::Stopped));
         }
         let (case, seed) = (&cases[i % cases.len()], context.seed.wrapping_add(i as u64));
-        let replayed = engine::again(&engine::journalled(case, seed)?)?;
+        let replayed = engine::replay_in_own_cores(&engine::run_journalled(case, seed)?)?;
         let mut m = measured.lock().unwrap_or_else(PoisonError::into_inner);
         m.cores += replayed.len() as u64;
         m.inputs += replayed.iter().map(|r| r.inputs).sum::<u64>();
@@ -128,7 +128,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
     let nominal = cases.iter().find(|c| c.variation.scenario.name.as_str() == NULL_ATTACK);
     let nominal = nominal.ok_or_else(|| Failure::internal("no null attack"))?;
-    let fed = engine::journalled(nominal, context.seed)?.only(|node| node == NodeId::GATEWAY || node == NodeId::UNIT_A);
+    let fed =
+        engine::run_journalled(nominal, context.seed)?.only(|node| node == NodeId::GATEWAY || node == NodeId::UNIT_A);
     let threads = parallel::cores();
     let (mut speed, mut by_clock, mut by_cpu) = (Speed { threads, ..Speed::default() }, Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
@@ -139,7 +140,7 @@ fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
                 return Err(Failure::from(runner::error::EngineError::Stopped));
             }
             let before = thread_cpu_us();
-            let replayed = engine::again(&fed)?;
+            let replayed = engine::replay_in_own_cores(&fed)?;
             cpu_us.fetch_add(thread_cpu_us() - before, Ordering::Relaxed);
             inputs.fetch_add(replayed.iter().map(|r| r.inputs).sum::<u64>(), Ordering::Relaxed);
             Ok(())
@@ -160,12 +161,12 @@ fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
 
 /// Perception of the null attack, rendered, replayed.
 fn inference(context: &Context) -> Result<Inference, Failure> {
-    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let wanted = PlanOptions { rendered: true, ..PlanOptions::default() };
     let (_, planned) = plan::plan(context, &plan::file_of(context, NULL_ATTACK)?, &wanted)?;
     let nominal = planned.first().ok_or_else(|| Failure::internal("no null attack"))?;
-    let fed = engine::journalled(nominal, context.seed)?.only(|node| node == NodeId::PERCEPTION);
+    let fed = engine::run_journalled(nominal, context.seed)?.only(|node| node == NodeId::PERCEPTION);
     let before = thread_cpu_us();
-    let replayed = engine::again(&fed)?;
+    let replayed = engine::replay_in_own_cores(&fed)?;
     let took = thread_cpu_us() - before;
     let inputs = replayed.iter().map(|r| r.inputs).sum();
     let outputs = replayed.iter().map(|r| r.outputs).sum();

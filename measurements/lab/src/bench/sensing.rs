@@ -14,9 +14,9 @@ use perception::corroborate::CorroborationLimits;
 use perception::fused::Disputed;
 use perception::stages::{StageClaims, Stages};
 use results::report::started;
-use runner::bring::Bring;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, out, plan};
 use serde::Serialize;
 use sim::NoiseModel;
@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_name = "SPLIT", default_value = "held-out")]
     split: Split,
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
 }
 
 #[derive(Serialize)]
@@ -113,7 +113,7 @@ enum Grounds {
 
 fn grounds(context: &Context, args: &Args) -> Result<Vec<Grounds>, Failure> {
     if let Some(name) = &args.scenario {
-        let wanted = Wanted { rendered: true, ..Wanted::default() };
+        let wanted = PlanOptions { rendered: true, ..PlanOptions::default() };
         let planned = plan::plan(context, &plan::file_of(context, name)?, &wanted)?.1;
         if planned.iter().any(|planned| planned.variation.scenario.is_of_stacks()) {
             return Err(Failure::new(Exit::Usage, format!("`{name}` runs on the real stacks and has no scene")));

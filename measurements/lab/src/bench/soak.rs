@@ -14,7 +14,7 @@ use evidence::trial::Outcome;
 use results::report::new_table;
 use runner::engine::{View, run_live};
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, out, plan};
 use serde::Serialize;
 
@@ -64,12 +64,12 @@ type Sample = (f64, f64, Option<usize>);
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
     let long = nominal.soak(args.minutes as f64 * 60.0, 0.0);
-    let planned = plan::of_scenario(context, &long, &Wanted { rendered: true, ..Wanted::default() })?;
+    let planned = plan::of_scenario(context, &long, &PlanOptions { rendered: true, ..PlanOptions::default() })?;
     let Some(one) = planned.first() else { return Err(Failure::new(Exit::NoEvidence, "nothing to run")) };
     let bool = AtomicBool::new(false);
     let (run, samples) = std::thread::scope(|scope| {
         let sampler = scope.spawn(|| sample(&bool));
-        let run = run_live(&long, &one.setup, context.seed, &context.stop, View::nobody(&mut |_| {}));
+        let run = run_live(&long, &one.setup, context.seed, &context.stop, View::unattended(&mut |_| {}));
         bool.store(true, Ordering::Relaxed);
         (run, sampler.join().unwrap_or_default())
     });

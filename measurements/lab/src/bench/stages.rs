@@ -6,9 +6,9 @@ use crate::stages::{Delays, Quantiles, Row};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use results::report::started;
-use runner::bring::Bring;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, out, plan};
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ pub struct Args {
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     runs: u64,
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
 }
 
 #[derive(Serialize)]
@@ -31,7 +31,7 @@ struct Measured {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let wanted = Wanted { rendered: true, detector: args.bring.load()?, ..Wanted::default() };
+    let wanted = PlanOptions { rendered: true, detector: args.bring.load()?, ..PlanOptions::default() };
     let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &wanted)?;
     let Some(one) = planned.first() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));

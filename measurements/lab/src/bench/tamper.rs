@@ -19,7 +19,7 @@ use rand_core::{RngCore, SeedableRng};
 use recording::log::LogVerifier;
 use recording::log::sweep::{Detection, Sweep, is_seal};
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, engine, out, plan};
 use serde::Serialize;
 use topology::Topology;
@@ -193,10 +193,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// Runs it, and records it as a recorder does.
 fn recorded(context: &Context, args: &Args) -> Result<Recorded, Failure> {
-    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &Wanted::default())?;
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &PlanOptions::default())?;
     let one = planned.first().filter(|_| !scenario.is_of_stacks());
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.scenario)))?;
-    let run = engine::concluded(&one.variation.scenario, &one.setup, context.seed)?;
+    let run = engine::run_twin(&one.variation.scenario, &one.setup, context.seed)?;
     let log: Vec<Logged> = run.log;
     let folder = std::env::temp_dir().join(format!("holdsafe-tamper-{}", std::process::id()));
     let file = write(&folder, &log);

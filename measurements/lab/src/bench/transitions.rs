@@ -12,9 +12,9 @@ use evidence::trial::{Outcome, Trial};
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan};
-use scenario::{Ending};
+use scenario::Ending;
 use serde::Serialize;
 
 use super::kill::{Args, PROCESSES};
@@ -47,7 +47,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mode = Mode::Twin;
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "transitions")).transpose()?;
     if let Some(dir) = &out {
-        out::write_json(dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
+        out::write_json(dir, "manifest.json", &out::Manifest::new(context, &planned)?)?;
     }
     let (n, seed) = (args.runs, context.seed);
     let batch = Batch { label: "transitions", mode, planned: &planned, n, seed, jobs: 1, out: None };
@@ -77,7 +77,7 @@ fn planned(context: &Context, args: &Args) -> Result<Vec<Planned>, Failure> {
         for (how, ending) in ENDINGS {
             for change in CHANGES {
                 let cell = base.ending_at(process, ending, change);
-                for mut one in plan::of_scenario(context, &cell, &Wanted::default())? {
+                for mut one in plan::of_scenario(context, &cell, &PlanOptions::default())? {
                     one.variation.cell = Some(format!("{name}/{how}/{}", label(change)));
                     one.command = Some(format!("lab kill --at-transitions --only {name} --runs 1"));
                     all.push(one);

@@ -15,7 +15,7 @@ use evidence::trial::Outcome;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
 use runner::optimizer::{self, Optimizer};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::search_config::stopped_or_unfit;
 use runner::{Context, batch, out, search_config};
 use scenario::{Weakness, Weaknesses};
@@ -57,7 +57,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return minima::run(&bench, &chosen, seeds);
     }
     let chosen_by = |strategy: &Strategy| args.strategy.is_empty() || args.strategy.contains(strategy);
-    let program = optimizer.map(|program| Source::Program(optimizer::name(program)));
+    let program = optimizer.map(|program| Source::Program(optimizer::program_name(program)));
     let shipped = Strategy::ALL.into_iter().filter(chosen_by).map(Source::Strategy);
     let strategies: Vec<Source> = shipped.chain(program).collect();
     // A list of which the last does not fit is refused before hours are spent on the others.
@@ -128,7 +128,7 @@ pub(super) struct Sought {
 impl Sought {
     /// The search for `weakness`, and one control for each of its parts.
     pub(super) fn load(context: &Context, weakness: Weakness) -> Result<Self, Failure> {
-        let config = |weakness: &Weakness| search_config::of_weakness(context, weakness, Wanted::default());
+        let config = |weakness: &Weakness| search_config::of_weakness(context, weakness, PlanOptions::default());
         let controls = weakness.controls().map(|control| config(&control)).collect::<Result<_, Failure>>()?;
         Ok(Self { config: config(&weakness)?, controls, weakness })
     }

@@ -4,7 +4,7 @@
 use evidence::SCHEMA_VERSION;
 use results::catalogue::ThreatRow;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::{Context, out, plan};
 use serde::Serialize;
 use topology::{RunSecret, lay_out};
@@ -35,7 +35,7 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (catalogue, scenarios) = context.catalogue()?;
     if args.figures {
-        let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &Wanted::default())?;
+        let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &PlanOptions::default())?;
         let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
         let topology = lay_out(&one.variation.scenario, &one.setup, context.seed, &RunSecret::seeded(context.seed));
         let platforms = scenario::platforms(&context.root()?)?;

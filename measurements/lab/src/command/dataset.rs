@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use config::platform::Sensors;
 use dataset::cells::{self, Cell, Split};
 use dataset::coco::{Coco, Found};
 use dataset::example::Example;
@@ -16,7 +17,6 @@ use perception::stages::Stages;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
-use config::platform::Sensors;
 use wire::sensor::Camera;
 
 #[derive(Debug, clap::Args)]

@@ -50,8 +50,8 @@ pub(crate) fn main() -> Exit {
         request()
     });
     match requested {
-        Ok(request) => answer(&request).unwrap_or_else(|failure| failure.tell(request.json)),
-        Err(failure) => failure.tell(false),
+        Ok(request) => answer(&request).unwrap_or_else(|failure| failure.report(request.json)),
+        Err(failure) => failure.report(false),
     }
 }
 

@@ -9,10 +9,10 @@ use evidence::trial::Trial;
 use results::mode::Mode;
 use results::report::{CurveLine, CurveObject, CurvePoint, curve_table, svg};
 use runner::batch::Batch;
-use runner::bring::Bring;
-use runner::engage::Engage;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::guest_options::GuestOptions;
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan, probe};
 use scenario::Curve;
 
@@ -40,9 +40,9 @@ pub(in crate::command) struct Args {
     #[arg(long)]
     rendered: bool,
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
     #[command(flatten)]
-    engage: Engage,
+    engage: GuestOptions,
     /// Keep manifest, trials, result and plot here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -59,7 +59,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (rendered, guest) = (args.rendered, args.engage.load()?);
     let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
-    let wanted = Wanted { policy, platform, cell, rendered, detector, guest, ..Wanted::default() };
+    let wanted = PlanOptions { policy, platform, cell, rendered, detector, guest, ..PlanOptions::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());
@@ -72,7 +72,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let all: Vec<Planned> = lines.iter().flat_map(|line| &line.points).map(|(_, planned)| planned.clone()).collect();
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "curve")).transpose()?;
     if let Some(dir) = &out {
-        out::write_manifest(dir, &out::Manifest::of(context, &all)?)?;
+        out::write_manifest(dir, &out::Manifest::new(context, &all)?)?;
     }
     let label = format!("curve of {}", scenario.name.as_str());
     let (n, seed) = (args.trials, context.seed);
@@ -99,7 +99,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// The points of one line, ready to run.
-fn points(context: &Context, args: &Args, wanted: &Wanted, curve: &Curve, line: Planned) -> Result<Line, Failure> {
+fn points(context: &Context, args: &Args, wanted: &PlanOptions, curve: &Curve, line: Planned) -> Result<Line, Failure> {
     let requested = |value: &f64| args.at.is_none_or(|at| at == *value);
     let values: Vec<f64> = curve.values.iter().map(|value| value.get()).filter(requested).collect();
     if values.is_empty() {

@@ -14,7 +14,7 @@ use parallel::progress::Stop;
 use results::campaign::Plan;
 use results::campaign::row::TrialRow;
 use runner::failure::{Exit, Failure};
-use runner::lines::{At, Lines};
+use runner::lines::{LineFault, LinePlace, Lines};
 use runner::{lines, out};
 
 /// The longest plan that is read.
@@ -26,7 +26,7 @@ const TRIALS: &str = "trials.jsonl";
 #[derive(Debug)]
 pub(super) struct Journal {
     lines: Lines,
-    index: Mutex<BTreeMap<u64, (At, Outcome)>>,
+    index: Mutex<BTreeMap<u64, (LinePlace, Outcome)>>,
     /// Held for as long as the folder is in use; the kernel lets go of it however we end.
     _lock: File,
 }
@@ -90,7 +90,7 @@ impl Journal {
         Err(Failure::new(Exit::Usage, message).reproduced_by(plan.reproduce(v, i)))
     }
 
-    fn index(&self) -> MutexGuard<'_, BTreeMap<u64, (At, Outcome)>> {
+    fn index(&self) -> MutexGuard<'_, BTreeMap<u64, (LinePlace, Outcome)>> {
         self.index.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -129,9 +129,10 @@ pub(super) fn same(directory: &Path, plan: &Plan, stored: &Plan) -> Result<(), F
     Err(Failure::new(Exit::Usage, format!("{message}; keep each campaign in a folder of its own")))
 }
 
-fn belongs(plan: &Plan, row: &TrialRow) -> Result<(), String> {
+fn belongs(plan: &Plan, row: &TrialRow) -> Result<(), LineFault> {
     let total = plan.total();
-    if row.trial < total { Ok(()) } else { Err(format!("trial {} of a campaign of {total}", row.trial)) }
+    let outside = || LineFault::Content(format!("trial {} of a campaign of {total}", row.trial));
+    (row.trial < total).then_some(()).ok_or_else(outside)
 }
 
 #[cfg(test)]

@@ -14,9 +14,9 @@ use results::campaign::claim::Claim;
 use results::campaign::partition::Partition;
 use results::campaign::row::TrialRow;
 use results::report::{CampaignObject, Fold, campaign_table};
-use runner::bring::Bring;
-use runner::engage::Engage;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
+use runner::guest_options::GuestOptions;
 use runner::plan::Planned;
 use runner::{Context, batch, out, plan};
 use scenario::Variation;
@@ -58,9 +58,9 @@ pub(in crate::command) struct Args {
     #[arg(long)]
     pub(super) rendered: bool,
     #[command(flatten)]
-    pub(super) bring: Bring,
+    pub(super) bring: DetectorOptions,
     #[command(flatten)]
-    pub(super) engage: Engage,
+    pub(super) engage: GuestOptions,
     /// Trials at a time [default: as many as there are cores].
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
     pub(super) jobs: Option<u16>,
@@ -91,7 +91,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let default = context.runs_folder()?.join(&label);
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
     let journal = Journal::open(&dir, &plan, &context.stop)?;
-    out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
+    out::write_manifest(&dir, &out::Manifest::new(context, &planned)?)?;
     let known = Known { journal: &journal, merged: merged(args, &plan)? };
     let jobs = args.jobs.map_or_else(parallel::cores, usize::from);
     all(context, &plan, &planned, partition, jobs, &known).map_err(|failure| match failure.exit() {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use results::campaign::draw::Distribution;
 use results::campaign::{MAX_VARIATIONS, PLAN_VERSION, Plan, PlanVariation, Terms, draw};
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, plan, probe};
 use scenario::{Settings, Variation};
 use serde_json::Value;
@@ -47,7 +47,7 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
     let (grids, draws) = paths(args)?;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (rendered, guest) = (args.rendered, args.engage.load()?);
-    let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
+    let wanted = PlanOptions { policy, cell, rendered, detector, guest, ..PlanOptions::default() };
     let mut planned = Vec::new();
     for name in &args.scenarios {
         let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
@@ -113,7 +113,7 @@ fn paths(args: &Args) -> Result<Paths, Failure> {
 /// A cell with every combination of the grids in force.
 fn crossed(
     context: &Context,
-    wanted: &Wanted,
+    wanted: &PlanOptions,
     cell: &Planned,
     grids: &BTreeMap<String, Vec<Value>>,
     index: usize,

@@ -3,8 +3,8 @@
 use evidence::trial::Trial;
 use results::mode::Mode;
 use runner::failure::Failure;
-use runner::kept::Kept;
 use runner::plan::Planned;
+use runner::trial_store::TrialStore;
 use runner::{Context, batch};
 
 use super::parts::Part;
@@ -21,7 +21,12 @@ const USABLE: f64 = 0.75;
 ///
 /// # Errors
 /// When the measured trial cannot run.
-pub(super) fn measure_jobs(context: &Context, parts: &[Part], shelf: &Kept, cores: usize) -> Result<usize, Failure> {
+pub(super) fn measure_jobs(
+    context: &Context,
+    parts: &[Part],
+    shelf: &TrialStore,
+    cores: usize,
+) -> Result<usize, Failure> {
     let mut missing: Vec<&Planned> = Vec::new();
     for planned in parts.iter().flat_map(|part| &part.live) {
         if shelf.shelf(Mode::Live, planned)?.get(context.seed).is_none() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use results::mode::Mode;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Chosen, Planned, Wanted};
+use runner::plan::{Chosen, PlanOptions, Planned};
 use runner::{Context, plan};
 use scenario::{Hosts, Scenario, load_platform};
 
@@ -84,7 +84,7 @@ pub(super) fn plan_parts(context: &Context, args: &Args) -> Result<Vec<Part>, Fa
 fn plan_everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
     let mut parts = Vec::new();
     for file in scenario::shipped(&context.root()?)? {
-        let (scenario, simulated) = plan::plan(context, &file, &Wanted::default())?;
+        let (scenario, simulated) = plan::plan(context, &file, &PlanOptions::default())?;
         let live = if scenario.is_of_stacks() { Vec::new() } else { plan_live(context, &scenario, None)? };
         parts.push(Part { scenario, platform: None, simulated, live });
     }
@@ -92,8 +92,8 @@ fn plan_everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
     parts.sort_by_key(|part| first(part).unwrap_or(FIRST.len()));
     for file in scenario::platform_files(&context.root()?)? {
         if load_platform(&file)?.owes.is_some() {
-            let asked = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let shared = plan_on(context, &Chosen { asked, file }, (false, false))?;
+            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let shared = plan_on(context, &Chosen { name, file }, (false, false))?;
             parts.extend(shared.into_iter().filter(|part| part.platform.is_some()));
         }
     }
@@ -114,7 +114,8 @@ fn plan_on(context: &Context, chosen: &Chosen, (rendered, also_live): (bool, boo
             continue;
         }
         let platform_of_owed = shared.then(|| chosen.clone());
-        let wanted = Wanted { platform: platform_of_owed, rendered, where_trained: rendered, ..Wanted::default() };
+        let wanted =
+            PlanOptions { platform: platform_of_owed, rendered, where_trained: rendered, ..PlanOptions::default() };
         let mut simulated = plan::of_scenario(context, &scenario, &wanted)?;
         // A scenario that states no class there says nothing of it.
         simulated.retain(|planned| !planned.variation.scenario.expected.is_empty());
@@ -128,7 +129,7 @@ fn plan_on(context: &Context, chosen: &Chosen, (rendered, also_live): (bool, boo
 }
 
 fn plan_live(context: &Context, scenario: &Scenario, platform: Option<Chosen>) -> Result<Vec<Planned>, Failure> {
-    let wanted = Wanted { platform, rendered: true, where_trained: true, ..Wanted::default() };
+    let wanted = PlanOptions { platform, rendered: true, where_trained: true, ..PlanOptions::default() };
     let mut planned = one_of_each_policy(plan::of_scenario(context, scenario, &wanted)?);
     planned.iter_mut().for_each(|one| one.setup.retries = RETRIES);
     Ok(planned)

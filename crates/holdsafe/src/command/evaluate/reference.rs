@@ -11,8 +11,8 @@ use results::mode::Mode;
 use results::report::{Reference, ReferenceRow, scenario_line};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::kept::{Kept, Shelf};
 use runner::plan::{self, Planned};
+use runner::trial_store::{Shelf, TrialStore};
 use runner::{Context, lines, out};
 
 use super::Args;
@@ -30,13 +30,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let _lock = lines::lock(&dir, &context.stop)?;
     let all: Vec<Planned> =
         parts.iter().flat_map(|part| if args.apart { part.live.clone() } else { part.simulated.clone() }).collect();
-    out::write_manifest(&dir, &out::Manifest::of(context, &all)?)?;
+    out::write_manifest(&dir, &out::Manifest::new(context, &all)?)?;
 
     if args.quick && has_whole_result(&dir) {
         let message = format!("{} has the result of a whole evaluation; name another --out for --quick", dir.display());
         return Err(Failure::new(Exit::Usage, message));
     }
-    let (cores, kept) = (parallel::cores(), Kept::below(&dir)?);
+    let (cores, kept) = (parallel::cores(), TrialStore::open(&dir)?);
     let live_jobs = measure_jobs(context, &parts, &kept, cores)?;
     let evaluation = Evaluation {
         context,
@@ -76,7 +76,7 @@ fn has_whole_result(dir: &Path) -> bool {
 struct Evaluation<'a> {
     context: &'a Context,
     dir: &'a Path,
-    kept: Kept,
+    kept: TrialStore,
     /// Simulated trials of each variation.
     n: u64,
     cores: usize,

@@ -7,7 +7,7 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::reproduction::{Again, Reference, References};
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, Root, engine, out, plan};
 use serde::Serialize;
 
@@ -115,7 +115,7 @@ fn planned(context: &Context, args: &Reproduce, root: &Path) -> Result<Vec<Plann
     };
     let mut all = Vec::new();
     for file in files {
-        all.extend(plan::plan(context, &file, &Wanted::default())?.1);
+        all.extend(plan::plan(context, &file, &PlanOptions::default())?.1);
     }
     all.retain(|planned| planned.mode() == Mode::Twin);
     match all.is_empty() {

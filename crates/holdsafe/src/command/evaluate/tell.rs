@@ -202,7 +202,7 @@ fn quick_line(args: &Args) -> String {
 mod tests {
     use std::slice;
 
-    use runner::plan::{self, Wanted};
+    use runner::plan::{self, PlanOptions};
 
     use runner::shipped::Shipped;
 
@@ -215,7 +215,7 @@ mod tests {
         let (json, seed, seed_is_named, shipped) = (false, 1, false, Shipped::default());
         let context = Context { json, seed, seed_is_named, talk, root: Some(root), stop, program: "", shipped };
         let file = plan::file_of(&context, "loss").unwrap();
-        let (scenario, simulated) = plan::plan(&context, &file, &Wanted::default()).unwrap();
+        let (scenario, simulated) = plan::plan(&context, &file, &PlanOptions::default()).unwrap();
         let part = Part { scenario, platform: None, simulated, live: Vec::new() };
         Judged::new(&part, &part.simulated[0], Mode::Live, trials)
     }

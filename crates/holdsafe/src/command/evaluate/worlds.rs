@@ -10,8 +10,8 @@ use results::mode::Mode;
 use results::report::{Apart, InWorlds, WorldsRow, worlds_table};
 use runner::batch::{self, Batch};
 use runner::failure::{Exit, Failure};
-use runner::kept::Kept;
-use runner::plan::{self, Chosen, Planned, Wanted, Worlds, in_worlds};
+use runner::plan::{self, Chosen, PlanOptions, Planned, Worlds, in_worlds};
+use runner::trial_store::TrialStore;
 use runner::{Context, lines, out};
 use scenario::world::{Family, Kind};
 use scenario::{Platform, Scenario, load_platform};
@@ -53,7 +53,7 @@ pub(super) fn run(context: &Context, requested: &Asked<'_>, out: Option<&Path>) 
     };
     let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join(own_text))), "worlds")?;
     let _lock = lines::lock(&dir, &context.stop)?;
-    out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
+    out::write_manifest(&dir, &out::Manifest::new(context, &planned)?)?;
 
     if context.talk == Talk::Normal {
         let (rows, seed) = (planned.len(), context.seed);
@@ -73,7 +73,7 @@ pub(super) fn run(context: &Context, requested: &Asked<'_>, out: Option<&Path>) 
         worlds,
         in_own,
         driven: &driven,
-        kept: Kept::below(&dir)?,
+        kept: TrialStore::open(&dir)?,
         progress: Progress::new("evaluate: trials", total, context.talk),
     };
     let rows = planned.iter().map(|own_planned| evaluation.row(own_planned)).collect::<Result<Vec<_>, _>>()?;
@@ -106,7 +106,7 @@ impl Driven {
         let families = Family::developed_for(Kind::from_platform(&platform));
         if families.is_empty() {
             let expected = "expected a body on wheels or rotors, or a satellite";
-            let message = format!("`{}` has no family of worlds; {expected}", chosen.asked);
+            let message = format!("`{}` has no family of worlds; {expected}", chosen.name);
             return Err(Failure::new(Exit::Usage, message));
         }
         Ok(Self { chosen, platform, families })
@@ -141,7 +141,7 @@ fn plan_all(context: &Context, requested: &Asked<'_>, driven: &Driven) -> Result
         let reason = driven.homebound(&scenario);
         if reason.is_none() || requested.twins && !scenario.is_of_stacks() {
             let platform = driven.shares(&scenario).then(|| driven.chosen.clone());
-            let planned = plan::of_scenario(context, &scenario, &Wanted { platform, ..Wanted::default() })?;
+            let planned = plan::of_scenario(context, &scenario, &PlanOptions { platform, ..PlanOptions::default() })?;
             // A scenario that states no class there says nothing of it.
             all.extend(planned.into_iter().filter(|planned| !planned.variation.scenario.expected.is_empty()));
         }
@@ -169,7 +169,7 @@ struct Evaluation<'a> {
     /// Trials in the own scene.
     in_own: u64,
     driven: &'a Driven,
-    kept: Kept,
+    kept: TrialStore,
     progress: Progress,
 }
 

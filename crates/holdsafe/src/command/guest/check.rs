@@ -6,12 +6,12 @@ use guest::Conduct;
 use guest::check::Checked;
 use results::report::GuestChecked;
 use runner::failure::{Exit, Failure};
-use runner::{Context, engage, out};
+use runner::{Context, guest_options, out};
 use wire::codec::Text;
 use wire::guest::MAX_WHY;
 
 pub(super) fn run(context: &Context, file: &Path) -> Result<Exit, Failure> {
-    let guest = engage::guest(file, Conduct::Bare)?;
+    let guest = guest_options::guest(file, Conduct::Bare)?;
     let checked = guest::check::check(&guest);
     let (_, level) = confine::best(&std::env::current_exe()?, &confine::as_service()).map_err(Failure::internal)?;
     let fine = checked.fine();

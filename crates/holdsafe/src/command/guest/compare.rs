@@ -10,10 +10,10 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Comparison, ComparisonRow, comparison_table};
 use runner::batch::Batch;
-use runner::engage::{self, Engaged};
 use runner::failure::{Exit, Failure};
-use runner::kept::{Kept, Shelf};
-use runner::plan::{Planned, Wanted};
+use runner::guest_options::{self, LoadedGuest};
+use runner::plan::{PlanOptions, Planned};
+use runner::trial_store::{Shelf, TrialStore};
 use runner::{Context, batch, out, plan, probe};
 use scenario::Interface;
 
@@ -62,9 +62,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let default = context.runs_folder()?.join("guests");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "guests")?;
-    let kept = Kept::below(&dir)?;
+    let kept = TrialStore::open(&dir)?;
     let all: Vec<Planned> = parts.iter().flat_map(|part| part.planned.clone()).collect();
-    out::write_manifest(&dir, &out::Manifest::of(context, &all)?)?;
+    out::write_manifest(&dir, &out::Manifest::new(context, &all)?)?;
     let shelves = |part: &Part| part.planned.iter().map(|p| kept.shelf(mode, p)).collect::<Result<Vec<_>, _>>();
     let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
     let missing = shelves.iter().flatten().map(|shelf| shelf.missing(context.seed, args.trials)).sum();
@@ -118,14 +118,15 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let mut parts: Vec<Part> = Vec::new();
     for file in &args.guests {
         for conduct in [Conduct::Bare, Conduct::Guarded] {
-            let guest = engage::guest(file, conduct)?;
-            let (name, options) = (guest.program.name.clone(), engage::options(file, conduct));
+            let guest = guest_options::guest(file, conduct)?;
+            let (name, options) = (guest.program.name.clone(), guest_options::options(file, conduct));
             if parts.iter().any(|part| part.guest == name && part.conduct == conduct) {
                 let reason = format!("two guests have the name {name}; give one another name in its file");
                 return Err(Failure::new(Exit::Usage, reason));
             }
-            let (guest, platform) = (Some(Engaged { guest, options }), platform.clone());
-            let wanted = Wanted { rendered: args.live, where_trained: true, platform, guest, ..Wanted::default() };
+            let (guest, platform) = (Some(LoadedGuest { guest, options }), platform.clone());
+            let wanted =
+                PlanOptions { rendered: args.live, where_trained: true, platform, guest, ..PlanOptions::default() };
             let mut planned = Vec::new();
             for scenario in &scenarios {
                 planned.extend(plan::of_scenario(context, scenario, &wanted)?);

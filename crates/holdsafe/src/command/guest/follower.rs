@@ -1,4 +1,4 @@
-//! The built-in guest as a service of this program: `runner::engage` names it, `confine` starts it inside a guest's confinement.
+//! The built-in guest as a service of this program: `runner::guest_options` names it, `confine` starts it inside a guest's confinement.
 
 use std::io::{stdin, stdout};
 

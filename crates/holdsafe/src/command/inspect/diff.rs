@@ -7,7 +7,7 @@ use evidence::{SCHEMA_VERSION, Witnessed};
 use recording::{Checked, RecordedLog};
 use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::recorded::note_assumptions;
 use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
@@ -87,12 +87,12 @@ fn log(context: &Context, run: &str, args: &Args, policy: Option<&Path>) -> Resu
         note_assumptions(&found, run);
         return Ok(Side { entries: found.entries, watermark: None, checked: Some(checked) });
     }
-    let wanted = Wanted { cell: args.cell.clone(), ..Wanted::default() };
+    let wanted = PlanOptions { cell: args.cell.clone(), ..PlanOptions::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, run)?, &wanted)?;
     let one = planned.into_iter().next().filter(|_| !scenario.is_of_stacks());
     let mut one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{run}` has no run in the twin")))?;
     if let Some(policy) = policy {
-        one = plan::under(context, &one, policy)?;
+        one = plan::with_policy(context, &one, policy)?;
     }
     let entries = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?.0.entries;
     Ok(Side { entries, watermark: one.setup.watermark(), checked: None })

@@ -9,7 +9,7 @@ use recording::{Checked, RecordedLog};
 use results::report::{ExplainObject, diagram, explained, kept_out};
 use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::recorded::{log_of_twin, note_assumptions};
 use runner::{Context, checked, engine, out, plan};
 use wire::mode::Mode;
@@ -49,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         found.flaw.as_ref().filter(|_| checked.is_none()).map(|reason| format!("INVALID: {}: {reason}", args.run));
     let exit = args
         .unverified
-        .exit(&read, if of_twin.is_none() { Exit::Fine } else { args.unverified.of_invalid(Exit::Fine) });
+        .exit(&read, if of_twin.is_none() { Exit::Fine } else { args.unverified.with_invalid(Exit::Fine) });
     if args.diagram {
         // A comment of Mermaid's, the only text allowed there.
         let marks = read.iter().filter_map(|recording| recording.mark()).chain(of_twin);
@@ -102,7 +102,7 @@ fn find(context: &Context, args: &Args) -> Result<(RecordedLog, Option<Checked>)
         let checked = checked::open_one_run(path)?;
         return Ok((RecordedLog::read(&checked)?, Some(checked)));
     }
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
+    let wanted = PlanOptions { policy: args.policy.clone(), cell: args.cell.clone(), ..PlanOptions::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
     if scenario.is_of_stacks() {
         let message = format!("`{}` runs on the real stacks, without a platform that could change its mode", args.run);

@@ -8,7 +8,7 @@ use recording::Checked;
 use runner::checked::Unverified;
 use runner::engine::ReplayRow;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
 use twin::replay::{Parted, ReplayedCore, decisions};
@@ -90,11 +90,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let planned = one(context, args)?;
     let Some(policy) = &args.policy else {
-        let replayed = engine::again(&engine::journalled(&planned, context.seed)?)?;
+        let replayed = engine::replay_in_own_cores(&engine::run_journalled(&planned, context.seed)?)?;
         return same(context, &args.run, replayed.iter().map(ReplayRow::from).collect(), &[]);
     };
-    let other = plan::under(context, &planned, policy)?;
-    let replayed = engine::otherwise(&engine::journalled(&planned, context.seed)?, &other, context.seed)?;
+    let other = plan::with_policy(context, &planned, policy)?;
+    let replayed =
+        engine::replay_in_other_cores(&engine::run_journalled(&planned, context.seed)?, &other, context.seed)?;
     let cores = replayed.iter().map(if_otherwise).collect();
     let (run, policy) = (args.run.clone(), policy.display().to_string());
     let watermark = other.setup.watermark();
@@ -102,7 +103,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 fn one(context: &Context, args: &Args) -> Result<Planned, Failure> {
-    let wanted = Wanted { cell: args.cell.clone(), ..Wanted::default() };
+    let wanted = PlanOptions { cell: args.cell.clone(), ..PlanOptions::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
     if scenario.is_of_stacks() {
         let message = format!("`{}` runs on the real stacks, without cores that could be fed again", args.run);

@@ -8,7 +8,7 @@ use recording::verdict::recorded_class;
 use recording::verify::{VerifiedRun, verify_run};
 use recording::{RecordingError, RunFolder};
 use runner::failure::{Exit, Failure};
-use runner::{Context, claimed, out};
+use runner::{Context, claims, out};
 use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
@@ -57,7 +57,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {text}", verified.anchors_sha256));
     }
     let (outcome, ended) = recorded_class(&run);
-    let contradiction = || claimed::contradiction(run.path(), Some(&verified.anchors_sha256), outcome);
+    let contradiction = || claims::contradiction(run.path(), Some(&verified.anchors_sha256), outcome);
     let contradiction = if ended.is_none() { contradiction() } else { None };
     verified.findings.extend(contradiction);
     let holds = verified.holds();

@@ -9,11 +9,11 @@ use export::Viewer;
 use perception::stages::Stages;
 use recording::messages::{Message, RecordedMessages, read_messages};
 use recording::{Checked, RecordedLog};
-use runner::bring::Bring;
+use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::recorded::note_assumptions;
-use runner::{Context, checked, engine, out, plan, spares};
+use runner::{Context, checked, engine, out, plan, protected};
 use serde::Serialize;
 use sim::scene::Scene;
 use wire::core::Topic;
@@ -34,7 +34,7 @@ pub(super) struct McapOptions {
     #[arg(long)]
     rendered: bool,
     #[command(flatten)]
-    bring: Bring,
+    bring: DetectorOptions,
 }
 
 impl McapOptions {
@@ -89,7 +89,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let name = run.to_str().ok_or_else(|| Failure::new(Exit::Usage, format!("{}: not UTF-8", run.display())))?;
     let requested = Asked { run: name, out: file, options: &args.mcap };
     let paths = [Some(run), args.mcap.policy.as_deref()].into_iter().chain(args.mcap.bring.files());
-    spares::report("--out", file, paths.flatten())?;
+    protected::check_report_path("--out", file, paths.flatten())?;
     let found = if run.is_dir() { of_recording(&requested)? } else { of_scenario(context, &requested)? };
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{name}: no entry of any service")));
@@ -139,19 +139,19 @@ fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {
 }
 
 fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
-    let wanted = Wanted {
+    let wanted = PlanOptions {
         policy: args.options.policy.clone(),
         cell: args.options.cell.clone(),
         rendered: args.options.rendered,
         detector: args.options.bring.load()?,
-        ..Wanted::default()
+        ..PlanOptions::default()
     };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, args.run)?, &wanted)?;
     let one = planned.first().filter(|_| !scenario.is_of_stacks());
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
     // One run, twice: once judged, once with all inputs of its cores kept.
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    let journalled = engine::journalled(one, context.seed)?;
+    let journalled = engine::run_journalled(one, context.seed)?;
     let scene = journalled.topology().world().map(|world| world.scene.clone());
     Ok(Found {
         entries: evidence.entries,

@@ -13,7 +13,7 @@ use report::{Dossier, Recording};
 use results::summary;
 use runner::failure::{Exit, Failure};
 use runner::recorded::note_assumptions;
-use runner::{Context, checked, out, plan, spares};
+use runner::{Context, checked, out, plan, protected};
 use serde::Serialize;
 
 use super::Args;
@@ -107,7 +107,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
     let paths = || args.given.iter().map(PathBuf::as_path);
-    files.iter().try_for_each(|(option, path, _)| spares::report(option, path, paths()))?;
+    files.iter().try_for_each(|(option, path, _)| protected::check_report_path(option, path, paths()))?;
     for (_, path, bytes) in &files {
         write(path, bytes)?;
         written.files.push(path.display().to_string());

@@ -4,7 +4,7 @@ use link::clock::trace_us;
 use results::mode::Mode;
 use runner::engine::View;
 use runner::failure::{Exit, Failure};
-use runner::plan::Wanted;
+use runner::plan::PlanOptions;
 use runner::retry::retried;
 use runner::{Context, batch, engine, out, plan};
 use scenario::Hosts;
@@ -50,7 +50,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let where_trained = !args.rendered;
     let worlds = args.worlds(context);
     let wanted =
-        Wanted { policy, platform, cell, worlds, rendered: true, where_trained, detector, sabotage: false, guest };
+        PlanOptions { policy, platform, cell, worlds, rendered: true, where_trained, detector, sabotage: false, guest };
     let (_, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {
@@ -62,7 +62,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     one.setup.hosts = args.hosts;
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
-        out::unused(dir)?;
+        out::check_unused(dir)?;
         one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
     }
     if let Some(mark) = one.setup.watermark() {
@@ -82,7 +82,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let scenario = &one.variation.scenario;
     let mut trial = retried(&one.setup, context.seed, || {
         let view = View { show: &mut show, window: args.console, role: args.role, acts: Vec::new() };
-        engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
+        engine::run_watched(scenario, &one.setup, context.seed, &context.stop, view)
             .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))
     })?;
     trial.cell = one.variation.cell.clone();

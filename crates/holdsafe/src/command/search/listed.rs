@@ -8,6 +8,7 @@ use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use results::campaign::InputDigest;
 use runner::failure::{Exit, Failure};
+use runner::lines::LineFault;
 use runner::numbered::{Check, Numbered};
 use runner::search_config::{MOST_SEQUENCES, unfit};
 use runner::{Context, plan};
@@ -76,7 +77,7 @@ impl Listed {
         let mut numbered = Numbered::open(dir, &terms, total, check(&args.find), &context.stop)?;
         args.from.iter().try_for_each(|from| numbered.add(from))?;
         let is_mine = |number: &u64| args.partition.is_none_or(|partition| partition.holds(*number));
-        let missing: Vec<u64> = (0..total).filter(|number| is_mine(number) && !numbered.has(*number)).collect();
+        let missing: Vec<u64> = (0..total).filter(|number| is_mine(number) && !numbered.is_finished(*number)).collect();
         let progress = Progress::new("search", missing.len(), context.talk);
         for round in missing.chunks(ROUND as usize) {
             let sequences: Vec<AttackSequence> = round.iter().map(|n| self.sequences[*n as usize].clone()).collect();
@@ -139,7 +140,11 @@ fn check(find: &[Outcome]) -> Check<Counted> {
     Rc::new(move |one: &Counted| {
         let class = one.cause.as_ref().map(|cause| cause.outcome);
         let sought = find.contains(&one.outcome).then_some(one.outcome);
-        if class == sought { Ok(()) } else { Err("a cause that is not that of its class".to_owned()) }
+        if class == sought {
+            Ok(())
+        } else {
+            Err(LineFault::Content("a cause that is not that of its class".to_owned()))
+        }
     })
 }
 

@@ -9,7 +9,7 @@ use live::calm;
 use recording::RunFolder;
 use results::mode::Mode;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{PlanOptions, Planned};
 use runner::retry::retried;
 use runner::{Context, batch, out, plan};
 use scenario::{Scenario, Setup};
@@ -27,7 +27,7 @@ pub(super) fn planned(context: &Context) -> Result<Vec<(Scenario, Planned)>, Fai
     let mut all = Vec::new();
     for (name, cell) in SHOWN {
         let cell = cell.map(str::to_owned);
-        let wanted = Wanted { cell, rendered: true, where_trained: true, ..Wanted::default() };
+        let wanted = PlanOptions { cell, rendered: true, where_trained: true, ..PlanOptions::default() };
         let (scenario, planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
         all.extend(planned.into_iter().map(|one| (scenario.clone(), one)));
     }
@@ -40,7 +40,7 @@ pub(super) fn trial(context: &Context, planned: &Planned, dir: &Path) -> Result<
     let mut folder = dir.join(Mode::Live.name()).join(variation.scenario.name.as_str());
     folder.extend(variation.cell.as_ref().map(|cell| cell.replace('/', ".")));
     folder.push(context.seed.to_string());
-    out::unused(&folder)?;
+    out::check_unused(&folder)?;
     fs::create_dir_all(&folder)?;
     let setup = Setup { run_dir: Some(folder.clone()), retries: 0, ..planned.setup.clone() };
     let often = Setup { retries: RETRIES, ..setup.clone() };

@@ -11,7 +11,7 @@ use live::{LiveError, Options};
 use runner::Context;
 use runner::error::EngineError;
 use runner::failure::Failure;
-use runner::plan::{self, Wanted};
+use runner::plan::{self, PlanOptions};
 use sandbox::host::SHARED_KIB;
 use scenario::{Confinement, Hosts};
 use wire::person::Role;
@@ -86,7 +86,7 @@ impl Around {
         let program = std::env::current_exe()?;
         let folder = scripts(&program, self.service, before)?;
         let scenario = scenario::load(&plan::file_of(context, "nominal")?)?;
-        let wanted = Wanted { rendered: true, where_trained: true, ..Wanted::default() };
+        let wanted = PlanOptions { rendered: true, where_trained: true, ..PlanOptions::default() };
         let planned = plan::of_scenario(context, &scenario, &wanted)?;
         let Some(one) = planned.first() else { return Ok(None) };
         let mut attempts = Attempts::default();
@@ -113,12 +113,12 @@ impl Around {
                         attempts.trials.push(oracle::judged::trial(seed, level, &run.evidence, &run.verdict));
                         break;
                     }
-                    Err(LiveError::Environment(why)) => {
-                        link::note!("{}: {why}", self.what);
+                    Err(LiveError::Stopped) => return Err(EngineError::Stopped.into()),
+                    Err(error) => {
+                        link::note!("{}: {error}", self.what);
                         attempts.refused += 1;
                         break;
                     }
-                    Err(LiveError::Stopped) => return Err(EngineError::Stopped.into()),
                 }
             }
         }

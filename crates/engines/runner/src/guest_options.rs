@@ -1,4 +1,4 @@
-//! `--autonomy GUEST.TOML`: a program of somebody else that drives in place of the unit's own mission and navigation.
+//! `--autonomy GUEST.TOML`: a guest, a third-party program that drives in place of the unit's mission and navigation.
 
 use std::convert::Infallible;
 use std::ffi::OsStr;
@@ -12,8 +12,8 @@ use super::failure::{Exit, Failure};
 
 /// Name of the guest without a file: a naive follower of the route, which the program `holdsafe` is too, as a service.
 pub const FOLLOWER: &str = "follower";
-/// Its file, with `PROGRAM` in place of the program's path.
-const FOLLOWER_FILE: &str = include_str!("engage/follower.toml");
+/// File of the follower, with `PROGRAM` in place of the program's path.
+const FOLLOWER_FILE: &str = include_str!("guest_options/follower.toml");
 /// The largest guest file, bytes.
 const MAX_FILE: u64 = 64 << 10;
 /// The largest pinned file, bytes.
@@ -21,7 +21,7 @@ const MAX_PINNED: u64 = 1 << 30;
 
 /// The options that name a guest.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub struct Engage {
+pub struct GuestOptions {
     /// A guest that drives in place of the unit's own mission and navigation, by its file (docs/researcher/guests.md); `follower` is built in.
     #[arg(long, value_name = "GUEST.TOML")]
     autonomy: Option<PathBuf>,
@@ -45,22 +45,22 @@ fn refused(_: &str) -> Result<Infallible, &'static str> {
 
 /// A guest with the options that named it.
 #[derive(Clone, Debug)]
-pub struct Engaged {
+pub struct LoadedGuest {
     /// The guest.
     pub guest: Guest,
     /// Command line options that reproduce it.
     pub options: String,
 }
 
-impl Engage {
-    /// The guest that is asked for, its file and pins checked.
+impl GuestOptions {
+    /// The named guest, its file and pins checked.
     ///
     /// # Errors
-    /// A mistake in the file, in its place.
-    pub fn load(&self) -> Result<Option<Engaged>, Failure> {
+    /// A mistake in the file, with its place.
+    pub fn load(&self) -> Result<Option<LoadedGuest>, Failure> {
         let Some(file) = &self.autonomy else { return Ok(None) };
         let conduct = if self.bare { Conduct::Bare } else { Conduct::Guarded };
-        Ok(Some(Engaged { guest: guest(file, conduct)?, options: options(file, conduct) }))
+        Ok(Some(LoadedGuest { guest: guest(file, conduct)?, options: options(file, conduct) }))
     }
 }
 
@@ -73,7 +73,7 @@ pub fn options(file: &Path, conduct: Conduct) -> String {
 /// The guest of a file, or the one that is built in.
 ///
 /// # Errors
-/// A mistake in it, in its place.
+/// A mistake in the file, with its place.
 pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
     let program = Arc::new(program(file)?);
     let helper = std::env::current_exe()?;
@@ -92,8 +92,8 @@ fn program(file: &Path) -> Result<Program, Failure> {
         return follower();
     }
     let name = file.display().to_string();
-    let unread = |why: String| {
-        Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"))
+    let unread = |reason: String| {
+        Problems::from(Problem::with_file(&name, reason, "`holdsafe guest new NAME` writes a guest to start from"))
     };
     let bytes = link::files::read(file, MAX_FILE).map_err(|e| unread(e.to_string()))?;
     let text = String::from_utf8(bytes).map_err(|_| unread("UTF-8 expected".to_owned()))?;
@@ -105,12 +105,12 @@ fn program(file: &Path) -> Result<Program, Failure> {
     parsed(&name, &text, &folder)
 }
 
-/// The follower: this program. Its folder is the guest's own, and so is visible to the guest wherever it lies.
+/// The follower, which is this program. Its folder is the folder of the guest, and so visible to the guest wherever it is.
 fn follower() -> Result<Program, Failure> {
-    let own = std::env::current_exe()?;
-    let parts = own.parent().filter(|folder| folder.to_str().is_some()).zip(own.file_name().and_then(OsStr::to_str));
+    let path = std::env::current_exe()?;
+    let parts = path.parent().filter(|folder| folder.to_str().is_some()).zip(path.file_name().and_then(OsStr::to_str));
     let Some((folder, name)) = parts else {
-        let message = format!("{}: a program whose path is UTF-8 expected; move it", own.display());
+        let message = format!("{}: a program whose path is UTF-8 expected; move it", path.display());
         return Err(Failure::new(Exit::Environment, message));
     };
     // A string of JSON is one of TOML.
@@ -123,7 +123,7 @@ fn parsed(name: &str, text: &str, folder: &Path) -> Result<Program, Failure> {
     let read = |path: &Path| link::files::read(path, MAX_PINNED).map_err(|e| e.to_string());
     let program = Program::parse(text, folder, read).map_err(|mistake| {
         Problems::from(match mistake.at {
-            Some(at) => Problem::new(name, text, at, mistake.message, mistake.remedy),
+            Some(place) => Problem::new(name, text, place, mistake.message, mistake.remedy),
             None => Problem::with_file(name, mistake.message, mistake.remedy),
         })
     })?;
@@ -139,8 +139,8 @@ mod tests {
         let program = program(Path::new(FOLLOWER)).unwrap();
         assert_eq!(program.name, FOLLOWER);
         assert_eq!(program.command[1..], ["service", FOLLOWER]);
-        let own = std::fs::canonicalize(std::env::current_exe().unwrap()).unwrap();
-        assert_eq!(std::fs::canonicalize(&program.command[0]).unwrap(), own);
+        let path = std::fs::canonicalize(std::env::current_exe().unwrap()).unwrap();
+        assert_eq!(std::fs::canonicalize(&program.command[0]).unwrap(), path);
         assert!(program.digests.len() > 1, "the program's own bytes are not in its digests");
     }
 }

@@ -1,5 +1,5 @@
-//! `--detector FILE --labels FILE`: a custom detector that takes the shipped one's place, tried before any trial runs
-//! with it, and run in a process of its own.
+//! `--detector FILE --labels FILE`: a custom detector in place of the shipped one. It is tried before any trial runs with it, and runs in a
+//! separate process.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,9 +15,9 @@ use scenario::load_labels;
 use super::failure::{Exit, Failure};
 use config::platform::Sensors;
 
-/// The options that name a detector from outside.
+/// The options that name a custom detector.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Bring {
+pub struct DetectorOptions {
     /// An ONNX detector in place of the shipped one (docs/researcher/detector.md); sensors are then rendered.
     #[arg(long, value_name = "FILE", requires = "labels")]
     detector: Option<PathBuf>,
@@ -28,28 +28,30 @@ pub struct Bring {
 
 /// A detector with the options that brought it.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadedDetector {
     /// The detector.
     pub brought: Brought,
     /// Command line options that reproduce it.
     pub options: String,
 }
 
-impl Bring {
-    /// The detector that is asked for, tried in a process of its own and loaded.
-    pub fn load(&self) -> Result<Option<Loaded>, Failure> {
+impl DetectorOptions {
+    /// The named detector, loaded and tried in a separate process.
+    pub fn load(&self) -> Result<Option<LoadedDetector>, Failure> {
         let (Some(file), Some(labels)) = (&self.detector, &self.labels) else { return Ok(None) };
-        let refused = |why: String| Failure::new(Exit::Usage, format!("--detector {}: {why}", file.display()));
+        let refused = |error: &dyn std::fmt::Display| {
+            Failure::new(Exit::Usage, format!("--detector {}: {error}", file.display()))
+        };
         let options = format!(" --detector {} --labels {}", file.display(), labels.display());
         let labels = load_labels(labels)?;
-        let mut model = process::pin(file).map_err(|e| refused(e.to_string()))?;
+        let mut model = process::pin(file).map_err(|e| refused(&e))?;
         if let Some(sha256) = labels.sha256 {
             model.sha256 = sha256;
         }
         let mut brought = Brought::new(model, labels.head);
         let program = std::env::current_exe()?;
-        brought.loaded = Some(Arc::new(Remote::start(Services::Own(program), &brought).map_err(refused)?));
-        Ok(Some(Loaded { brought, options }))
+        brought.loaded = Some(Arc::new(Remote::start(Services::Own(program), &brought).map_err(|e| refused(&e))?));
+        Ok(Some(LoadedDetector { brought, options }))
     }
 
     /// The files that are named.

@@ -1,9 +1,9 @@
 //! Finished trials on disk, so that a command resumes after any interruption, `kill -9` too.
 //!
-//! One file for each variation, mode and build, one line a trial, written when the trial is judged. A file's name holds
-//! the digest of everything but the seed that the outcome depends on (this program, scenario and scene, policy, bounds,
-//! platform), so that no trial is taken for another. A live trial that the host spoilt has a line and is not finished: it runs
-//! again, and the trial that takes its place counts it.
+//! A file for each variation, mode and build has a line for each trial, written when the trial is judged. A file's name has the digest of
+//! everything but the seed on which the outcome depends (this program, scenario and scene, policy, bounds, platform), so that no trial is
+//! mistaken for another. A live trial that the host spoilt has a line and is not finished: it runs again, and the trial that replaces it
+//! counts it.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -20,9 +20,9 @@ use super::lines::{Lines, scan};
 use super::plan::Planned;
 
 /// The folder of finished trials.
-pub struct Kept {
+pub struct TrialStore {
     folder: PathBuf,
-    /// Folders of the same command's partitions.
+    /// Stores of the same command's partitions.
     parts: Vec<PathBuf>,
     build: String,
 }
@@ -35,7 +35,7 @@ pub struct Shelf {
     lines: Lines,
 }
 
-/// A trial as it is kept: with the fields that its own form leaves out of reports.
+/// A trial as it is kept: with the fields that its form in reports leaves out.
 #[derive(Serialize, Deserialize)]
 struct Line {
     trial: Trial,
@@ -44,9 +44,9 @@ struct Line {
     cpu_seconds: f64,
 }
 
-impl Kept {
-    /// Below `directory`, for this very program.
-    pub fn below(directory: &Path) -> Result<Self, Failure> {
+impl TrialStore {
+    /// Opens the store in `directory`, for this very program.
+    pub fn open(directory: &Path) -> Result<Self, Failure> {
         let folder = directory.join("kept");
         fs::create_dir_all(&folder)?;
         let program = std::env::current_exe()?;
@@ -55,16 +55,17 @@ impl Kept {
         Ok(Self { folder, parts: Vec::new(), build: hex(&digest.finalize()) })
     }
 
-    /// With the finished trials of partitions in `directories`, which are copied.
+    /// Adds the stores of partitions in `directories`, whose finished trials are copied.
     ///
     /// # Errors
-    /// When one is no folder of finished trials.
-    pub fn with(mut self, directories: &[PathBuf]) -> Result<Self, Failure> {
+    /// When a directory has no finished trials.
+    pub fn with_parts(mut self, directories: &[PathBuf]) -> Result<Self, Failure> {
         for directory in directories {
             let part = directory.join("kept");
             if !part.is_dir() {
-                let told = format!("{}: no finished trials; --partition i/N --out DIR keeps some", directory.display());
-                return Err(Failure::new(Exit::Usage, told));
+                let message =
+                    format!("{}: no finished trials; --partition i/N --out DIR keeps some", directory.display());
+                return Err(Failure::new(Exit::Usage, message));
             }
             self.parts.push(part);
         }
@@ -112,18 +113,18 @@ impl Shelf {
 
     /// Adds the trials of another file. In the twin a trial has one result, on any machine.
     fn add(&mut self, path: &Path, mode: Mode) -> Result<(), Failure> {
-        let mut others = Vec::new();
+        let mut added = Vec::new();
         scan(path, File::open(path)?, |_, line: Line| {
-            others.push(line.into_trial());
+            added.push(line.into_trial());
             Ok(())
         })?;
-        for trial in others.into_iter().filter(|trial| trial.host_stall_ms.is_none()) {
+        for trial in added.into_iter().filter(|trial| trial.host_stall_ms.is_none()) {
             let timeless = |trial: &Trial| Trial { cpu_seconds: 0.0, ..trial.clone() };
             match self.done.get(&trial.seed) {
-                Some(own) if mode != Mode::Live && timeless(own) != timeless(&trial) => {
-                    let told =
+                Some(known) if mode != Mode::Live && timeless(known) != timeless(&trial) => {
+                    let message =
                         format!("{}: the trial of seed {} came out differently elsewhere", path.display(), trial.seed);
-                    return Err(Failure::new(Exit::Unexpected, told));
+                    return Err(Failure::new(Exit::Unexpected, message));
                 }
                 Some(_) => {}
                 None => {
@@ -152,14 +153,14 @@ impl Shelf {
 
     /// Keeps a trial that has just been judged.
     pub fn put(&self, trial: &Trial) -> Result<(), Failure> {
-        self.lines.put(&Line::of(trial)).map(|_| ())
+        self.lines.put(&Line::from_trial(trial)).map(|_| ())
     }
 }
 
 /// The trials of a file's whole lines, by seed.
 ///
 /// # Errors
-/// The first line that is none, and why.
+/// The first line that is not as it was written.
 pub fn finished(text: &[u8]) -> Result<BTreeMap<u64, Trial>, Failure> {
     let (mut done, mut spoilt) = (BTreeMap::new(), BTreeMap::new());
     scan(Path::new("kept"), text, |_, line: Line| {
@@ -184,11 +185,11 @@ fn take_line(line: Line, done: &mut BTreeMap<u64, Trial>, spoilt: &mut BTreeMap<
 /// # Errors
 /// When a number in it cannot be written as JSON.
 pub fn kept_line(trial: &Trial) -> serde_json::Result<String> {
-    serde_json::to_string(&Line::of(trial))
+    serde_json::to_string(&Line::from_trial(trial))
 }
 
 impl Line {
-    fn of(trial: &Trial) -> Self {
+    fn from_trial(trial: &Trial) -> Self {
         let (false_trips, nominal_seconds) = (trial.false_trips, trial.nominal_seconds);
         Self { trial: trial.clone(), false_trips, nominal_seconds, cpu_seconds: trial.cpu_seconds }
     }

@@ -1,10 +1,11 @@
 //! Claims of the results around a recorded trial: its class, and the digest of its `held.json`.
 //!
-//! `result.json` of `run` names both for each trial that was kept, and so do the finished trials (`kept`) of a command that resumes. A
-//! recording that lies in another's place, or a class that was changed, contradicts them. A recording without results around has
-//! no claim to fit. Whether the recording itself is whole is left to `recording::verify`.
+//! `result.json` of `run` names both for each trial that was kept, and so do the finished trials (`trial_store`) of a command that
+//! resumes. A recording in the place of another, or a class that was changed, contradicts them. A recording without results around it has
+//! no claim to fit. Verification of the recording itself is left to `recording::verify`.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use evidence::trial::Outcome;
@@ -12,14 +13,29 @@ use link::files;
 use results::mode::Mode;
 use serde::Deserialize;
 
-use super::kept;
+use super::failure::Failure;
+use super::trial_store;
 
 /// Folders from that of the command to a trial's, without and with a cell.
 const LEVELS: [usize; 2] = [3, 4];
 /// The longest result or file of finished trials that is read, bytes.
 const MAX_BYTES: u64 = 256 << 20;
-/// Most files of finished trials that are looked into.
+/// Most files of finished trials that are read.
 const MAX_FILES: usize = 10_000;
+
+/// Reason for which the results around a recording cannot be read.
+#[derive(Debug, thiserror::Error)]
+enum ClaimsError {
+    #[error("result.json: {0}: nothing is known of this trial")]
+    Result(io::Error),
+    #[error("kept: {0}: nothing is known of this trial")]
+    Folder(#[from] io::Error),
+    #[error("kept: {0}: nothing is known of this trial")]
+    Trials(#[from] Failure),
+}
+
+/// Claims of a trial, and the name of the file that has them; no file without results.
+type NamedClaims = (Option<String>, Vec<Claim>);
 
 /// The object in `result.json`, as far as it is read: a run, or several.
 #[derive(Deserialize)]
@@ -58,12 +74,15 @@ struct Place {
 /// The contradiction between the recording in `trial` and the results around it, if any.
 pub fn contradiction(trial: &Path, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
     let whole = fs::canonicalize(trial).ok()?;
-    LEVELS.into_iter().filter_map(|levels| Place::of(&whole, levels)).find_map(|place| place.against(held, outcome))
+    LEVELS
+        .into_iter()
+        .filter_map(|levels| Place::from_folder(&whole, levels))
+        .find_map(|place| place.contradiction(held, outcome))
 }
 
 impl Place {
     /// The place of a trial's folder, `levels` below that of its command.
-    fn of(trial: &Path, levels: usize) -> Option<Self> {
+    fn from_folder(trial: &Path, levels: usize) -> Option<Self> {
         let command = trial.ancestors().nth(levels)?;
         let names: Vec<&str> = trial.strip_prefix(command).ok()?.iter().filter_map(|name| name.to_str()).collect();
         let (mode, scenario, cell, seed) = match names.as_slice() {
@@ -76,45 +95,44 @@ impl Place {
         Some(Self { command, mode, scenario, cell, seed: seed.parse().ok()? })
     }
 
-    fn against(&self, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
+    fn contradiction(&self, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
         let (file, claims) = match self.claims() {
             Ok((file, claims)) => (file, claims),
-            Err(unreadable) => return Some(unreadable),
+            Err(error) => return Some(error.to_string()),
         };
         let file = file?;
         let named: Vec<&Claim> = claims.iter().filter(|claim| claim.held.is_some()).collect();
         if named.is_empty() {
             return Some(format!("{file} names no recording of this trial"));
         }
-        let Some(own) = named.iter().find(|claim| claim.held.as_deref() == held) else {
+        let Some(claim) = named.iter().find(|claim| claim.held.as_deref() == held) else {
             let expected = named[0].held.as_deref().unwrap_or_default();
             return Some(format!(
                 "{file} names another recording of this trial, whose held.json has SHA-256 {expected}"
             ));
         };
         let recorded = outcome?;
-        let differs = || format!("{file} says {}, the recording {}", own.outcome.name(), recorded.name());
-        (own.outcome != recorded).then(differs)
+        let differs = || format!("{file} says {}, the recording {}", claim.outcome.name(), recorded.name());
+        (claim.outcome != recorded).then(differs)
     }
 
-    /// The claims of this trial, and the file that they stand in; no file without results.
-    fn claims(&self) -> Result<(Option<String>, Vec<Claim>), String> {
-        let (result, shelf) = (self.command.join("result.json"), self.command.join("kept"));
+    fn claims(&self) -> Result<NamedClaims, ClaimsError> {
+        let (result, store) = (self.command.join("result.json"), self.command.join("kept"));
         if result.is_file() {
-            let read = || -> std::io::Result<Ran> { Ok(serde_json::from_slice(&files::read(&result, MAX_BYTES)?)?) };
-            let ran = read().map_err(|why| format!("result.json: {why}: nothing is known of this trial"))?;
+            let read = || -> io::Result<Ran> { Ok(serde_json::from_slice(&files::read(&result, MAX_BYTES)?)?) };
+            let ran = read().map_err(ClaimsError::Result)?;
             // A result of another kind names no trials.
             if ran.mode.is_some() {
-                return Ok((Some("result.json".to_owned()), self.of_runs(ran)));
+                return Ok((Some("result.json".to_owned()), self.from_runs(ran)));
             }
         }
-        if shelf.is_dir() { self.of_shelf(&shelf) } else { Ok((None, Vec::new())) }
+        if store.is_dir() { self.from_store(&store) } else { Ok((None, Vec::new())) }
     }
 
-    fn of_runs(&self, ran: Ran) -> Vec<Claim> {
+    fn from_runs(&self, ran: Ran) -> Vec<Claim> {
         let one_or_more = if ran.runs.is_empty() { vec![ran] } else { ran.runs };
-        let own = |ran: &Ran| ran.mode == Some(self.mode) && ran.scenario.as_deref() == Some(&self.scenario);
-        let trials = one_or_more.into_iter().filter(own).flat_map(|ran| ran.trials);
+        let fits = |ran: &Ran| ran.mode == Some(self.mode) && ran.scenario.as_deref() == Some(&self.scenario);
+        let trials = one_or_more.into_iter().filter(fits).flat_map(|ran| ran.trials);
         trials.filter(|claim| self.is_of(claim)).collect()
     }
 
@@ -122,19 +140,18 @@ impl Place {
         claim.seed == self.seed && claim.cell.as_ref().map(|cell| cell.replace('/', ".")) == self.cell
     }
 
-    /// Those of the finished trials, which lie in a file for each variation, mode, policy and program.
-    fn of_shelf(&self, shelf: &Path) -> Result<(Option<String>, Vec<Claim>), String> {
-        let unreadable = |why: &dyn std::fmt::Display| format!("kept: {why}: nothing is known of this trial");
+    /// Claims of the finished trials, which are in a file for each variation, mode, policy and program.
+    fn from_store(&self, store: &Path) -> Result<NamedClaims, ClaimsError> {
         let (before, mode) = (format!("{}.", self.scenario), format!(".{}.", self.mode.name()));
         let mut claims = Vec::new();
-        for entry in fs::read_dir(shelf).map_err(|why| unreadable(&why))?.take(MAX_FILES) {
-            let path = entry.map_err(|why| unreadable(&why))?.path();
+        for entry in fs::read_dir(store)?.take(MAX_FILES) {
+            let path = entry?.path();
             let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             if !name.starts_with(&before) || !name.contains(&mode) || !name.ends_with(".jsonl") {
                 continue;
             }
-            let text = files::read(&path, MAX_BYTES).map_err(|why| unreadable(&why))?;
-            for trial in kept::finished(&text).map_err(|why| unreadable(&why))?.into_values() {
+            let text = files::read(&path, MAX_BYTES)?;
+            for trial in trial_store::finished(&text)?.into_values() {
                 let claim = Claim { seed: trial.seed, cell: trial.cell, outcome: trial.outcome, held: trial.held };
                 if self.is_of(&claim) {
                     claims.push(claim);
@@ -173,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn recording_that_no_result_names_is_told() {
+    fn recording_that_no_result_names_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let trial = folder.path().join("live/loss/3");
         fs::create_dir_all(&trial).unwrap();
