@@ -53,7 +53,7 @@ impl Event {
             Event::HoldSafe => match twin.unit().map(|(unit, _)| unit.mode()) {
                 Some(Mode::HoldSafe) => f64::INFINITY,
                 Some(Mode::Ready | Mode::PrepareToAct | Mode::Degraded) => lease_age(twin),
-                // Nothing is held by a lease yet.
+                // In IDLE no lease limits the unit.
                 Some(Mode::Idle) | None => 0.0,
             },
             Event::Lease => lease_age(twin),
