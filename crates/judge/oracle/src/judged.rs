@@ -87,7 +87,7 @@ fn failed_guest(failure: Option<&GuestFailure>) -> impl Iterator<Item = String> 
     failure.map(|GuestFailure { at_ms, fault, why }| format!("guest: {fault} at {at_ms:.0} ms: {why}")).into_iter()
 }
 
-/// A teammate's claims up to the unit's first restriction after the first of them.
+/// False claims of a teammate, from the first one to the unit's first restriction after it; none where none was made.
 fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
     let degraded = verdict.latency.to_degraded.map(|ms| (ms * 1000.0) as Micros);
     let reaction = verdict.zero.zip(degraded).map(|(zero, after)| zero + after);
