@@ -27,14 +27,14 @@ pub(crate) struct Timed {
     pub(crate) why: Option<String>,
 }
 
-/// A step back of the stamps.
+/// Place at which the stamps of a topic go back.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Back {
-    /// Message that is the first behind it.
+    /// First message after it.
     place: u64,
-    /// Stamp that the message would have had: the newest, and the time between this and the one before it, microseconds.
+    /// Expected stamp of this message, microseconds: the newest one, and the last interval between stamps.
     pub(crate) at: u64,
-    /// Time by which it is behind that, microseconds.
+    /// Difference of its stamp from the expected one, microseconds.
     pub(crate) by: u64,
 }
 
@@ -94,7 +94,7 @@ impl Timed {
             similar.map(|(place, _)| *place).min_by_key(|place| place.abs_diff(back.place)).unwrap_or(back.place)
         };
         let mut cuts: Vec<u64> = backs.iter().enumerate().map(|(i, back)| cut(i, back)).collect();
-        // Two steps never take one place.
+        // Cuts stay in order, so that no stretch ends before it begins.
         (1..cuts.len()).for_each(|i| cuts[i] = cuts[i].max(cuts[i - 1]));
         cuts
     }
