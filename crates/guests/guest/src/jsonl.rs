@@ -28,7 +28,7 @@ pub enum Request {
 pub enum Response {
     /// The guest has taken the mission.
     Ready(Ready),
-    /// Its set-point.
+    /// Set-point of a step.
     Reply(Reply),
 }
 
@@ -77,7 +77,7 @@ pub struct Block {
     pub at: Position,
     /// Half of length and width, m.
     pub half_m: [f64; 2],
-    /// Direction of its length, rad.
+    /// Direction of its longer axis, rad.
     pub heading_rad: f64,
 }
 
@@ -154,7 +154,7 @@ pub struct Ready {}
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reply {
-    /// The step that it answers.
+    /// Number of the answered step.
     pub number: u32,
     /// Forward speed, m/s, within ±100.
     pub speed_m_s: f64,

@@ -25,7 +25,7 @@ pub const MAX_LINE: usize = 64 * 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Conduct {
-    /// To the plant, as they are.
+    /// Set-points go to the plant unchanged.
     Bare,
     /// Through the platform's guards, envelope, leases and state machine.
     Guarded,
@@ -44,7 +44,7 @@ impl Conduct {
 /// A guest as a run takes it.
 #[derive(Clone)]
 pub struct Guest {
-    /// The program.
+    /// Its program.
     pub program: Arc<Program>,
     /// Where its set-points go.
     pub conduct: Conduct,
@@ -79,7 +79,7 @@ impl PartialEq for Guest {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {why}", fault.name())]
 pub struct Failure {
-    /// Kind.
+    /// Kind of the failure.
     pub fault: Fault,
     /// Expected and got.
     pub why: String,
@@ -97,7 +97,7 @@ impl Failure {
     }
 }
 
-/// Which limit of time an exchange has.
+/// Time limit of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Patience {
     /// That of the start: the program loads, and plans its mission.
