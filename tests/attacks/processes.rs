@@ -34,7 +34,7 @@ fn plant_brakes_by_lease_after_autonomy_dies() {
     }
 }
 
-/// For a driving and for a standing unit, when autonomy ends.
+/// Autonomy ends while the unit drives, and while it stands.
 #[test]
 fn plant_lease_ends_with_the_last_set_point() {
     for ready in variations("autonomy_ends") {
@@ -224,7 +224,7 @@ fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
     run.evidence.entries.iter().find(|w| w.entry.event == disk_full(full)).map(|w| w.at)
 }
 
-/// Within the seal limit.
+/// Authority ends within the seal limit.
 #[test]
 fn full_disk_revokes_authority_without_blocking() {
     let undisturbed = longest_pause(&reported(&shipped("nominal").run(1)));
@@ -280,7 +280,7 @@ fn claimed_full_disk_needs_a_stalled_recording() {
     }
 }
 
-/// Noticed in time, with half and with a quarter of it.
+/// Losses are noticed in time with half and with a quarter of the processor.
 #[test]
 fn losses_are_noticed_on_a_slow_processor() {
     for name in ["constrained_loss", "constrained_blackout"] {
@@ -295,7 +295,7 @@ fn late_products_are_a_lost_stage() {
     shipped("slow_inference").expect(SEEDS);
 }
 
-/// The log without the hold: the judge has to miss it.
+/// The log lacks the hold: the judge must miss it.
 #[test]
 fn unit_ignoring_its_hang_is_late() {
     let mut run = ending_at(Process::Autonomy, Ending::Hang, ARMING).run(1);

@@ -82,7 +82,7 @@ fn p1_an_act_that_no_seal_covers() {
     assert_eq!([5050, 5051].map(seal), [false, true]);
 }
 
-/// After a HOLD or DISARM without new authority.
+/// The act follows a HOLD or a DISARM without new authority.
 #[test]
 fn p1_act_in_wrong_mode_or_without_authority() {
     let left = |ms: u64| broken(5000, |log| log.transition(ms, Mode::PrepareToAct, Mode::Ready, Cause::Expired));

@@ -92,7 +92,7 @@ fn every_step_is_owed_without_an_attack() {
     );
 }
 
-/// Half a second before; none after it.
+/// Steps due at least half a second before the attack are owed; later ones are not.
 #[test]
 fn attack_owes_steps_due_before_it() {
     assert_eq!(
@@ -155,7 +155,7 @@ fn routed(log: &Log, east_mm: i32) -> Verdict {
     judge(&Evidence { route, ..log.evidence(Vec::new()) })
 }
 
-/// It creeps by 0.36 m in nine seconds.
+/// The vehicle creeps by 0.36 m in nine seconds.
 #[test]
 fn unmoved_vehicle_with_a_way_left_is_stuck() {
     let verdict = routed(&Log::whole(), 20_000);

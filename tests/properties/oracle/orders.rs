@@ -75,7 +75,7 @@ pub(super) fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) 
     log
 }
 
-/// Only its stops are no finding.
+/// Of the rogue's orders only those to stop are no finding.
 #[test]
 fn rogue_order_needs_a_judge() {
     let mut log = Log::whole();
