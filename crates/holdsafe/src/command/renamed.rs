@@ -57,10 +57,10 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
     Ok(arguments)
 }
 
-/// The answer to a word that is no verb, where one is near; a former verb is answered with its present name.
+/// Message for an unknown verb that is similar to a known one. A former verb is answered with its present name.
 fn suggestion(command: &Command, word: &str) -> Option<String> {
     let today = || command.get_subcommands().map(Command::get_name).chain(["help"]);
-    // `--version`, which the parser adds by itself, is near to `verify`.
+    // Options are no verbs: `--version`, which the parser adds itself, is similar to `verify`.
     if word.starts_with('-') || word.chars().count() < 2 || today().any(|verb| verb == word) {
         return None;
     }
@@ -90,8 +90,7 @@ fn verb_at(command: &Command, arguments: &[OsString], from: usize) -> Option<usi
     None
 }
 
-/// True for the former grammar of `campaign`: the word behind it is a scenario or an option of a run, not the name of a
-/// part.
+/// True for the former grammar of `campaign`: a scenario or an option of a run follows, not the name of a part.
 fn names_no_part(command: &Command, arguments: &[OsString], campaign: usize) -> bool {
     let Some(next) = verb_at(command, arguments, campaign + 1) else { return false };
     let parts = command.find_subcommand("campaign").into_iter().flat_map(Command::get_subcommands);
@@ -107,7 +106,7 @@ fn hint(arguments: &[OsString], old: &str, new: &str) {
     }
 }
 
-/// Starts `lab` in place of this program, from the folder that this program is in.
+/// Replaces this program by `lab` from the same folder.
 fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
     let spelt = ["lab"].iter().chain(new).copied().collect::<Vec<_>>().join(" ");
     hint(&arguments, old, &spelt);

@@ -111,7 +111,7 @@ fn follower_driven(conduct: Conduct) -> Result<Engaged, Failure> {
     Ok(Engaged { guest: engage::guest(file, conduct)?, options: engage::options(file, conduct) })
 }
 
-/// The tour so far.
+/// State of the tour.
 struct Tour<'a> {
     context: &'a Context,
     dir: &'a Path,
