@@ -124,7 +124,7 @@ fn add_account(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Ac
         | Account::SentDirect
         | Account::Datagrams
         | Account::Unguarded => {}
-        // The relay's are the launcher's word.
+        // The launcher reports those of the relay.
         Account::Outsiders if n > 0 => {
             let receiver = if node == NodeId::CAMPAIGN { NodeId::RELAY_TELEMETRY } else { node };
             *trial.outsiders.entry(receiver.to_string()).or_default() += n;
