@@ -151,7 +151,7 @@ fn residual(solved: &[f64; 4], coefficients: &[f64; 4], value: f64) -> f64 {
     value - solved.iter().zip(coefficients).map(|(unknown, coefficient)| unknown * coefficient).sum::<f64>()
 }
 
-/// The inverse, by elimination with the largest pivot; none where there is none.
+/// Inverse, by elimination with the largest pivot; `None` for a singular matrix.
 fn inverted(mut matrix: [[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
     let mut inverse = [[0.0; 4]; 4];
     (0..4).for_each(|i| inverse[i][i] = 1.0);

@@ -1,6 +1,6 @@
 //! The stretches of a recording that are judged apart: between two of them its stamps go back, or a part could not be read.
 //!
-//! A player that begins again, or a clock that is set back, gives two stretches under the same stamps. Messages that come a little late are none:
+//! A player that begins again, or a clock that is set back, gives two stretches under the same stamps. Messages that come a little late start no stretch:
 //! a stretch begins where several in a row are well behind. The stamps of fixes and of odometry tell where; other topics are cut at their own
 //! step back, if they have one near, else at the same place of the file.
 

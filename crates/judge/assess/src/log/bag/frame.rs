@@ -30,10 +30,10 @@ pub(super) struct Frame<'a> {
     pub(super) next: usize,
 }
 
-/// The record at a place.
+/// The record at `at`.
 ///
 /// # Errors
-/// The reason that there is none.
+/// Why no record can be read there.
 pub(super) fn read_frame(bytes: &[u8], at: usize) -> Result<Frame<'_>, RecordError> {
     let left = bytes.len().saturating_sub(at);
     let Some((kind, length)) = head(bytes, at) else {
