@@ -22,7 +22,7 @@ pub enum Event {
 /// Numbers that are no levels of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LevelsError {
-    /// There is none.
+    /// No levels were given.
     #[error("the last of --levels says what the event is ({counts}); give at least one")]
     Empty {
         /// Quantity that a level counts.
