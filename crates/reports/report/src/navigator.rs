@@ -72,7 +72,7 @@ impl Domain {
 /// Rows by the technique that they name.
 type Techniques<'a> = BTreeMap<&'a str, Vec<&'a MatrixRow>>;
 
-/// Layers, each with its file name and its text. They are made from matrices alone; without a matrix there are none.
+/// Layers, each with its file name and its text, made from matrices alone; empty without a matrix.
 pub fn layers(results: &Results) -> Vec<(&'static str, String)> {
     let mut techniques = Techniques::new();
     let mut sources = Vec::new();
