@@ -1,7 +1,7 @@
 //! A run as an MCAP file with Foxglove's well-known schemas, for viewers and other programs that know these.
 //!
 //! [`Viewer`] receives a run event by event, and the messages between the services where they are known; it writes transforms, scene,
-//! images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: no part of it is chained or
+//! images, clouds, detections, tracks, modes and a log. The file is made *from* the evidence but is not evidence: no part of it is chained or
 //! signed, and `holdsafe inspect verify` never reads it. The same run gives the same bytes. The source of the run is the caller's business.
 //!
 //! Times are times of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
