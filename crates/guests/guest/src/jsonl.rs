@@ -92,9 +92,9 @@ pub struct Step {
     pub limit_m_s: f64,
     /// Mode of the platform's state machine.
     pub mode: String,
-    /// The newest position fix; null where there is none, or `navigation` is not taken.
+    /// Position fix of the newest navigation message; null without one, or if `navigation` is not taken.
     pub fix: Option<Fix>,
-    /// The newest reading of the wheels; null where there is none, or `navigation` is not taken.
+    /// Wheel odometry of the newest navigation message; null without it, or if `navigation` is not taken.
     pub odometry: Option<Odometry>,
     /// Objects that perception tracks; empty where `tracks` is not taken.
     pub tracks: Vec<Track>,

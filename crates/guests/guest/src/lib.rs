@@ -1,8 +1,9 @@
-//! Guests: autonomy programs of others, put to the test in place of the platform's own mission and navigation.
+//! Guests: third-party autonomy programs, tested in place of the platform's own mission and navigation.
 //!
-//! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's requests reach it
-//! as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`] exercises a program
-//! without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
+//! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's
+//! requests reach it as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`]
+//! exercises a program without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which
+//! see the crate `confine`.
 
 pub mod check;
 pub mod file;
