@@ -97,9 +97,10 @@ pub struct Step {
     pub limit_m_s: f64,
     /// Mode of the platform's state machine.
     pub mode: String,
-    /// The newest position fix; none where there is none, or the guest's file does not take `navigation`.
+    /// Position fix of the newest navigation message; `None` without one, or if the guest's file does not take
+    /// `navigation`.
     pub fix: Option<Fix>,
-    /// The newest reading of the wheels; none as for `fix`.
+    /// Wheel odometry of the newest navigation message; `None` as for `fix`.
     pub odometry: Option<Odometry>,
     /// Objects that perception tracks; empty where the guest's file does not take `tracks`.
     pub tracks: Vec<Track>,
