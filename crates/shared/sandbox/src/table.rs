@@ -11,7 +11,7 @@ pub const TEXT: &str = include_str!("../services.toml");
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Read {
-    /// A detector of others, its labels, and the runtime's library.
+    /// A user's detector, its labels, and the runtime's library.
     Model,
     /// Folders of the machine's libraries.
     Libraries,
