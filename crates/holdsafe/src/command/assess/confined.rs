@@ -1,4 +1,4 @@
-//! The process that parses a recording of others: confined first, then fed over its standard input.
+//! The process that parses a foreign recording: confined first, then fed over its standard input.
 
 use std::io::{BufRead, Read};
 
