@@ -10,7 +10,7 @@ use wire::sensor::Class;
 
 use super::log::Log;
 
-/// True if P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good by its own word.
+/// True if P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good in its own entry.
 fn broken(ms: u64, change: impl Fn(&mut Log) -> &mut Log) -> bool {
     let mut log = Log::whole();
     change(log.cut_display(4000));
