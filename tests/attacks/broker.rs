@@ -64,7 +64,7 @@ fn counted(run: &Run, wanted: Reason) -> u64 {
     times.sum()
 }
 
-/// Captured by a hostile broker; the act happens once.
+/// A hostile broker captures the orders and delivers them again; the act happens once.
 #[test]
 fn redelivered_orders_are_refused() {
     for run in shipped("command_replay").expect(SEEDS) {
@@ -133,7 +133,7 @@ fn retained_order_is_refused_after_return() {
     }
 }
 
-/// After the session was lost.
+/// The order is repeated after the session was lost.
 #[test]
 fn repeated_safe_order_is_refused_as_seen() {
     for ready in variations("command_again") {
@@ -157,7 +157,7 @@ fn repeated_safe_order_is_refused_as_seen() {
     }
 }
 
-/// It is obeyed when it is given again.
+/// The same order is obeyed when it is given anew.
 #[test]
 fn arming_kept_past_a_session_is_void() {
     for run in shipped("command_void").expect(SEEDS) {
@@ -233,7 +233,7 @@ fn signature_waiver_shows_a_forged_acknowledgement() {
     assert!(shown(&run, CommandKind::Hold).iter().any(|(_, s)| *s == ShownAs::Executed));
 }
 
-/// No command is shown as done.
+/// Meanwhile no command is shown as done.
 #[test]
 fn missing_acknowledgement_shows_within_a_second() {
     for name in ["ack_suppress", "hold_block"] {

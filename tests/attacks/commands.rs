@@ -46,7 +46,7 @@ fn cut_command_connection_loses_hold_and_recovers() {
     }
 }
 
-/// Refused by the secure layer.
+/// The secure layer refuses it.
 #[test]
 fn damaged_confirmation_is_refused_without_act() {
     for run in shipped("command_corrupt").expect(SEEDS) {

@@ -70,7 +70,7 @@ const DEMO: [(&str, Mode); 9] = [
     ("drift", Mode::HoldSafe),
 ];
 
-/// The operator goes on after it.
+/// The operator continues after each attack.
 #[test]
 #[ignore = "long: rendered missions"]
 fn each_demo_attack_has_its_stated_effect() {

@@ -24,7 +24,7 @@ fn null_attack_trips_nothing_and_completes_the_mission() {
     }
 }
 
-/// A lossy link is weather, not an attack: its cost is a false trip.
+/// A lossy link is a condition, not an attack: its cost is a false trip.
 #[test]
 fn hold_by_link_loss_is_a_false_trip() {
     let mut ready = shipped("nominal");
@@ -38,7 +38,7 @@ fn hold_by_link_loss_is_a_false_trip() {
     }
 }
 
-/// The adversary's claims in a run with the attack, put into the log of the same run without it: they name the right
+/// The log of a run without the attack gets the adversary's claims from the same run with it. They name the right
 /// streams and places, and are all untrue.
 #[test]
 fn claimed_stream_attack_has_no_receipt() {

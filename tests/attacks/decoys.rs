@@ -67,7 +67,7 @@ fn cold_inflatable_is_refused_by_thermal_camera() {
     }
 }
 
-/// It deceives every modality, and the operator consents.
+/// The decoy deceives every modality, and the operator consents.
 #[test]
 fn full_decoy_is_acted_on_with_consent() {
     for run in shipped("decoy_warm").expect(SEEDS) {
@@ -75,7 +75,7 @@ fn full_decoy_is_acted_on_with_consent() {
     }
 }
 
-/// It stands cold in view for longer than a second; no vehicle warms so fast.
+/// The decoy stands cold in view for longer than a second; no vehicle warms so fast.
 #[test]
 fn heater_switched_on_in_view_earns_nothing() {
     for run in shipped("decoy_heating").expect(SEEDS) {
@@ -143,7 +143,8 @@ fn print_deceives_neither_thermal_nor_the_fused_network() {
     assert_eq!(neither.verdict.outcome, Outcome::Unsafe, "{:?}", neither.verdict.transitions);
 }
 
-/// At the print's full strength; with less of it the fused network does not share the detector's claim, and alone speaks against it.
+/// The print has its full strength. With less of it the fused network does not share the detector's claim, and alone
+/// contradicts it.
 #[test]
 fn printed_heated_inflatable_is_acted_on() {
     let mut heated = shipped("decoy_printed_heated");
@@ -208,7 +209,7 @@ fn claimed_perturbation_or_print_has_no_receipt() {
     }
 }
 
-/// The sim tells of no print, so none arrived, whatever perception looked at.
+/// The sim logs no print, so none arrived, whatever perception looked at.
 #[test]
 fn print_unknown_to_sim_has_no_receipt() {
     let mut quiet = shipped("nominal").run(1);

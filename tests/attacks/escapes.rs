@@ -28,7 +28,7 @@ const NEED_NAMESPACES: [&str; 3] = [
     "memory: shared memory of another host",
 ];
 
-/// A folder of service programs in which `hostile` is the attacker's, and things of others beside it.
+/// Folder of service programs in which `hostile` is the attacker's, with objects of other programs beside it.
 struct Machine {
     folder: tempfile::TempDir,
     shared: std::path::PathBuf,

@@ -76,7 +76,7 @@ fn recording_is_untouched_when_actors_are_idle() {
     assert!(run.topology.disarmed(&ready.scenario).hands().is_none());
 }
 
-/// Edited, reordered or cut.
+/// The recording is edited, reordered or cut.
 #[test]
 fn edited_recording_is_invalid_and_located() {
     for run in shipped("evidence_tampered").expect(1..11) {
@@ -127,7 +127,7 @@ fn judged(records: &[RecordedEntry], anchors: &TrustAnchors) -> Verification {
     log_verifier.close()
 }
 
-/// Every kind of tampering, each at forty places.
+/// Each kind of tampering is applied at forty places.
 #[test]
 fn every_tampering_is_found_everywhere() {
     let (run, records) = recorded();

@@ -22,7 +22,7 @@ use wire::time::{Instant, Span};
 
 /// Refusals in a second of the flood.
 const RATE: u64 = 50_000;
-/// Refusals that the gateway tells of in a second, at most.
+/// Most refusals that the gateway reports in a second.
 const TOLD: usize = 20;
 
 /// A gateway and a console before it.
@@ -30,9 +30,9 @@ struct Pair {
     gateway: Gateway,
     console: Console,
     now: Instant,
-    /// Refusals that the console was informed of.
+    /// Refusals reported to the console.
     told: usize,
-    /// Everything else that came out of the console.
+    /// Other outputs of the console.
     said: usize,
 }
 
@@ -137,7 +137,7 @@ fn times(shown: &Shown, reason: Reason) -> u64 {
     shown.refusals.iter().filter(|refused| refused.reason == reason && !refused.here).map(|refused| refused.n).sum()
 }
 
-/// Every one of fifty thousand a second, from twenty messages a second.
+/// Twenty messages a second show every one of fifty thousand refusals a second.
 #[test]
 fn refusal_flood_is_displayed_within_two_seconds() {
     let mut pair = Pair::new();

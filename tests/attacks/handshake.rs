@@ -70,7 +70,7 @@ fn changed_record_is_discarded() {
     expected("record_damage");
 }
 
-/// They cost honest ends nothing and keep no newcomer out.
+/// Unknown peers cost honest ends nothing and keep no newcomer out.
 #[test]
 fn hundreds_of_unknown_peers_block_no_peer() {
     for (cell, trial) in expected("hello_storm") {

@@ -25,7 +25,7 @@ fn refused(run: &Run, node: NodeId, interface: Interface) -> Vec<Reason> {
     run.evidence.entries.iter().filter_map(on).collect()
 }
 
-/// Number of a rogue's claims of `wanted`.
+/// Number of actions `wanted` that the rogue claims.
 fn did(run: &Run, wanted: Action) -> usize {
     let one =
         |w: &&Witnessed| matches!(w.entry.event, Any::Instrument(Note::Attack { action, .. }) if action == wanted);
@@ -69,7 +69,7 @@ fn replayed_tracks_of_dead_perception_are_refused() {
     assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "the frames in them are still old");
 }
 
-/// Under perception's own key.
+/// The heartbeat is sent under perception's own key.
 #[test]
 fn heartbeat_without_work_keeps_no_liveness() {
     for run in shipped("masquerade_beat").expect(SEEDS) {
@@ -139,8 +139,7 @@ fn perception_cannot_write_navigation_to_autonomy() {
     }
 }
 
-/// One service acting for another: each channel of the platform, written with the keys of each other service of its host.
-/// Where that service reads the channel it can deceive only itself.
+/// A service that reads the channel can deceive only itself.
 #[test]
 fn services_cannot_impersonate_on_any_channel() {
     let vehicle = ["sim", "perception", "autonomy", "recorder"];
@@ -205,7 +204,7 @@ fn pair(topic: &str, holder: &str) -> Ready {
     Ready { cell: None, scenario, setup }
 }
 
-/// Under the right key; they leave no trace.
+/// The tracks are tagged under the right key, and leave no trace.
 #[test]
 fn synthetic_and_replayed_tracks_are_refused() {
     for run in shipped("synthetic_product").expect(SEEDS) {
@@ -242,7 +241,7 @@ fn moved_track_is_refused_as_not_shown() {
     assert!(acted(&waiving("track_moved", &[Check::Shown], &[]).run(1)));
 }
 
-/// It reads the feed, and is no producer of it: a key would let it write there in the gateway's name.
+/// The station reads the feed and is no producer of it: a key would let it write there in the gateway's name.
 #[test]
 fn second_station_has_no_key_of_the_feed() {
     let stations = ["rogue_station", "stolen_key", "expired_operator", "view_forged"].map(shipped);

@@ -46,7 +46,7 @@ fn loss() {
     shipped("loss").expect(SEEDS);
 }
 
-/// Though it hears everything.
+/// The unit holds although it hears everything.
 #[test]
 fn unheard_unit_gets_no_grants_and_holds() {
     for run in shipped("uplink_loss").expect(SEEDS) {
@@ -62,7 +62,7 @@ fn unheard_unit_gets_no_grants_and_holds() {
     }
 }
 
-/// Without the lease it is late.
+/// Without the lease the reaction is late.
 #[test]
 fn silence_beyond_the_bound_holds() {
     for ready in variations("brief_silence") {
@@ -92,7 +92,7 @@ fn age_bound_waiver_still_blocks_session_replay() {
     }
 }
 
-/// Without the guard a series of them holds.
+/// Without the guard a series of alerts leads to HOLD_SAFE.
 #[test]
 fn keyless_alerts_are_harmless_with_guard() {
     for run in shipped("alert").expect(SEEDS) {
@@ -109,7 +109,7 @@ fn keyless_alerts_are_harmless_with_guard() {
     }
 }
 
-/// Even when the association must come back.
+/// This holds even when the association must be opened again.
 #[test]
 fn silent_hello_blocks_no_peer() {
     shipped("silent_hello").expect(SEEDS);

@@ -40,7 +40,7 @@ fn square(left: usize, top: usize, side: usize, colour: [u8; 3]) -> Vec<u8> {
     (0..HEIGHT * WIDTH).flat_map(|k| if inside(k) { colour } else { [90, 90, 90] }).collect()
 }
 
-/// Edited after it was pinned, too.
+/// A model that was edited after it was pinned is refused as well.
 #[test]
 fn swapped_model_is_refused_before_reading() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -62,7 +62,7 @@ fn swapped_model_is_refused_before_reading() {
     assert!(matches!(load(&pinned), Err(LoadError::Pin { why: ModelError::TooLarge { .. }, .. })));
 }
 
-/// Weights elsewhere, loops, chance or half floats.
+/// Forbidden are weights in other files, loops, random numbers and half floats.
 #[test]
 fn model_with_forbidden_parts_is_refused() {
     for (name, said) in [
@@ -79,7 +79,7 @@ fn model_with_forbidden_parts_is_refused() {
     }
 }
 
-/// Another shape, type or head.
+/// The models have another shape, type or head.
 #[test]
 fn mismatched_model_is_refused_before_first_frame() {
     let cases = [
@@ -112,7 +112,7 @@ fn truncated_file_is_no_model() {
     }
 }
 
-/// The control: the refusals above are not for being a custom model.
+/// Control: a custom model by itself is no reason for the refusals above.
 #[test]
 fn honest_custom_detector_works_with_either_head() {
     for head in ["yolo-v8", "yolo-v5"] {

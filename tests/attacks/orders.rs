@@ -63,7 +63,7 @@ fn got_through(run: &Run) -> Vec<CommandKind> {
     rogue.filter(|(id, _)| is_given(id) && executed(run, *id)).map(|(_, kind)| kind).collect()
 }
 
-/// Broker, gateway and unit each refuse it by themselves.
+/// Broker, gateway and unit each refuse the order on their own.
 #[test]
 fn vehicle_credential_cannot_order() {
     for run in shipped("role_broker").expect(SEEDS) {
@@ -94,7 +94,7 @@ fn without_the_role_check_anybodys_good_signature_acts() {
     }
 }
 
-/// It runs its counter ahead; the operator is heard and has it revoked.
+/// The rogue runs its counter ahead. The operator is still heard, and has it revoked.
 #[test]
 fn rogue_station_cannot_silence_the_operator() {
     for run in shipped("rogue_station").expect(SEEDS) {
@@ -114,7 +114,7 @@ fn rogue_station_cannot_silence_the_operator() {
     assert_eq!(run.verdict.outcome, Outcome::Unsafe);
 }
 
-/// An attempt that runs the counter ahead.
+/// The attempt runs the operator's counter ahead.
 #[test]
 fn stolen_key_cannot_lock_out_its_operator() {
     for run in shipped("stolen_key").expect(SEEDS) {
@@ -129,7 +129,7 @@ fn stolen_key_cannot_lock_out_its_operator() {
     assert!(!run.verdict.transitions.iter().any(|t| t.from == "HOLD_SAFE"), "the thief has locked the operator out");
 }
 
-/// Nor ids from a boot before.
+/// Ids from an earlier boot are refused as well.
 #[test]
 fn stolen_key_cannot_reuse_counted_ids() {
     for ready in variations("stolen_key_reused") {
@@ -249,7 +249,7 @@ fn own_key_disarm_flood_cannot_block_hold() {
     }
 }
 
-/// Before the mission; all values are refused under way.
+/// Values are sent before the mission; under way all values are refused.
 #[test]
 fn unsafe_combined_values_are_refused() {
     for run in shipped("unsafe_values").expect(SEEDS) {

@@ -108,7 +108,7 @@ fn records_before_a_restart_fail_by_boot() {
     }
 }
 
-/// Played back ones, too.
+/// Reports that were played back are refused as well.
 #[test]
 fn synthetic_or_foreign_time_reports_are_refused() {
     let expected = [
@@ -164,7 +164,7 @@ fn drift(rate: f64) -> Ready {
     Ready { scenario, ..ready }
 }
 
-/// Before harm, from the rate that the bounds state.
+/// The drift is noticed before harm, from the rate that the bounds state.
 #[test]
 fn hidden_drift_is_noticed_above_the_floor() {
     let outcome = |rate: f64| drift(rate).run(1).verdict.outcome;

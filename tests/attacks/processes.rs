@@ -34,7 +34,7 @@ fn plant_brakes_by_lease_after_autonomy_dies() {
     }
 }
 
-/// For a driving and for a standing unit, when autonomy ends.
+/// Autonomy ends while the unit drives, and while it stands.
 #[test]
 fn plant_lease_ends_with_the_last_set_point() {
     for ready in variations("autonomy_ends") {
@@ -111,7 +111,7 @@ fn short_pause_within_product_life_continues() {
     ready.scenario = Settings::one("kill.0.duration_s", short).applied_to(&ready.scenario).expect("a duration");
     for seed in SEEDS {
         let run = ready.run(seed);
-        let in_time = run.verdict.responses.iter().all(|r| r.kept);
+        let in_time = run.verdict.responses.iter().all(|r| r.in_time);
         let restricted = run.verdict.transitions.iter().any(|t| t.cause.starts_with("lost"));
         assert!(in_time && !restricted, "{:?} {:?}", run.verdict.findings, run.verdict.transitions);
     }
@@ -166,7 +166,7 @@ fn slow_broker_delays_a_message_from_any_start() {
     use Mode::{HoldSafe, PrepareToAct, Ready};
     for change in [ARMING, (PrepareToAct, Ready), (Ready, HoldSafe), (HoldSafe, Ready)] {
         for run in ending_at(Process::Broker, Ending::Slow, change).expect(SEEDS) {
-            assert!(run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.owed && r.kept), "{change:?}");
+            assert!(run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.required && r.in_time), "{change:?}");
         }
     }
 }
@@ -174,7 +174,7 @@ fn slow_broker_delays_a_message_from_any_start() {
 #[test]
 fn short_stop_owes_nothing_and_long_one_does() {
     let expected_at =
-        |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.owed);
+        |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.required);
     for process in [Process::Sim, Process::Perception, Process::Autonomy, Process::Gateway, Process::Recorder] {
         assert!(expected_at(process, Ending::Hang) && expected_at(process, Ending::Kill), "{process:?}");
         assert!(!expected_at(process, Ending::Slow), "{process:?}");
@@ -185,7 +185,7 @@ fn short_stop_owes_nothing_and_long_one_does() {
 #[test]
 fn stopped_plant_obeys_after_resuming() {
     for run in ending_at(Process::Sim, Ending::Hang, ARMING).expect(SEEDS) {
-        assert!(run.verdict.responses.iter().all(|r| r.owed && r.kept), "{:?}", run.verdict.findings);
+        assert!(run.verdict.responses.iter().all(|r| r.required && r.in_time), "{:?}", run.verdict.findings);
     }
 }
 
@@ -224,7 +224,7 @@ fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
     run.evidence.entries.iter().find(|w| w.entry.event == disk_full(full)).map(|w| w.at)
 }
 
-/// Within the seal limit.
+/// Authority ends within the seal limit.
 #[test]
 fn full_disk_revokes_authority_without_blocking() {
     let undisturbed = longest_pause(&reported(&shipped("nominal").run(1)));
@@ -280,7 +280,7 @@ fn claimed_full_disk_needs_a_stalled_recording() {
     }
 }
 
-/// Noticed in time, with half and with a quarter of it.
+/// Losses are noticed in time with half and with a quarter of the processor.
 #[test]
 fn losses_are_noticed_on_a_slow_processor() {
     for name in ["constrained_loss", "constrained_blackout"] {
@@ -295,7 +295,7 @@ fn late_products_are_a_lost_stage() {
     shipped("slow_inference").expect(SEEDS);
 }
 
-/// The log without the hold: the judge has to miss it.
+/// The log lacks the hold: the judge must miss it.
 #[test]
 fn unit_ignoring_its_hang_is_late() {
     let mut run = ending_at(Process::Autonomy, Ending::Hang, ARMING).run(1);

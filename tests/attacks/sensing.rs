@@ -58,7 +58,7 @@ fn unchecked(name: &str, check: Check, seed: u64) -> Run {
     ready.run(seed)
 }
 
-/// Without the check it is not noticed in time.
+/// Without the check the frozen camera is not noticed in time.
 #[test]
 fn frozen_camera_is_lost_by_content_check() {
     for (name, cause) in [("rgb_freeze", "lost:rgb"), ("thermal_freeze", "lost:thermal")] {
@@ -72,7 +72,7 @@ fn frozen_camera_is_lost_by_content_check() {
     }
 }
 
-/// A delay by four frames as by all that are remembered.
+/// The delay is four frames, or as many as perception remembers.
 #[test]
 fn delayed_camera_is_lost_for_good() {
     for (name, cause) in [("rgb_skew", "lost:rgb"), ("thermal_skew", "lost:thermal")] {
@@ -85,7 +85,7 @@ fn delayed_camera_is_lost_for_good() {
     }
 }
 
-/// Nor the act.
+/// The act still takes place, on the vehicle.
 #[test]
 fn chaff_takes_neither_table_nor_track() {
     for run in shipped("chaff").expect(SEEDS) {
@@ -146,7 +146,7 @@ fn holds_within_th(name: &str) {
     }
 }
 
-/// With and without a single revealing fix.
+/// The jump comes with and without a single revealing fix.
 #[test]
 fn localisation_jump_holds_in_time() {
     holds_within_th("localisation_jump");
@@ -206,7 +206,7 @@ fn sized(name: &str, magnitude: f64) -> Ready {
     ready
 }
 
-/// Twice the largest speed, again and again.
+/// Odometry repeatedly claims twice the largest speed.
 #[test]
 fn odometry_that_cannot_be_holds_and_is_named() {
     for run in sized("odometry_scale", 2.0).expect(SEEDS) {
@@ -215,7 +215,7 @@ fn odometry_that_cannot_be_holds_and_is_named() {
     }
 }
 
-/// The unit goes on, and is where it takes itself to be.
+/// The unit continues, and its stated place is the true one.
 #[test]
 fn single_impossible_odometry_costs_nothing_and_is_named() {
     for run in shipped("odometry_jump").expect(SEEDS) {
@@ -253,7 +253,7 @@ fn run_waiving(name: &str, guard: Guard, seed: u64) -> Run {
     ready.run(seed)
 }
 
-/// Without the drift test the unit leaves it.
+/// Without the drift test the unit leaves the fence.
 #[test]
 fn slow_drift_is_found_before_the_fence() {
     for run in shipped("localisation_drift").expect(SEEDS) {

@@ -65,7 +65,7 @@ fn mode_is_steady_at_the_windows_edge() {
     }
 }
 
-/// It goes on only when the operator orders it.
+/// The unit continues only on an order of the operator.
 #[test]
 fn alternating_contact_holds_in_each_gap() {
     for run in shipped("contact_windows").expect(SEEDS) {
@@ -104,7 +104,7 @@ fn ages(ppm: i64, way: u64) -> Vec<(u64, Option<u64>)> {
     written.map(|t| (t, bound.age(peer_time(t), our_time(t + way)).map(|age| age.upper().0))).collect()
 }
 
-/// Or hides little.
+/// A clock that costs neither hides little of a record's age.
 #[test]
 fn wrong_host_clock_costs_age_or_supervision() {
     for way in [300, 3_000, 30_000] {

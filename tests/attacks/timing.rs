@@ -115,7 +115,7 @@ fn storm_cut_and_mute_in_sequence_hold() {
     }
 }
 
-/// That it hears.
+/// The report is the first with authority that the insider hears.
 #[test]
 fn insider_forwards_from_the_first_authority_report() {
     for run in shipped("heard_then_forward").expect(SEEDS) {

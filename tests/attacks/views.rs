@@ -50,7 +50,7 @@ fn hold_under_a_stale_display_stops_the_unit() {
     }
 }
 
-/// Changed, signed or relabelled by the gateway.
+/// The gateway changes, signs or relabels the reports.
 #[test]
 fn altered_reports_are_not_displayed() {
     for run in shipped("view_forged").expect(SEEDS) {
@@ -83,7 +83,7 @@ fn withheld_reports_age_out_unused() {
     }
 }
 
-/// No longer than they are young.
+/// Old modes are shown no longer than their reports are fresh.
 #[test]
 fn chosen_reports_show_old_modes_briefly() {
     for run in shipped("view_selected").expect(SEEDS) {
@@ -98,7 +98,7 @@ fn chosen_reports_show_old_modes_briefly() {
     }
 }
 
-/// Whatever the gateway claims.
+/// The shown age does not depend on the gateway's claim.
 #[test]
 fn kept_report_is_shown_at_its_age() {
     for name in ["view_late", "view_young"] {

@@ -54,7 +54,7 @@ pub(crate) const NAMES: [&str; 31] = [
 /// Not an attempt: the level of confinement in which the others are made.
 const LEVEL: &str = "level";
 
-/// Things of others that exist, so that a refusal is one.
+/// Existing targets of other processes: an attempt that fails on one was refused.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Targets {
     secret: PathBuf,

@@ -33,7 +33,7 @@ fn names() -> Vec<String> {
 #[test]
 #[ignore = "long: every scenario twice"]
 fn no_scenario_hangs_on_anything_but_its_seed() {
-    // A draw without a seed, or the order of a table that is hashed, comes out otherwise the second time.
+    // A random number without a seed, or the iteration order of a hash table, would differ in the second run.
     let repeat_run = |name: &String| {
         let ready = shipped(name);
         let record = || {

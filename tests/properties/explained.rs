@@ -107,7 +107,7 @@ fn frozen_camera_is_dated_from_its_last_frame() {
     assert!(loss.origin.since_us <= zero && zero < loss.at_us, "injected at {zero}: {loss:#?}");
 }
 
-/// And from one that died later.
+/// It also differs from a gateway that died later.
 #[test]
 fn holding_link_differs_from_a_stalled_gateway() {
     let explained = |name: &str, moves: &[(&str, u32, &[u32])]| {
@@ -135,7 +135,7 @@ fn holding_link_differs_from_a_stalled_gateway() {
     assert_eq!(place(&cut), (FaultSite::Telemetry, vec![]));
 }
 
-/// It is distinguished from a fault of the order path.
+/// The hang is distinguished from a fault of the order path.
 #[test]
 fn late_hold_of_a_hung_console_is_recognised() {
     // The operator gives a HOLD at 7 s in that attack space.
@@ -161,7 +161,8 @@ fn stalled_gateway_is_told_by_other_units() {
     }
 }
 
-/// To the end of the run, while its teammates were silent: the only fact left is that the unit heard no more.
+/// The silence lasts to the end of the run, and the teammates are silent: the only fact left is that the unit heard no
+/// more.
 #[test]
 fn ambiguous_link_and_gateway_are_both_named() {
     for (moved, of) in [("gateway-hangs", "processes"), ("cut", "path")] {
@@ -191,7 +192,7 @@ fn swallowed_order_traces_to_the_session_takeover() {
     let loss = first_loss(shipped("nominal"), "stations", &[("take-session", 4_500, 3_900)]);
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (FaultSite::CommandPlane, &[][..]), "{loss:#?}");
     assert!(loss.origin.since_us.abs_diff(4_500_000) < DATED_BACK, "{loss:#?}");
-    // A theft that was over when somebody else swallowed the order is not what it goes back to.
+    // A theft that ended before another party swallowed the order is not its origin.
     let mut ready = shipped("nominal");
     let stations = space("stations");
     let kind = stations.moves.iter().position(|m| m.name.as_str() == "take-session").expect("a move of it");

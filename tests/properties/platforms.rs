@@ -84,7 +84,7 @@ const SHARED: [&str; 16] = [
     "fence_start",
 ];
 
-/// Unless a scenario states others.
+/// Exceptions are the classes that a scenario states for a platform.
 #[test]
 #[ignore = "long: every scenario on every platform"]
 fn shared_scenarios_end_in_the_same_classes_in_every_domain() {
@@ -115,7 +115,7 @@ fn unit_without_autonomy_loiters_and_lands() {
     assert!(margins.iter().rev().take(10).all(|safe| *safe > 0), "{margins:?}");
 }
 
-/// Faster than the courier's limit nothing drives, and it does drive.
+/// The courier drives, and never faster than its limit.
 #[test]
 fn courier_keeps_to_its_own_speed() {
     let run = on_platform("nominal", "courier").remove(0).run(1);
@@ -179,7 +179,7 @@ fn unit_and_gateway_know_the_contact_plan() {
     assert_eq!(known("nominal", "space"), (0, 2));
 }
 
-/// Without a contact the link would carry all along.
+/// A plan without a contact would mean a link that always carries.
 #[test]
 fn stations_that_never_see_the_satellite_are_refused() {
     let (root, folder) = (holdsafe_tests::root(), tempfile::tempdir().unwrap());

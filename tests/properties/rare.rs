@@ -28,7 +28,7 @@ fn false_hold() -> Question {
     Question { scenario: nominal.scenario.soak(9.0, 0.25), setup: nominal.setup, event: Event::HoldSafe }
 }
 
-/// False holds on a lossy link.
+/// The event is a false hold on a lossy link.
 #[test]
 #[ignore = "long: thousands of trials"]
 fn splitting_agrees_with_monte_carlo_on_holds() {

@@ -30,7 +30,7 @@ fn along_to_the_end(
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }
 
-/// And is the same.
+/// The run has the same result as its trunk.
 #[test]
 fn run_following_its_own_trunk_computes_nothing() {
     let ready = shipped("nominal");

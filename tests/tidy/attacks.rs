@@ -69,7 +69,7 @@ fn no_other_file_names_an_attack() {
     assert!(named.is_empty(), "what an attack does stands in its own file: {named:?}");
 }
 
-/// An attack of a new kind, of an act that the relay knows already.
+/// File of a new kind of attack, with an act that the relay can do already.
 const BLACKOUT: &str = r#"//! `[[blackout]]`: the relay without a key loses every telemetry datagram.
 
 use adversary::plan::DatagramAction;
@@ -94,7 +94,7 @@ impl Attack for Blackout {
 }
 "#;
 
-/// A copy of the tree as git has it, without build output.
+/// Copies the files that git tracks, without build output.
 fn copy(to: &Path) {
     let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(root()).output().expect("git");
     for file in String::from_utf8(listed.stdout).expect("names").split('\0').filter(|file| !file.is_empty()) {

@@ -23,7 +23,7 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("config", &["wire", "spacecraft"]),
     // A process's own confinement.
     ("sandbox", &[]),
-    // Programs of others: the pure part, and their processes.
+    // Guests, which are programs of users: the pure part, and their processes.
     ("guest", &["wire"]),
     ("confine", &["wire", "guest", "sandbox"]),
     // The other end of the protocol, for guests: it knows nothing of ours.

@@ -86,7 +86,7 @@ fn sections(text: &str) -> Vec<(String, String)> {
     found
 }
 
-/// Each has a command or a file to check it with.
+/// Each figure has a command or a file by which it can be checked.
 #[test]
 fn published_figures_can_be_checked() {
     let verbs = verbs();

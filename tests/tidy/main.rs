@@ -142,7 +142,7 @@ fn cores_are_forked_at_one_place() {
     assert_eq!(callers, ["crates/engines/twin/src/part.rs"]);
 }
 
-/// Only the twin shares them, and the judge of one recording over and over.
+/// Only the twin shares them, and the judge that verifies one recording repeatedly.
 #[test]
 fn verified_signatures_are_shared_by_few_crates() {
     let sharers: Vec<String> = crate_sources()
@@ -208,7 +208,7 @@ fn every_scenario_and_every_refusal_is_documented() {
     }
 }
 
-/// Each `(N s long` in a row of a scenario, or of several.
+/// Checks each `(N s long` in the row of a scenario, or of several.
 #[test]
 fn documented_scenario_lengths_are_those_of_files() {
     let page = fs::read_to_string(root().join("docs/reference/scenarios.md")).expect("docs/reference/scenarios.md");

@@ -53,7 +53,7 @@ fn no_file_in_git_has_a_private_key() {
     }
 }
 
-/// Files that count at the allocator.
+/// Unsafe code is allowed in the files that count allocations.
 #[test]
 fn only_benchmarks_have_unsafe_code() {
     for folder in folders() {

@@ -143,7 +143,7 @@ fn map_layout_fills_the_window() {
     assert!(shows_text(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
 }
 
-/// They end at ten metres.
+/// Circles end at ten metres.
 #[test]
 fn circles_of_lost_things_are_pale_and_bounded() {
     let seated = seat(scenes::lost());
@@ -162,7 +162,7 @@ fn circles_of_lost_things_are_pale_and_bounded() {
         })
         .collect();
     let long = |[a, b]: [Pos2; 2]| a.distance(b);
-    // Crosses stand where what is lost was, and the unit's hollow arrow; a circle is of shorter dashes.
+    // Crosses mark the places of lost things, and a hollow arrow that of the unit. The dashes of a circle are shorter.
     let crosses = lines.iter().filter(|(points, color)| (8.0..20.0).contains(&long(*points)) && warm(*color));
     let mut centres: Vec<Pos2> = crosses.map(|([a, b], _)| a.lerp(*b, 0.5)).collect();
     centres.extend(painted(&seated).into_iter().filter_map(|shape| match shape {
@@ -202,7 +202,7 @@ fn map_labels_do_not_overlap() {
     }
 }
 
-/// It states its confidence.
+/// The track's label states its confidence.
 #[test]
 fn uncertain_track_is_smaller_and_paler() {
     let mut yard = scenes::nominal();
@@ -228,7 +228,7 @@ fn uncertain_track_is_smaller_and_paler() {
     assert!(shows("3 decoy 0.01") && shows("the surer the larger and stronger"), "{words:?}");
 }
 
-/// Named in its progress and in the history.
+/// The source is named in the order's progress and in the history.
 #[test]
 fn order_names_its_source_everywhere() {
     let mut seated = seat(standing());

@@ -47,7 +47,7 @@ fn every_sensor_is_shown_or_named_missing() {
     assert_eq!(contains_texts(sensed(30_000, Some(180_001)), &["NOT CURRENT", "unknown"]), [false; 2]);
 }
 
-/// None is young before its age is known.
+/// A frame counts as young only once its age is known.
 #[test]
 fn frames_without_successor_are_not_current() {
     let not_current = |at_least, at_most, says_so| contains_texts(sensed(at_least, at_most), &[says_so])[0];

@@ -64,7 +64,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
         theme::apply(ui.ctx());
         let mut shown = seat.yard.shown();
         if let Some(tape) = &seat.tape {
-            // The run's time began so long after the recording, which began before what is shown.
+            // The recording began `at` before the shown moment, and the run's time `lead` after that.
             let began = Instant((shown.at.0 + tape.lead.0).saturating_sub(tape.at.0));
             (shown.marks.replay, shown.marks.began) = (true, Some(began));
         }
@@ -128,7 +128,7 @@ pub(crate) fn standing() -> Yard {
     yard
 }
 
-/// Present in every scene and layout.
+/// The button is present in every scene and layout.
 #[test]
 fn hold_is_one_button_away_everywhere() {
     for (name, make) in SCENES.into_iter().filter(|(name, _)| *name != "view-only") {
@@ -189,7 +189,7 @@ fn held_key_is_one_act() {
     }
 }
 
-/// With a reason, and followed to its effect.
+/// The order has a reason, and is followed to its effect.
 #[test]
 fn leaving_safe_is_chosen_armed_and_confirmed() {
     let mut seated = seat(standing());
@@ -216,7 +216,7 @@ fn leaving_safe_is_chosen_armed_and_confirmed() {
     }
 }
 
-/// Every order away from safe.
+/// The orders are all that lead away from safe.
 #[test]
 fn every_order_completes_by_role_and_label() {
     let idle = || {
@@ -269,7 +269,7 @@ fn every_order_completes_by_role_and_label() {
     }
 }
 
-/// They are set by role and label.
+/// The test sets them by role and label.
 #[test]
 fn settings_stay_in_range_and_take_effect() {
     let mut yard = Yard::new();
@@ -422,7 +422,7 @@ fn value_labels_change_one_tick_beyond_limits() {
     }
 }
 
-/// Visible in every layout, size and theme.
+/// The strip is visible in every layout, size and theme.
 #[test]
 fn safety_strip_is_always_visible() {
     for (size, theme) in [(LEAST, Theme::Dark), (LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
@@ -703,7 +703,7 @@ fn excessive_clock_drift_alarms_at_the_link() {
     assert!(shows_text(&seated, "LINK unit-a up, report 0.10 s ago, clock in step"));
 }
 
-/// With the advice to give HOLD by other means.
+/// The report advises to give HOLD by other means.
 #[test]
 fn untaken_act_is_reported() {
     let mut seated = seat(scenes::nominal());
@@ -802,7 +802,7 @@ fn every_link_is_visible_with_its_clock() {
     }
 }
 
-/// With the reason, in every layout.
+/// The mark shows the reason, in every layout.
 #[test]
 fn invalid_recording_mark_is_always_visible() {
     let mut seated = seat(scenes::hold_safe());

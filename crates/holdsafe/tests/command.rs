@@ -103,7 +103,7 @@ fn mistaken(dir: &Path, from: &str, to: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// On one screen, with file, line and remedy, and exit code 2.
+/// The answer fits on one screen, has file, line and remedy, and exit code 2.
 #[test]
 fn bad_input_is_answered_with_place_and_remedy() {
     let mistakes = [
@@ -128,7 +128,7 @@ fn bad_input_is_answered_with_place_and_remedy() {
     }
 }
 
-/// With exit code 2.
+/// The refusal has exit code 2.
 #[test]
 fn unsuitable_scenario_file_is_refused_unread() {
     let dir = tempfile::tempdir().unwrap();
@@ -146,7 +146,7 @@ fn unsuitable_scenario_file_is_refused_unread() {
     assert_eq!(output.status.code(), Some(2));
 }
 
-/// With the nearest, or with the command that lists all.
+/// The answer names the nearest scenario, or the command that lists all.
 #[test]
 fn unknown_scenario_is_answered_with_known_names() {
     for (name, answer) in [("nominall", "did you mean `nominal`?"), ("xqz", "`holdsafe scenario list`")] {
@@ -157,7 +157,7 @@ fn unknown_scenario_is_answered_with_known_names() {
     }
 }
 
-/// It is written into the user's folder, and checked by name.
+/// The new scenario is written into the user's folder, and checked by name.
 #[test]
 fn new_scenario_is_checked_like_a_shipped_one() {
     let dir = tempfile::tempdir().unwrap();
@@ -236,7 +236,7 @@ fn usage_errors_exit_with_2() {
     }
 }
 
-/// As after a `kill -9`: the last line that was being written is cut short.
+/// The state is that after a `kill -9`: the last line that was being written is cut short.
 #[test]
 #[ignore = "long: a matrix, twice"]
 fn interrupted_matrix_resumes_to_the_same_result() {

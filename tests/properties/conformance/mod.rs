@@ -15,15 +15,15 @@ use wire::policy::Requirement;
 
 /// An association between two ends with the test in the path.
 trait Association {
-    /// One that stands.
+    /// Opens an association.
     fn open(guard: Requirement) -> Self;
-    /// Ends it and opens it again between the same ends.
+    /// Closes the association and opens another between the same ends.
     fn reopen(&mut self);
     /// The datagrams that `from` sent in the newest handshake.
     fn flights(&mut self, from: Side) -> Vec<Vec<u8>>;
     /// The datagram that `from` makes of a record; `None` when it does not take it.
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>>;
-    /// Puts a datagram in at an end; the records that come out there.
+    /// Delivers a datagram to an end; returns the records that it accepts.
     fn put(&mut self, side: Side, datagram: &[u8]) -> Vec<Vec<u8>>;
     /// Records that the guard of an end saw, and how many of them it refused.
     fn guard(&self, side: Side) -> (u64, u64);

@@ -8,7 +8,7 @@ pub(super) struct Deed {
     pub(super) of: String,
     pub(super) from_ms: f64,
     pub(super) lasts_ms: f64,
-    /// The first number that it varies; 0 where there is none.
+    /// First number that the move varies; 0 without one.
     pub(super) number: f64,
 }
 
@@ -59,7 +59,7 @@ impl Deeds {
         self.each(moves).next().is_some()
     }
 
-    /// Each of these.
+    /// Deeds of these moves.
     pub(super) fn each(&self, moves: &[&str]) -> impl Iterator<Item = &Deed> {
         self.done.iter().filter(move |d| moves.contains(&d.of.as_str()))
     }

@@ -64,7 +64,7 @@ fn assertions_hold_against_a_keyless_memory_writer() {
     fuzz("memory");
 }
 
-/// But for a fabricated vehicle.
+/// A fabricated vehicle is excepted.
 #[test]
 fn assertions_hold_against_perceptions_keys() {
     fuzz("perception");

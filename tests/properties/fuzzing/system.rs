@@ -30,7 +30,7 @@ impl System {
         Self { reference: Reference::from_nominal(&nominal, &setup.bounds), config, moments }
     }
 
-    /// The first failure among the sequences of `transitions`, shrunk, in words; none where there is none.
+    /// Description of the first failure among the sequences of `transitions`, shrunk; `None` if all hold.
     pub(super) fn first_failure(&self, transitions: &Transitions) -> Option<String> {
         let test = |tried: &Tried| self.broken(tried, assertions::all());
         let result = self.search(transitions, &test);

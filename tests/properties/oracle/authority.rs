@@ -78,7 +78,7 @@ fn p9_degraded_that_ends_before_its_hysteresis() {
     assert_eq!(lasts(400), [Property::P9]);
 }
 
-/// And authority entered without one.
+/// Authority that is entered without an operator breaks it, too.
 #[test]
 fn p9_hold_safe_left_without_operator() {
     let mut log = Log::whole();

@@ -10,7 +10,7 @@ use wire::sensor::Class;
 
 use super::log::Log;
 
-/// True if P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good by its own word.
+/// True if P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good in its own entry.
 fn broken(ms: u64, change: impl Fn(&mut Log) -> &mut Log) -> bool {
     let mut log = Log::whole();
     change(log.cut_display(4000));
@@ -82,7 +82,7 @@ fn p1_an_act_that_no_seal_covers() {
     assert_eq!([5050, 5051].map(seal), [false, true]);
 }
 
-/// After a HOLD or DISARM without new authority.
+/// The act follows a HOLD or a DISARM without new authority.
 #[test]
 fn p1_act_in_wrong_mode_or_without_authority() {
     let left = |ms: u64| broken(5000, |log| log.transition(ms, Mode::PrepareToAct, Mode::Ready, Cause::Expired));

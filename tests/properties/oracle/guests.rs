@@ -48,7 +48,7 @@ fn a_stop_that_does_not_last_is_none() {
     assert_eq!(bare(None).plant_creeps(6000).judge().outcome, Outcome::Undetected);
 }
 
-/// It stands still for half a second now and then.
+/// The vehicle stands still for half a second now and then.
 #[test]
 fn short_stops_clear_no_false_place() {
     let stutters = |stop_ms: u64| {
@@ -79,7 +79,7 @@ fn an_operators_hold_is_no_credit_to_the_guest() {
     assert_ne!(bare(None).held(6000).judge().outcome, Outcome::HoldSafe);
 }
 
-/// It stands until 7 s and has a time from then on.
+/// The vehicle stands until 7 s; the bound counts from then on.
 #[test]
 fn a_false_place_counts_while_the_guest_drives() {
     let mut driving = bare(None);

@@ -33,7 +33,7 @@ fn p2_sensor_loss_to_degraded_limits() {
     assert_eq!(lasts(TD + 1), [Property::P2]);
 }
 
-/// And missing set-points.
+/// Missing set-points break it as well.
 #[test]
 fn p2_missing_reports_without_a_writable_log() {
     let full = |silent_ms: u64| {

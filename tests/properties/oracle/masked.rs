@@ -50,7 +50,7 @@ fn stop() -> Plan {
     Plan { from: 5_000_000, until: 7_000_000, needs, ..Plan::from(Planned::Suspend(NodeId::PERCEPTION)) }
 }
 
-/// That is known only where it left no mark.
+/// Its death is known only if it left no mark afterwards.
 #[test]
 fn dead_process_cannot_be_stopped() {
     let fate = |died_ms: u64, mark_ms: Option<u64>| {

@@ -57,7 +57,7 @@ fn p8_stored_command_outlives_a_change_of_mode() {
     assert_eq!(tagged(1500, 5500).breaks(), [Property::P8]);
 }
 
-/// A command that a rogue gives under `key`, its word at `ms`.
+/// A command that a rogue gives under `key`, reported by it at `ms`.
 fn rogue(log: &mut Log, ms: u64, id: CommandId, kind: CommandKind, key: NodeId) {
     log.planned.push(Planned::Rogue.into());
     log.add(ms, NodeId::INSIDER_OPERATOR, Note::Rogue { command: id, kind, key, certificate: None });
@@ -75,7 +75,7 @@ pub(super) fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) 
     log
 }
 
-/// Only its stops are no finding.
+/// Of the rogue's orders only those to stop are no finding.
 #[test]
 fn rogue_order_needs_a_judge() {
     let mut log = Log::whole();

@@ -91,7 +91,7 @@ fn p9_plant_drives_before_enable() {
     assert!(breaks.contains(&Property::P9), "{breaks:?}");
 }
 
-/// Given time to brake.
+/// The unit has the time that it needs to brake.
 #[test]
 fn p3_holding_unit_stops_with_its_lease() {
     let held = |ms: u64, requested: i32, speed: i32| {

@@ -1,4 +1,4 @@
-//! Receipts: an injection is believed when another party saw it, and where it was planned.
+//! Receipts: an injection counts as arrived where another party than the actor observed it, at the planned place.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned};
@@ -105,7 +105,7 @@ fn stream_attack_needs_the_far_ends_witness() {
     }
 }
 
-/// Another relay's claim, or one at another time, is none.
+/// A claim of another relay, or at another time, is no receipt.
 #[test]
 fn stream_receipt_needs_its_own_relay_and_time() {
     let seen = [(4001, Sight::Closed, 100, 0, 0)];

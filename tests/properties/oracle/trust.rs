@@ -79,7 +79,7 @@ fn p3_delayed_records_are_untimely() {
         log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
     }
     log.planned.push(Planned::Action(Action::Delay).into());
-    // What came so late is accepted in this log, which is P7's to say.
+    // The late record is also accepted in this log, which breaks P7.
     assert_eq!(log.breaks(), [Property::P3, Property::P7]);
 }
 

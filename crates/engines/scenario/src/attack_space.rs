@@ -47,7 +47,7 @@ pub struct AttackSpace {
 pub struct Move {
     /// Name in reports.
     pub name: Located<Name>,
-    /// The table of a scenario that it adds an entry to.
+    /// Scenario table to which the move adds an entry.
     pub table: Name,
     /// Keys that are the same in each entry.
     #[serde(default)]
@@ -79,13 +79,14 @@ pub struct Range {
     pub from: f64,
     /// The strongest; less than the weakest where less is stronger.
     pub to: f64,
-    /// The step between two.
+    /// Distance between adjacent values.
     pub step: f64,
 }
 
 impl Range {
     /// The last place of the range; the first is 0.
     pub fn last(&self) -> u32 {
+        // The quotient of decimal fractions may fall just below a whole number, as 0.3 / 0.1 does.
         ((self.to - self.from).abs() / self.step + 1e-9) as u32
     }
 
@@ -259,12 +260,13 @@ impl Scenario {
     /// The scenario as its own file: under that name, with its scene in it, without empty lists and tables.
     ///
     /// # Errors
-    /// Where TOML cannot say it; a defect of ours.
+    /// Where TOML cannot represent it; a defect of this program.
     pub fn to_file(&self, name: &Name) -> Result<String, toml::ser::Error> {
         let mut single_scenario = self.clone();
         single_scenario.name = Located::nowhere(name.clone());
         single_scenario.scene_file = None;
         let mut table = Table::try_from(&single_scenario)?;
+        // `stride` has no default: without the key the file could not be read again.
         table.retain(|key, value| key == "stride" || !is_empty(value));
         toml::to_string_pretty(&table)
     }
@@ -307,7 +309,7 @@ mod tests {
         assert!(scenario.loss.is_empty());
     }
 
-    /// They are in the scenario without any entry, too.
+    /// `with` takes effect in a scenario without any entry.
     #[test]
     fn requirements_of_moves_are_always_there() {
         let overrides = "[with]\n\"operator.step.2.do\" = \"hold\"\n\

@@ -203,6 +203,7 @@ impl Scenario {
             when: Some(Located::nowhere(trigger)),
             ..Kill::new(process, ending)
         }]);
+        // A change to or from DEGRADED has the scenario's faults as its cause; no other change has.
         if ![from, to].contains(&Mode::Degraded) {
             scenario.fault = List::default();
         }

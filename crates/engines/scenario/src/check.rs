@@ -48,7 +48,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(stacks(s));
     found.extend(check_steps::steps(s));
     found.extend(kills(s));
-    // A mistake that is there without any cell is reported once.
+    // Cells and curve are variations of the scenario: each would repeat its mistakes.
     if found.is_empty() {
         found.extend(cells(s));
         found.extend(curve(s));
@@ -56,7 +56,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found
 }
 
-/// An entry that says under which policy and on which platform its classes hold says at least one.
+/// Finding for an exception without condition: it has to name a policy, a platform or both.
 fn neither(exception: &Under) -> Option<Finding> {
     let unconditional = exception.policy.is_none() && exception.platform.is_none();
     unconditional.then(|| {
@@ -106,7 +106,7 @@ fn kills(s: &Scenario) -> Vec<Finding> {
     found
 }
 
-/// A receipt could not tell a condition from an attack of the same kind.
+/// Findings for a condition and an attack of the same kind: a receipt could not tell them apart.
 fn conditions(s: &Scenario) -> Vec<Finding> {
     let lost = s.conditions.loss.get() > 0.0 && !(s.loss.is_empty() && s.burst_loss.is_empty());
     let held = s.conditions.jitter_ms.get() > 0 && !(s.delay.is_empty() && s.jitter.is_empty());
@@ -194,14 +194,15 @@ fn times(s: &Scenario) -> Vec<Finding> {
     .collect()
 }
 
-/// Frames by which a camera may be late so that perception can tell, and a given number of weak detections.
+/// Frames by which a camera may be late: fewer than the least are no older than a product may be.
 const SKEW: (u8, u8) = (perception::content::REPEATS, ground_truth::MAX_SKEW);
+// Fewer weak detections may be there anyway; a list has no room for more.
 const CHAFF: (u8, u8) = (perception::CROWD as u8, ground_truth::MAX_CHAFF);
 
 /// Range of a change to a byte, of 255.
 const STRENGTH: (u8, u8) = (0, ground_truth::MAX_STRENGTH);
 
-/// True if this is a whole number within these.
+/// True if `number` is whole and within the range.
 fn counts(number: f64, (least, most): (u8, u8)) -> bool {
     number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
 }
@@ -313,7 +314,8 @@ fn units(s: &Scenario) -> Vec<Finding> {
     found
 }
 
-/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
+/// Findings for tables that differ in host or holder: one rogue process carries all of them out, on one host and with
+/// the keys of one service or of none.
 fn shared(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     let all: Vec<_> = s
@@ -379,7 +381,7 @@ fn operator(s: &Scenario) -> Vec<Finding> {
     found
 }
 
-/// True if the operator's steps can bring the mission so far.
+/// True if the operator's steps can bring the mission to `stage`.
 fn leads_to(s: &Scenario, stage: Stage) -> bool {
     stage == Stage::None || s.operator.step.iter().any(|step| Stage::from_verb(*step.verb) >= stage)
 }

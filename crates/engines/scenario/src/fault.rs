@@ -57,7 +57,7 @@ timed! {
         /// For a slow one: the period. 100 ms are the kernel's own for processor quotas.
         #[serde(default = "quota_period")]
         period_ms: Whole<10, 10_000>,
-        /// For a killed one: it is started again so long after its end, with a new boot. Autonomy only.
+        /// For a killed one: time from its end to its restart with a new boot. Autonomy only.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         restart_after_s: Option<Located<Seconds>>,
     }

@@ -24,7 +24,8 @@ impl<const N: usize> Hex<N> {
         &self.0
     }
 
-    /// As shifts of red, green and blue, three bytes a field: `80` is none, `ff` the brightest and `00` the darkest.
+    /// The bytes as shifts of red, green and blue, three a field: `80` is no shift, `ff` the brightest and `00` the
+    /// darkest.
     pub(super) fn shifts(&self) -> impl Iterator<Item = [i8; 3]> {
         self.0.as_chunks::<3>().0.iter().map(|field| field.map(|byte| byte.wrapping_sub(128) as i8))
     }

@@ -75,11 +75,11 @@ impl fmt::Display for Homebound {
 impl std::error::Error for Homebound {}
 
 impl Scenario {
-    /// The scenario in the world `scene`, at its own time or at one that `seed` draws. It goes on for its own length after that; without
-    /// anything that has a time, for [`MISSION_S`] at least.
+    /// The scenario in the world `scene`, at its own time or at one that `seed` draws. It goes on for its own length
+    /// after that; without anything that has a time, for [`MISSION_S`] at least.
     ///
     /// # Errors
-    /// It has no meaning there.
+    /// The scenario has no meaning in a drawn world.
     pub fn in_world(&self, mut scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
         if self.in_worlds == Drawn::OwnTime {
             scene.route = Located::nowhere(List::from_first([Located::nowhere(ahead_of(&scene.start))]));
@@ -93,7 +93,7 @@ impl Scenario {
     /// The scenario in a pass of a satellite over the region `scene`, with these stations.
     ///
     /// # Errors
-    /// It has no meaning there.
+    /// The scenario has no meaning in a drawn world.
     pub fn in_pass(
         &self,
         scene: Scene,

@@ -62,7 +62,7 @@ pub struct Step {
     /// Time from the order until the unit is to carry it out, by its own clock; absent: at once.
     #[serde(default)]
     pub after_s: Option<Located<Seconds>>,
-    /// For how long it may be carried out from then on.
+    /// Time from then on within which the unit may carry it out.
     #[serde(default = "window")]
     pub window_s: Seconds,
     /// The reason; needed for every step away from safe.

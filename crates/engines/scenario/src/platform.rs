@@ -214,7 +214,7 @@ bounds_table! {
     max_speed_mm_s: Length,
     /// Speed while degraded, millimetres per second.
     degraded_speed_mm_s: Located<Length>,
-    /// Deceleration that the plant is sure to reach, millimetres per second squared.
+    /// Guaranteed deceleration of the plant, millimetres per second squared.
     braking_mm_s2: Whole<1, 100_000>,
     /// Distance from the fence kept beyond the stopping distance, millimetres.
     fence_margin_mm: Located<Length>,

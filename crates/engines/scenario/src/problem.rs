@@ -189,7 +189,7 @@ impl Problems {
         &self.0
     }
 
-    /// For a person: each of the first few with its place in the file.
+    /// Text for a person: the first few problems, each with its place in the file.
     pub fn render(&self, colour: bool) -> String {
         let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
         let handler = GraphicalReportHandler::new_themed(theme).with_width(110).with_context_lines(1);
@@ -205,7 +205,7 @@ impl Problems {
         text
     }
 
-    /// For a program.
+    /// Rows for a program's output.
     pub fn rows(&self) -> Vec<ProblemRow> {
         self.0.iter().map(ProblemRow::from).collect()
     }

@@ -38,13 +38,13 @@ pub enum SettingsError {
         /// The path.
         path: String,
     },
-    /// A key that is not to be set.
+    /// A key that no setting may change.
     #[error("`{key}` is not for a path to set")]
     Reserved {
         /// The first key of a path.
         key: &'static str,
     },
-    /// A value that TOML cannot say.
+    /// A value that TOML cannot represent.
     #[error("`{path}`: {error}")]
     Value {
         /// Its path.
@@ -78,7 +78,7 @@ pub enum SettingsError {
         /// The first mistake.
         message: String,
     },
-    /// A scenario that TOML cannot say; a defect of ours.
+    /// A scenario that TOML cannot represent; a defect of this program.
     #[error(transparent)]
     Unwritable(#[from] toml::ser::Error),
 }

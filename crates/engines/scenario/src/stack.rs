@@ -115,7 +115,7 @@ pub enum Deed {
     Duplicate,
     /// Records are inserted in another order, within the replay window.
     Reorder,
-    /// They are kept for a minute and then put in.
+    /// Records are kept for a minute and then put in.
     Withhold,
     /// One bit is flipped.
     Flip,

@@ -36,7 +36,7 @@ pub struct When {
     /// A given number of datagrams (or pieces of the stream) have passed the relay in the table's direction. On-path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub datagrams: Option<Whole<1, 100_000>>,
-    /// No datagram (or piece of the stream) has passed the relay in the table's direction for so long. On-path.
+    /// No datagram (or piece of the stream) has passed the relay in the table's direction for this time. On-path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub silence_ms: Option<Whole<1, 60_000>>,
     /// The unit under test reports this mode to its team. Insider.
@@ -51,7 +51,7 @@ pub struct When {
 pub enum Trigger<'a> {
     /// A change of mode of the unit under test.
     Enters {
-        /// To.
+        /// New mode.
         mode: Mode,
         /// Previous mode, where that matters.
         from: Option<Mode>,

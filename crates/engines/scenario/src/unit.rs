@@ -24,7 +24,7 @@ pub struct Unit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// It reports itself.
+    /// Reports its own state.
     Honest,
     /// It holds valid credentials and misuses them.
     Insider,

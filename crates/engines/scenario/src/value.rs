@@ -268,7 +268,7 @@ impl<T: JsonSchema, const MAX: usize> JsonSchema for List<T, MAX> {
 pub struct Name(String);
 
 impl Name {
-    /// The name, or why it is none.
+    /// The name, or the rule that the text breaks.
     pub fn new(text: &str) -> Result<Self, &'static str> {
         let fits = text.len() <= 48
             && text.starts_with(|c: char| c.is_ascii_lowercase())

@@ -83,7 +83,7 @@ pub struct Varies {
     pub delays: bool,
     /// Sensor and detector noise.
     pub noise: bool,
-    /// Uniform shift of every object's position, up to so far in x and in y.
+    /// Greatest shift of the objects, which move together: one uniform draw for x and one for y.
     pub object_shift_m: Real<0, 5_000>,
 }
 

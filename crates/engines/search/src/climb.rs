@@ -53,7 +53,8 @@ impl Hill {
         self.kept.truncate(KEPT);
     }
 
-    /// Its sequences, for one more to be made of them; or none, and the climb begins again.
+    /// Sequences of the hill, from which one more is made; none after [`PATIENCE`] without a gain, and the climb begins
+    /// again.
     fn parents(&mut self) -> Vec<Near> {
         if self.stuck < PATIENCE {
             self.stuck += 1;
@@ -63,7 +64,7 @@ impl Hill {
         Vec::new()
     }
 
-    /// The lower the longer none came nearer.
+    /// Weight of the hill in the draw: it falls with each sequence without a gain, and is zero only for an empty hill.
     fn weight(&self) -> u64 {
         if self.kept.is_empty() { 0 } else { u64::from(PATIENCE + PATIENCE / 8 - self.stuck) }
     }
@@ -91,7 +92,7 @@ impl Climb {
         self.hills.values().map(Hill::weight).collect()
     }
 
-    /// The nearest to the `n`th limit, for one more sequence to be made of them; none where the climb begins again.
+    /// Sequences nearest to the `n`th limit, from which one more is made; none where the climb begins again.
     pub(super) fn parents(&mut self, n: usize) -> Vec<Near> {
         self.hills.values_mut().nth(n).map(Hill::parents).unwrap_or_default()
     }

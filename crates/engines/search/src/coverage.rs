@@ -3,7 +3,7 @@
 //! A *point* of coverage is a situation of the platform at a decision: mode × authority × modalities that last came × decision
 //! (accepted in which bucket of age, refused for which reason, changed for which cause, shown how old). Beside these there are
 //! *steps*: the approach of a trial to the limit, in tenths of the way, so that a trial that comes nearer than any before is
-//! as new as one with a new situation. Whether any property is broken is the oracle's to say.
+//! as new as one with a new situation. Judging properties is left to the oracle.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -31,7 +31,7 @@ struct Situation {
     live: String,
 }
 
-/// Everything that a trial covered, which came so near to each limit.
+/// Coverage of a trial with these approaches to the limits.
 pub(super) fn measure(evidence: &Evidence, approaches: &Approaches) -> Coverage {
     let mut covered = Coverage::new();
     for (limit, way) in approaches {
@@ -61,7 +61,7 @@ fn follow(now: &mut Situation, w: &Witnessed) {
     }
 }
 
-/// The decision, in few sequences: numbers in buckets, no names of records.
+/// The decision as text, coarse enough that similar ones are equal: numbers in buckets, no names of records.
 fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
     let node = w.entry.node;
     match w.entry.event {

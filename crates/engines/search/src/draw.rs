@@ -45,16 +45,16 @@ pub enum Strategy {
     Uniform,
     /// At changes of mode.
     Transitions,
-    /// Guidance by the novelty so far, the approach to limits and the gains of action types.
+    /// Guidance by novelty, by the approach to limits and by the gains of action types.
     Guided,
-    /// Guidance by the novelty so far alone.
+    /// Guidance by novelty alone.
     Novelty,
     /// Guidance by the distance to one limit at a time.
     Distance,
 }
 
 impl Strategy {
-    /// Every strategy, that which others are measured against first.
+    /// Every strategy; the first is the baseline of comparisons.
     pub const ALL: [Strategy; 5] =
         [Strategy::Uniform, Strategy::Transitions, Strategy::Guided, Strategy::Novelty, Strategy::Distance];
 
@@ -66,7 +66,7 @@ impl Strategy {
         }
     }
 
-    /// True if it draws from the moments of the run without a sequence.
+    /// True if the strategy draws from the moments of the run without a sequence.
     pub(super) fn reads_moments(self) -> bool {
         match self {
             Strategy::Uniform => false,
@@ -85,9 +85,9 @@ pub(super) struct Drawer<'a> {
     nominal: Moments,
     learned: Learned,
     climb: Climb,
-    /// For each sequence that was drawn and not learned from yet, in order: whether it is a fresh one.
+    /// Sequences that were drawn and have no result yet, in order: true for one that was made from no other.
     drawn: VecDeque<bool>,
-    /// Moves that are still to be dealt, never none.
+    /// Moves that are still to be dealt; never empty.
     deck: Vec<usize>,
     /// True if each was dealt once.
     all_dealt: bool,
@@ -118,7 +118,7 @@ impl<'a> Drawer<'a> {
         }
     }
 
-    /// The attack space of its sequences.
+    /// Attack space of the sequences.
     pub(super) fn space(&self) -> &'a AttackSpace {
         self.space
     }
@@ -159,7 +159,7 @@ impl<'a> Drawer<'a> {
         })
     }
 
-    /// Made from one that showed something new, or came nearest to a limit; none while fresh ones still see more.
+    /// A sequence made from one that showed something new, or came nearest to a limit; none while fresh ones still do.
     fn derived(&mut self) -> Option<AttackSequence> {
         if self.learned.known().is_empty() || !self.fresh_is_stale() {
             return None;
@@ -185,7 +185,7 @@ impl<'a> Drawer<'a> {
         self.uniform_below(10 * NEWEST as u32) < FROM_KNOWN * self.learned.stale()
     }
 
-    /// One that showed something new: every other time one of the newest.
+    /// A sequence that showed something new: every other time one of the newest 16.
     fn known(&mut self) -> Known {
         let n = self.learned.known().len() as u32;
         let from = if self.uniform_below(2) == 0 { n.saturating_sub(16) } else { 0 };

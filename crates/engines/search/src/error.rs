@@ -12,11 +12,11 @@ pub enum SearchError {
     /// An action type that does not fit the scenario by itself.
     #[error("action type {kind} of attack space {space} does not fit `{scenario}`: {error}")]
     ActionType {
-        /// Its name.
+        /// Name of the action type.
         kind: String,
-        /// The attack space's.
+        /// Name of the attack space.
         space: String,
-        /// The scenario's.
+        /// Name of the scenario.
         scenario: String,
         /// The setting or entry that does not fit.
         error: Box<SettingsError>,

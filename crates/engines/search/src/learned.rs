@@ -8,11 +8,11 @@ use super::moments::Moments;
 use super::sequence::AttackSequence;
 use oracle::{AT_LIMIT, Approaches, Limit};
 
-/// A given number of the newest fresh sequences say how often a fresh sequence still shows something new.
+/// Number of newest fresh sequences by which the search judges whether fresh ones still show something new.
 pub(super) const NEWEST: usize = 16;
 /// Most sequences that are kept because they were new; the oldest goes.
 const MOST_KNOWN: usize = 4_096;
-/// Most sequences that are kept because they came nearest; no others are kept beside them then.
+/// Most sequences that are kept because they came nearest; beyond it no new set of action types is kept.
 const MOST_NEAREST: usize = 1_024;
 /// Bound beyond a limit at which approach no longer counts: the oracle has seen the value and accepted it.
 pub(super) const FARTHEST: u32 = 2 * AT_LIMIT;
@@ -105,8 +105,8 @@ impl Learned {
         }
     }
 
-    /// Keeps the sequence for each limit to which it came nearer than the run without a sequence, and than any of the same moves;
-    /// whether it came nearer than anything.
+    /// Keeps the sequence for each limit to which it came nearer than the run without a sequence, and than any of the
+    /// same moves. True if it came nearer to a limit than any sequence before.
     fn nearer(&mut self, lesson: &Lesson) -> bool {
         let mut moves: Vec<usize> = lesson.known.sequence.actions().iter().map(|action| action.kind).collect();
         moves.sort_unstable();

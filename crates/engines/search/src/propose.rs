@@ -65,12 +65,12 @@ impl TryFrom<String> for Source {
     }
 }
 
-/// The result of a proposed sequence.
+/// Result of a proposed sequence, for its proposer.
 #[derive(Clone, Copy, Debug)]
 pub struct Lore<'a> {
     /// The sequence and its trial.
     pub tried: &'a Tried,
-    /// As the result of the search counts it.
+    /// The trial as the result of the search counts it.
     pub counted: &'a Counted,
     /// True if it showed a situation that no earlier one did.
     pub new: bool,

@@ -82,7 +82,7 @@ pub struct SearchRow {
 /// The nearest that any sequence came to a limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NearestRow {
-    /// Which.
+    /// The limit.
     pub limit: Limit,
     /// Approach in thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little
     /// more.
@@ -93,10 +93,12 @@ pub struct NearestRow {
 }
 
 impl SearchConfig {
-    /// Searches for findings among the sequences of `own_proposer`, or where there is none among those that the strategy of `run` draws.
+    /// Searches for findings among the sequences of `own_proposer`, or without one among those of the strategy of
+    /// `run`.
     ///
     /// # Errors
-    /// Which sequence does not fit the scenario, that the user wants it to stop, or why `own_proposer` cannot go on.
+    /// A sequence that does not fit the scenario, the user's request to stop, or an `own_proposer` that cannot
+    /// continue.
     pub fn search(
         &self,
         run: RunConfig,
@@ -149,6 +151,7 @@ impl SearchConfig {
         let moments = Moments::from_run(&nominal, &self.space, &self.setup.bounds);
         let approaches = &nominal.approaches;
         let drawer = Drawer::new(&self.space, &self.setup.bounds, run.strategy, run.seed, moments, approaches);
+        // Charged only to strategies that read the run without a sequence: uniform drawing needs none.
         let cpu_seconds = if run.strategy.reads_moments() { nominal.trial.cpu_seconds } else { 0.0 };
         Ok((drawer, RunResult { covered: nominal.coverage, cpu_seconds, ..RunResult::default() }))
     }

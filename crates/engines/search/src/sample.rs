@@ -28,11 +28,12 @@ const SEQUENCES: u64 = 500;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stratum {
-    /// It is a finding in the twin, and stays one with everything a little stronger, earlier and later ([`SearchConfig::inside`]).
+    /// Sequences that are findings in the twin, and stay so with everything a little stronger, earlier and later
+    /// ([`SearchConfig::inside`]).
     Finding,
-    /// It arrives in the twin and is no finding.
+    /// Sequences that arrive in the twin and are no findings.
     Safe,
-    /// It is a shrunk finding with one length of time moved by up to 20 ms, to either side of its edge.
+    /// Shrunk findings with one length of time moved by up to 20 ms, to either side of its edge.
     Edge,
 }
 
@@ -179,7 +180,8 @@ impl Length {
         AttackSequence::new(actions)
     }
 
-    /// The least place at which it holds, below one next to where it stands. None where it holds at 0, or not at that one.
+    /// The least place at which the finding holds, up to [`NEXT_MS`] beyond its present one. None where it holds at 0,
+    /// or not at the highest.
     fn edge(&self, holds: impl Fn(u32) -> Result<bool, SearchError>) -> Result<Option<u32>, SearchError> {
         let (mut low, mut high) = (0, (self.place() + NEXT_MS.unsigned_abs() as u32).min(self.last));
         if holds(low)? || !holds(high)? {

@@ -1,4 +1,5 @@
-//! A sequence: moves of an attack space, each with its beginning and its numbers; and the scenario that it makes of another.
+//! Attack sequences: moves of an attack space, each with its start and its numbers; and the scenario that a sequence
+//! makes of another.
 
 use std::fmt::Write;
 
@@ -10,7 +11,7 @@ use serde::Serialize;
 pub struct Action {
     /// Start, in ticks of the attack space.
     pub begins: u32,
-    /// Which move, by its place in the attack space.
+    /// Index of the move in the attack space.
     pub kind: usize,
     /// The places of its numbers in their ranges, the length first where it lasts.
     pub places: Vec<u32>,
@@ -19,7 +20,7 @@ pub struct Action {
 /// Fault of an action that comes from outside.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unfit {
-    /// Its length is none of the attack space's.
+    /// A number of actions that the attack space does not allow.
     #[error("{got} actions; a sequence has 1 to {longest}")]
     Length {
         /// Most actions.
@@ -30,17 +31,17 @@ pub enum Unfit {
     /// An action type that is not there.
     #[error("action {action}: move {got}; the last is {last}")]
     Move {
-        /// Which action, from 0.
+        /// Index of the action.
         action: usize,
         /// The last action type.
         last: usize,
         /// The one asked for.
         got: usize,
     },
-    /// It begins too early or too late.
+    /// An action that begins too early or too late.
     #[error("action {action}: begins at tick {got}; the attack space has {first} to {last}")]
     Begin {
-        /// Which action, from 0.
+        /// Index of the action.
         action: usize,
         /// The first tick.
         first: u32,
@@ -49,10 +50,10 @@ pub enum Unfit {
         /// The one asked for.
         got: u32,
     },
-    /// It has other numbers than its action type.
+    /// An action with more or fewer numbers than its type.
     #[error("action {action}: {got} places; its move has {expected}")]
     Numbers {
-        /// Which action, from 0.
+        /// Index of the action.
         action: usize,
         /// Numbers of its action type.
         expected: usize,
@@ -62,9 +63,9 @@ pub enum Unfit {
     /// A number beyond its range.
     #[error("action {action}: place {got} of number {number}; the last is {last}")]
     Place {
-        /// Which action, from 0.
+        /// Index of the action.
         action: usize,
-        /// Which number, from 0.
+        /// Index of the number.
         number: usize,
         /// The last place of its range.
         last: u32,
@@ -121,6 +122,7 @@ impl AttackSequence {
 
     /// The sequences of `n` of its actions.
     pub fn subsequences(&self, n: usize) -> Vec<AttackSequence> {
+        // A sequence has at most 6 actions: the bound only keeps the shift in range.
         let all = 0..1_u32 << self.0.len().min(16);
         let chosen = all.filter(|set| set.count_ones() as usize == n);
         chosen

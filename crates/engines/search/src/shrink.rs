@@ -26,12 +26,12 @@ pub struct Shrunk {
     pub margins: Vec<Margin>,
 }
 
-/// A number, and the nearest weaker one, which no longer does it.
+/// A number that suffices, and the nearest weaker one, which does not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// The move.
     pub of: String,
-    /// `duration_s`, or the number's key.
+    /// `duration_ms`, or the number's key.
     pub number: String,
     /// Value on the edge that suffices; milliseconds for a length.
     pub holds: f64,
@@ -72,6 +72,7 @@ impl SearchConfig {
             actions = smaller;
             margins.extend(of);
         }
+        // The given sequence was tried by the caller.
         Ok(Shrunk { sequence: AttackSequence::new(actions), executions: shrinker.tried.len() as u64 - 1, margins })
     }
 }
@@ -154,6 +155,8 @@ impl Shrinker<'_> {
                 let next = |moment: &u32| Action { begins: *moment, kind: action.kind, places: places.clone() };
                 begins.iter().map(|moment| [&sequence[..], &[next(moment)]].concat()).collect::<Vec<_>>()
             };
+            // The product of moments is cut to its first choices, in canonical order. The rest is left to the search
+            // action by action.
             sequences = sequences.into_iter().flat_map(later).take(MOST_TOGETHER).collect();
         }
         self.first(sequences)
@@ -168,15 +171,17 @@ impl Shrinker<'_> {
         Ok(actions)
     }
 
-    /// The earliest move of the attack space that does it in place of action `i`, at its strongest; else the action itself.
+    /// The actions with the earliest move of the attack space that suffices in place of action `i`, at its strongest;
+    /// without one unchanged.
     fn simplest(&mut self, actions: Vec<Action>, i: usize) -> Result<Vec<Action>, SearchError> {
+        // Up to the action's own move, whose strongest numbers are tried too: moves behind it are no simpler.
         let other_actions = self.strongest(actions[i].begins).into_iter().take(actions[i].kind + 1);
         let rest: Vec<_> = other_actions.map(|other| replace_action(&actions, i, other)).collect();
         Ok(self.first(rest)?.unwrap_or(actions))
     }
 
-    /// Action `i` at the first moment that does it: the first of the attack space, then each change of mode in order; else the
-    /// earliest, by halving.
+    /// The actions with action `i` at the first moment that suffices: the first of the attack space, then each change
+    /// of mode in order. Without one it is the earliest that suffices, by halving.
     fn canonical_moment(
         &mut self,
         actions: Vec<Action>,

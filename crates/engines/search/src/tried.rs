@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, conclude, start, start_following};
 
-/// The longest run that is kept as a baseline, seconds: all its messages are in memory, of a rendered one a few
-/// megabytes a second.
+/// Longest run that is kept as a baseline, seconds. All its messages are in memory: a few megabytes a second where it
+/// is rendered.
 const LONGEST_BASELINE_S: f64 = 60.0;
 
 /// Configuration of a search: a scenario and its setup, one seed, and the attack space.
@@ -41,7 +41,7 @@ pub struct Cause {
     pub broken: String,
 }
 
-/// Says whether a trial is a finding, and why.
+/// Test of a trial: the cause where it is a finding.
 pub type Test<'a> = &'a (dyn Fn(&Tried) -> Option<Cause> + Sync);
 
 /// A trial is a finding when it ends in one of these classes.
@@ -99,8 +99,7 @@ impl Counted {
 }
 
 impl Tried {
-    /// Approach to each limit caused by the sequence: empty where its attack did not arrive, whatever the trial itself
-    /// approached.
+    /// Approach to each limit that the sequence caused: empty where its attack did not arrive.
     pub(super) fn brought_near(&self) -> Approaches {
         if self.trial.outcome == Outcome::Invalid { Approaches::new() } else { self.approaches.clone() }
     }
@@ -110,7 +109,7 @@ impl SearchConfig {
     /// Configuration for `scenario`, which is run once without any sequence.
     ///
     /// # Errors
-    /// Why it cannot be run.
+    /// A scenario that cannot be run.
     pub fn new(scenario: Scenario, setup: Setup, seed: u64, space: AttackSpace) -> Result<Self, SearchError> {
         let empty_scenario = AttackSequence::default().in_scenario(&space, &scenario)?;
         let is_short = empty_scenario.duration_s.get() <= LONGEST_BASELINE_S;
@@ -118,10 +117,11 @@ impl SearchConfig {
         Ok(Self { scenario, setup, seed, space, baseline })
     }
 
-    /// That each move of the attack space fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
+    /// Checks that each move of the attack space fits the scenario by itself, at its weakest and its strongest, as
+    /// early as it may begin.
     ///
     /// # Errors
-    /// Which does not, and why.
+    /// The first move that does not fit, and the reason.
     pub fn fits(&self) -> Result<(), SearchError> {
         let (begins, _) = self.space.begins();
         for (kind, action_type) in self.space.moves.iter().enumerate() {
@@ -165,7 +165,7 @@ impl SearchConfig {
     /// Tries a sequence.
     ///
     /// # Errors
-    /// Which action does not fit the scenario, or why it cannot be run.
+    /// An action that does not fit the scenario, or a scenario that cannot be run.
     pub fn try_sequence(&self, sequence: &AttackSequence) -> Result<Tried, SearchError> {
         let scenario = sequence.in_scenario(&self.space, &self.scenario)?;
         let before = link::clock::thread_cpu_us();

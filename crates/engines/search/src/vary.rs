@@ -1,12 +1,12 @@
-//! Variations of sequences: one change, one number moved a little, or by the distance to a limit; and the next of a climb, of one
-//! or two that came near.
+//! Variations of sequences: one change, one number moved a little or by the distance to a limit; and the next sequence
+//! of a climb, made of one or two that came near.
 
 use super::draw::Drawer;
 use super::learned::{Known, Near};
 use super::sequence::{Action, AttackSequence, move_of};
 use oracle::AT_LIMIT;
 
-/// The farthest that a nudge moves an action, ticks; a number it moves by at most this part of its range.
+/// Greatest move of an action by a nudge, ticks. A number moves by at most 1 / [`NUDGE`] of its range.
 const NUDGE: u32 = 32;
 /// Additions to the distance by which a sequence is moved, ticks: they cover a property's tolerance beyond its limit, and
 /// the platform's rounding to its periods.
@@ -24,12 +24,13 @@ impl Drawer<'_> {
         }
     }
 
-    /// The sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
+    /// The sequence with one of its times moved, earlier or later, by the distance to the limit or a little more.
     fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
         let limit = near.limit.length_ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.space().tick_ms.unsigned();
         let excess = BEYOND[self.uniform_below(BEYOND.len() as u32) as usize];
+        // At least 1 ms: a sequence on its limit is still moved across it.
         let by_ms = (missing as f64).max(1.0) + f64::from(excess) * tick as f64;
         let mut actions = near.known.sequence.actions().to_vec();
         let some = self.uniform_below(actions.len() as u32) as usize;
@@ -143,7 +144,8 @@ impl Drawer<'_> {
         self.parent(&nearest)
     }
 
-    /// The actions of both, each once, without any that are too many: steps towards several limits may be needed together.
+    /// Actions of both, each once, cut at random to the longest sequence: steps towards several limits may be needed
+    /// together.
     fn joined(&mut self, one: &Known, other: &Known) -> AttackSequence {
         let mut actions = [one.sequence.actions(), other.sequence.actions()].concat();
         actions.sort();

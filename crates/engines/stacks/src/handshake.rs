@@ -22,10 +22,10 @@ use wire::id::PeerId;
 use super::StackError;
 use super::judge::Showing;
 
-/// Bytes of a certificate by which the record that carries it is known.
+/// First bytes of a certificate, by which the record that carries it is recognized.
 const MARK: usize = 64;
 
-/// A peer with such a certificate, at such an end.
+/// Trial of an impostor: a peer with the scenario's certificate at one end of a link.
 pub(super) fn impostor(one: &Impostor, seed: u64) -> Result<Showing, StackError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let listens = *one.end == Hand::Listens;
@@ -66,7 +66,7 @@ impl Papers {
             Certificate::Sound | Certificate::Missing | Certificate::RevokedLater => authority.issue(holder, role)?,
             Certificate::SelfSigned => authority.self_signed(holder, role)?,
             Certificate::Foreign => {
-                // It knows whom it attacks: the root that it checks others against is the real one.
+                // The adversary trusts the real root, so that its own check does not end the handshake first.
                 let our_credential = authority.issue(holder, role)?;
                 let their_credential = Authority::new()?.issue(holder, role)?;
                 Credential { root_der: our_credential.root_der, list_der: our_credential.list_der, ..their_credential }
@@ -155,7 +155,7 @@ fn evidence(showing: &mut Showing, pair: &mut Pair, from: Side, target: Side, ma
     }
 }
 
-/// Result of the handshake at the target. A peer that should not have passed is a breach.
+/// Notes the result of the handshake at the target. A `refusable` peer that passed is a breach.
 fn judged(showing: &mut Showing, refusable: bool, peer: Result<Option<PeerId>, &DtlsError>) {
     match peer {
         Ok(Some(peer)) if refusable => showing.breaches.push(format!("somebody passed for {peer}")),
@@ -216,7 +216,7 @@ fn shaken(parties: [&tls::Party; 2], listens: bool, attacked: bool, tap: tls::Ta
     Ok(showing)
 }
 
-/// A peer that offers less than the pinned protocol, or edits an honest hello so that it does.
+/// Trial of a downgrade: a peer offers less than the pinned protocol, or a relay edits an honest hello so that it does.
 pub(super) fn downgrade(one: &Downgrade, seed: u64) -> Result<Showing, StackError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let authority = Authority::new()?;
@@ -251,7 +251,7 @@ pub(super) fn downgrade(one: &Downgrade, seed: u64) -> Result<Showing, StackErro
     }
 }
 
-/// A handshake over DTLS with hellos edited on the way, where `edits` asks for it.
+/// Trial of a handshake over DTLS, with its hellos lowered on the way as `edits` states.
 fn lowered_dtls(parties: [&Party; 2], edits: Option<Lower>) -> Result<Showing, StackError> {
     let (done, claims) = std::sync::mpsc::channel();
     let tap: Tap = Box::new(move |side, mut datagram| {
@@ -259,7 +259,7 @@ fn lowered_dtls(parties: [&Party; 2], edits: Option<Lower>) -> Result<Showing, S
             if let Some(to) = edits {
                 lower_dtls(&mut datagram, to);
             }
-            // The thread that waits for the claims outlives the network.
+            // The receiver lives until the handshake is over.
             let _ = done.send(datagram.clone());
         }
         vec![datagram]
@@ -284,39 +284,45 @@ fn is_hello(bytes: &[u8], header: usize) -> bool {
 
 /// Lowers the offer of a ClientHello in a DTLS record. Its lengths stay as they are.
 fn lower_dtls(datagram: &mut [u8], to: Lower) {
+    // Headers of a DTLS record and of a handshake message (RFC 6347, 4.1 and 4.2.2).
     const VERSION: usize = 13 + 12;
     match to {
         Lower::Version => {
             if let Some(minor) = datagram.get_mut(VERSION + 1) {
+                // 254.255 is DTLS 1.0, 254.253 DTLS 1.2.
                 *minor = 255;
             }
         }
         Lower::Suite | Lower::Cbc | Lower::PreSharedKey => {
             // Behind version, random, an empty session identifier and a cookie.
             let cookie = datagram.get(VERSION + 35).copied().map_or(0, usize::from);
+            // TLS_ECDHE_ECDSA_WITH_AES_128_CCM_8: a tag of 8 bytes in place of 16.
             suites(datagram, VERSION + 36 + cookie, [0xc0, 0xae]);
         }
+        // `extended_master_secret` (RFC 7627), an extension without content.
         Lower::MasterSecret => rename(datagram, [0, 0x17, 0, 0]),
     }
 }
 
-/// A datagram for TLS, in which the ClientHello has another header.
+/// Lowers the offer of a ClientHello in a TLS record, the header of which is shorter. Its lengths stay as they are.
 fn lower_tls(piece: &mut [u8], to: Lower) {
     if !is_hello(piece, 5) {
         return;
     }
+    // Headers of a TLS record and of a handshake message (RFC 8446, 5.1 and 4).
     const VERSION: usize = 5 + 4;
     match to {
         // Without its list of versions a hello is one of TLS 1.2.
         Lower::Version => rename(piece, [0, 0x2b, 0, 3]),
         Lower::Suite | Lower::Cbc | Lower::PreSharedKey | Lower::MasterSecret => {
             let session = piece.get(VERSION + 34).copied().map_or(0, usize::from);
+            // TLS_RSA_WITH_AES_128_CBC_SHA, a suite that TLS 1.3 does not have.
             suites(piece, VERSION + 35 + session, [0, 0x2f]);
         }
     }
 }
 
-/// Makes every suite of the list at `at` this one.
+/// Replaces every suite of the list at `at` by `suite`.
 fn suites(hello: &mut [u8], at: usize, suite: [u8; 2]) {
     let Some(length) = hello.get(at..at + 2).map(|l| usize::from(u16::from_be_bytes([l[0], l[1]]))) else { return };
     for offered in hello.iter_mut().skip(at + 2).take(length).collect::<Vec<_>>().chunks_exact_mut(2) {
@@ -326,6 +332,7 @@ fn suites(hello: &mut [u8], at: usize, suite: [u8; 2]) {
 
 /// Gives the extension that begins with `head` an unknown type.
 fn rename(hello: &mut [u8], head: [u8; 4]) {
+    // The last match: extensions are at the end, random bytes that may look like `head` before them.
     if let Some(index) = hello.windows(4).rposition(|w| w == head) {
         hello[index] = 0xfa;
     }

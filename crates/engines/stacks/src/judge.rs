@@ -17,65 +17,65 @@ use wire::event::wire_hash;
 pub(super) struct Showing {
     /// True if there was an attack; a control has none.
     attacked: bool,
-    /// Number of times, by short hash, that the adversary says it put the bytes in.
+    /// Number of times that the adversary put bytes in, by its own account and by short hash.
     deeds: BTreeMap<u64, u64>,
-    /// Number of times, by short hash, that the target's log says the bytes arrived.
+    /// Number of times that bytes arrived, by the target's log and by short hash.
     seen: BTreeMap<u64, u64>,
-    /// Events that must never happen and did.
+    /// Events that must never happen, and happened.
     pub(super) breaches: Vec<String>,
-    /// Marks that an observer read and must not be able to read.
+    /// Secret marks that an observer read.
     pub(super) read: Vec<String>,
-    /// Marks that an observer read and the protocol does not hide.
+    /// Marks that an observer read, and that the protocol does not hide.
     pub(super) in_the_clear: Vec<String>,
-    /// Records that should have got through in time and did not.
+    /// Honest records that did not arrive in time.
     pub(super) missed: Vec<String>,
-    /// Refused by an end, by name.
+    /// Refusals by an end, by reason.
     refused: BTreeMap<String, u64>,
-    /// Refused by a guard, by name.
+    /// Refusals by a guard, by reason.
     pub(super) guard_refused: BTreeMap<String, u64>,
     /// Records delivered to an application.
     pub(super) delivered: u64,
 }
 
 impl Showing {
-    /// Words for an attack, or for a control.
+    /// No observation yet, of an attack or of a control.
     pub(super) fn new(attacked: bool) -> Self {
         Self { attacked, ..Self::default() }
     }
 
-    /// The adversary put these bytes in.
+    /// Notes that the adversary put these bytes in.
     pub(super) fn did(&mut self, bytes: &[u8]) {
         self.did_hash(wire_hash(bytes));
     }
 
-    /// The adversary put in bytes with this short hash.
+    /// Notes that the adversary put in bytes with this short hash.
     pub(super) fn did_hash(&mut self, hash: u64) {
         *self.deeds.entry(hash).or_default() += 1;
     }
 
-    /// These bytes arrived at the target.
+    /// Notes that these bytes arrived at the target.
     pub(super) fn saw(&mut self, bytes: &[u8]) {
         self.saw_hash(wire_hash(bytes));
     }
 
-    /// Bytes with this short hash arrived at the target.
+    /// Notes that bytes with this short hash arrived at the target.
     pub(super) fn saw_hash(&mut self, hash: u64) {
         *self.seen.entry(hash).or_default() += 1;
     }
 
-    /// An end refused something by this name.
+    /// Notes one refusal by an end, for this reason.
     pub(super) fn refused(&mut self, name: &str) {
         self.refused_n(name, 1);
     }
 
-    /// An end refused records for this reason.
+    /// Notes `n` refusals by an end, for this reason.
     pub(super) fn refused_n(&mut self, name: &str, n: u64) {
         if n > 0 {
             *self.refused.entry(name.to_owned()).or_default() += n;
         }
     }
 
-    /// True if every action was seen, as often as it was done.
+    /// True if every action of the adversary arrived at the target, as often as it was carried out.
     fn receipt(&self) -> bool {
         let arrived = |(hash, n): (&u64, &u64)| self.seen.get(hash).is_some_and(|seen| seen >= n);
         !self.attacked || (!self.deeds.is_empty() && self.deeds.iter().all(arrived))
@@ -98,7 +98,7 @@ impl Showing {
     }
 }
 
-/// The counts by themselves: the order of short hashes is another in each run of the libraries.
+/// Counts without their hashes, in order: the bytes, and so the hashes, are new in each run of the libraries.
 fn in_order(map: &BTreeMap<u64, u64>) -> Vec<u64> {
     let mut counts: Vec<u64> = map.values().copied().collect();
     counts.sort_unstable();
@@ -113,7 +113,8 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
     let missed = showing.missed.iter().map(|name| format!("late: {name}"));
     let clear = showing.in_the_clear.iter().map(|name| format!("in the clear: {name}"));
     let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
-    // Records at the boundary, as of every other trial; what a guard refused is none and is in `guard_refused`.
+    // Refusals at the boundary, as in every other trial. A guard stands before the boundary: its refusals are counted
+    // in `guard_refused` alone.
     let refused: u64 = showing.refused.values().sum();
     let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
     let decision_hash = hex(&Sha256::digest(format!("{decisions:?}")));

@@ -37,10 +37,10 @@ pub enum StackError {
     /// The place of a channel in shared memory could not be marked.
     #[error("shared memory: {0}")]
     Place(std::io::Error),
-    /// The exchange over the broker did not come about.
+    /// The exchange over the broker failed.
     #[error(transparent)]
     Watch(#[from] WatchError),
-    /// The honest association did not come about, so that there was no target.
+    /// The honest association failed, so that there was no target.
     #[error("two honest ends have no association")]
     NoAssociation,
     /// The scenario has not exactly one of the tables that run here.

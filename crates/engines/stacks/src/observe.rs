@@ -33,10 +33,11 @@ use super::judge::Showing;
 use super::search::Search;
 use super::words::{Mark, Speakers};
 
-/// Bytes of a certificate by which it is known.
+/// First bytes of a certificate, by which it is recognized.
 const MARK: usize = 64;
 
-/// Bytes before the secret number in the PKCS #8 form of a P-256 key (RFC 5915: version 1, then an octet string).
+/// Bytes before the private scalar in the PKCS #8 form of a P-256 key (RFC 5915: version 1, then an octet string of
+/// 32).
 const BEFORE_SCALAR: [u8; 5] = [2, 1, 1, 4, 32];
 
 /// Beginnings of a key or certificate as text.
@@ -95,7 +96,7 @@ impl Ends {
     }
 }
 
-/// Traffic on the path, and at the ends.
+/// Traffic of a trial as an observer on the path sees it, and as the ends have it.
 struct Sight {
     /// Bytes on the path, direction by direction.
     path: Vec<Vec<Vec<u8>>>,
@@ -165,7 +166,7 @@ fn over_a_bus(stand: Stand, speakers: &mut Speakers) -> Result<Sight, StackError
     let Overheard { read, carried, heard, mapped } =
         overheard(place.domain(), &messages, (stand != Stand::Behind).then_some(key), stranger)?;
     let secrets = vec![Mark::new("the channel's key", key)];
-    // For an observer that hears nothing, no arrival can be proved.
+    // A late observer that hears no message has no path: its receipt is the plain text at the readers.
     let (path, arrived) = match stand {
         Stand::Late if heard.is_empty() => (Vec::new(), Vec::new()),
         Stand::Path | Stand::Behind | Stand::Late => {

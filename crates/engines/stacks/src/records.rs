@@ -21,13 +21,13 @@ use wire::policy::Requirement;
 use super::StackError;
 use super::judge::Showing;
 
-/// Honest records before and after, each way.
+/// Honest records each way, before the attack and after it.
 const HONEST: u32 = 5;
 
 /// Records sent and not yet put in, at most: fewer than the library's replay window, so that order alone loses none.
 const GROUP: usize = 32;
 
-/// Time for which withheld records are kept.
+/// Time for which withheld records are held back.
 const KEPT: Duration = Duration::from_secs(60);
 
 /// Handles the records of an open association.
@@ -103,7 +103,8 @@ impl Handling {
         }
     }
 
-    /// Honest records both ways, which must come out.
+    /// Sends honest records both ways before the attack. Those towards the target are noted as actions, for its log has
+    /// them too.
     fn honest(&mut self, when: &str) -> Result<(), StackError> {
         for to in [Side::Server, Side::Client] {
             for _ in 0..HONEST {
@@ -119,7 +120,7 @@ impl Handling {
         Ok(())
     }
 
-    /// Handling after the action: a record that does not come out now was missed.
+    /// Sends honest records both ways after the attack: one that does not come out was missed.
     fn afterwards(&mut self) {
         for to in [Side::Server, Side::Client] {
             for _ in 0..HONEST {
@@ -137,6 +138,8 @@ impl Handling {
 
     fn handle(&mut self, deed: Deed, count: usize, rng: &mut ChaCha8Rng) -> Result<(), StackError> {
         match deed {
+            // Content types and alerts of RFC 6347 and RFC 5246: a fatal `handshake_failure`, `close_notify`,
+            // application data.
             Deed::Alert => (0..count).for_each(|_| self.put(&plaintext(rng, 21, [2, 40]))),
             Deed::Close => (0..count).for_each(|_| self.put(&plaintext(rng, 21, [1, 0]))),
             Deed::Data => (0..count).for_each(|_| self.put(&plaintext(rng, 23, [1, 0]))),
@@ -153,7 +156,7 @@ impl Handling {
         Ok(())
     }
 
-    /// Actions without a change of a datagram: the time and the number of its copies.
+    /// Attacks that leave each datagram as it is: they choose its time and the number of its copies.
     fn shuffle(&mut self, deed: Deed, count: usize, rng: &mut ChaCha8Rng) -> Result<(), StackError> {
         let mut left = count;
         while left > 0 {
@@ -190,6 +193,7 @@ impl Handling {
         for seen in self.pair.observed(self.target) {
             self.showing.saw_hash(u64::from_be_bytes(seen.digest));
             if seen.verdict == Verdict::Passed {
+                // Epoch 0 has handshakes and plaintext, which come out as no record.
                 passed += u64::from(seen.epoch > 0);
             } else {
                 let name = seen.verdict.logged().name().to_owned();
@@ -198,12 +202,13 @@ impl Handling {
         }
         let out: u64 =
             self.out.iter().filter(|(r, _)| self.sent.get(*r) == Some(&self.target)).map(|(_, n)| u64::from(*n)).sum();
+        // The library discards a record without a report: it is one that its guard passed and that did not come out.
         self.showing.refused_n("discarded", passed.saturating_sub(out));
         self.showing
     }
 }
 
-/// A record that anyone can write: a type, epoch 0, some sequence number, two bytes.
+/// A record that anyone can write: a type, version DTLS 1.2, epoch 0, some sequence number, two bytes.
 fn plaintext(rng: &mut ChaCha8Rng, content: u8, body: [u8; 2]) -> [u8; 15] {
     [content, 254, 253, 0, 0, 0, 0, 0, 0, 0, rng.next_u32() as u8, 0, 2, body[0], body[1]]
 }

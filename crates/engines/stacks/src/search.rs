@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 
 use super::words::Mark;
 
-/// As many bytes in a row have to be the same: chance gives this many once in 2⁶⁴ places.
+/// Length of a match, bytes: chance gives one in 2⁶⁴ places.
 pub(super) const WINDOW: usize = 8;
 
-/// Marks, ready to be looked for.
+/// Index of the marks for a search.
 pub(super) struct Search<'a> {
     marks: &'a [Mark],
-    /// Each window with its mark, in order.
+    /// Every run of [`WINDOW`] bytes with the index of its mark, sorted.
     windows: Vec<([u8; WINDOW], usize)>,
 }
 

@@ -1,5 +1,5 @@
-//! Messages of unit, gateway and operator in a trial with an observer: real messages, signed with real keys, with
-//! their secret parts listed beside.
+//! Messages of unit, gateway and operator in a trial with an observer: real messages, signed with real keys, and the
+//! list of their secret parts.
 
 use minicbor::bytes::ByteSlice;
 use rand_chacha::ChaCha8Rng;
@@ -16,13 +16,13 @@ use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Purpose};
 use wire::time::{Echo, PeerStamp, Span};
 
-/// Records each way, and orders with their acknowledgements.
+/// Number of records each way, and of orders with their acknowledgements.
 const TURNS: u64 = 8;
 
 /// Something that must not be read on a link.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
-    /// Name of it, for its finder.
+    /// Name in the findings.
     pub(super) what: String,
     /// Its bytes.
     pub(super) bytes: Vec<u8>,

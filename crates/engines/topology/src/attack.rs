@@ -13,19 +13,19 @@ use ground_truth::{FaultKind, StepName};
 use scenario::{Act, Deceit, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 use sim::fault::{Disturbance, Fault};
 
-/// What the actors of all attacks do, kind by kind.
+/// Acts of all attacks, kind by kind.
 pub(super) fn acts(s: &Scenario, phase: u64) -> impl Iterator<Item = Act> {
     s.attacks().into_iter().filter_map(move |attack| attack.act(phase))
 }
 
-/// Events for which the instrument plane is watched, and the step then called.
+/// Steps that wait for an event on the instrument plane, each with its event.
 pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
     let cue = |windowed: &dyn Windowed| {
         let on = match windowed.timing().when?.trigger()? {
             Trigger::Enters { mode: to, from, nth } => Watched::Enters { to, from: from, nth },
             Trigger::Begun(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: true },
             Trigger::Ended(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: false },
-            // Its actor sees it by itself.
+            // The step's own actor sees these on its link: no cue is needed.
             Trigger::Passes(_) | Trigger::Silence(_) | Trigger::Hears(_) => return None,
         };
         Some(Cue { step: windowed.step_name()?, on, from: windowed.start_ms(phase_ms) * 1000 })

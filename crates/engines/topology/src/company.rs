@@ -45,6 +45,7 @@ impl Company<'_> {
             node,
             boot: Boot(1),
             world: WorldId(0),
+            // Nodes of one trial differ in the top byte, trials of one campaign in the low ones: no two share a seed.
             seed: self.seed ^ (node.index() as u64) << 56,
             policy: self.with.policy.clone(),
             bounds: self.with.misset.unwrap_or(self.with.bounds),
@@ -67,7 +68,7 @@ impl Company<'_> {
         let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
         let setup = self.setup(node, host, &topics);
         let mut subscribes: Vec<Topic> = reads.iter().map(|(t, _)| *t).collect();
-        subscribes.dedup(); // A topic with several producers is still one topic.
+        subscribes.dedup(); // Producers of one topic are adjacent in `reads`.
         let member = Member {
             host,
             role,
@@ -179,7 +180,7 @@ impl Company<'_> {
         }
     }
 
-    /// Teammates are in contact all along.
+    /// Contact plan of a unit; teammates are always in contact.
     fn contacts(&self, unit: UnitId) -> Contacts {
         if unit == UnitId::A { self.contacted.contacts.clone() } else { Contacts::default() }
     }
@@ -228,7 +229,7 @@ impl Company<'_> {
         self.add(Host::Control, MemberRole::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
 
-    /// An adversary on no channel.
+    /// Adds an adversary without a channel.
     fn hostile(&mut self, host: Host, node: NodeId, config: AdversaryConfig) -> &mut Member {
         self.add(host, MemberRole::Adversary(config), node, &[], &[])
     }
@@ -284,7 +285,7 @@ impl Company<'_> {
         }
     }
 
-    /// A rogue hears and writes like any process on its host; its keys are its holder's, or none.
+    /// Adds the rogue: a process that reads and writes channels of its host, with the keys of its holder or with none.
     fn rogue(&mut self, casting: rogue::Casting) {
         let rogue::Casting { host, node, holder, topics, config } = casting;
         let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());

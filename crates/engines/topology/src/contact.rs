@@ -46,6 +46,7 @@ pub(super) fn plan(scenario: &Scenario, setup: &Setup) -> Contacted {
         let nearest = ranges.fold(f64::INFINITY, f64::min);
         (nearest / LIGHT_M_S * 1e6) as u64
     };
+    // Whole seconds: a trial of up to 140 s has steps of one.
     let step_ms = (until_s / STRETCHES).ceil() as u64 * 1000;
     let medium = merged.iter().flat_map(|window| stretches(*window, step_ms, &travel_us)).collect();
     let contact = |(from, until): (u64, u64)| Contact { from: Span::ms(from), until: Span::ms(until) };

@@ -7,9 +7,10 @@ use sim::scene::Disguise;
 use super::{MemberRole, Topology, attack};
 
 impl Topology {
-    /// The participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part
-    /// fails, no process is killed, kept from running or short of disk, no object is in disguise or printed on, and the
-    /// recording is left alone. The link's own weather stays, and so does its plan.
+    /// The topology without any action. Relays pass traffic on. Insiders keep their place and misuse no credential. No
+    /// part fails, no process is killed, suspended or short of disk, no object is disguised or printed on, and the
+    /// recording is left alone. The link's own conditions stay, and so do the plans, for which the oracle must then
+    /// find no receipt.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Topology {
         for member in &mut self.members {

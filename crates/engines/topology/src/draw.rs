@@ -26,6 +26,7 @@ impl Draw {
         let shift_m = ((2.0 * unit() - 1.0) * reach, (2.0 * unit() - 1.0) * reach);
         let varied = scenario.varies.clocks;
         let clocks = Host::ALL.map(|_| {
+            // Drawn also where clocks do not vary: the draws that follow stay the same.
             let (zero, drift) = (unit(), unit());
             let zero_us = 1_000_000_000 + if varied { (zero * 3.0e9) as u64 } else { 0 };
             ClockDraw { zero_us, drift_ppm: if varied { (drift * 100.0) as i64 - 50 } else { 0 } }

@@ -32,7 +32,7 @@ impl RunSecret {
         Secret(self.derive("holdsafe signing secret v1", node.name().as_bytes()))
     }
 
-    /// The secret of a witness apart from the services: a node's ingress observer, or the launcher as it notes its own actions.
+    /// Secret of a witness that is no service: a node's ingress observer, or the launcher for notes of its own actions.
     pub(super) fn witness(&self, node: NodeId) -> Secret {
         Secret(self.derive("holdsafe witness secret v1", node.name().as_bytes()))
     }
@@ -44,7 +44,7 @@ impl RunSecret {
         strikable.map(|of| (of, Revocation { of }.sign(&authority))).to_vec()
     }
 
-    /// Everybody's public keys.
+    /// Public keys of all signers.
     pub fn public_keys(&self) -> Vec<(NodeId, [u8; 32])> {
         let signers = [
             NodeId::UNIT_A,
@@ -69,13 +69,14 @@ impl RunSecret {
         };
         let of = |(topic, producer): (Topic, NodeId)| {
             let readers =
+                // With one key for all readers, a reader could write to the others in the producer's name.
                 if producer == node { 0..topic.readers() } else { reader(topic, node)..reader(topic, node) + 1 };
             readers.map(move |reader| channel((topic, producer), reader))
         };
         topics.iter().copied().flat_map(of).collect()
     }
 
-    /// The key that hides the messages of a channel, which its publisher and its readers have.
+    /// Key that encrypts the messages of a channel; its publisher and its readers hold it.
     pub fn cipher(&self, host: Host, scope: &str, topic: Topic) -> Secret {
         let bytes = [&[host as u8, topic as u8], scope.as_bytes()].concat();
         Secret(self.derive("holdsafe channel cipher v1", &bytes))
@@ -93,12 +94,12 @@ impl RunSecret {
     }
 }
 
-/// Which of a topic's readers a node is. Only navigation has two: perception, and the unit itself.
+/// Index of a node among a topic's readers. Only navigation has two: perception, and the unit itself.
 fn reader(topic: Topic, node: NodeId) -> usize {
     usize::from(topic.readers() > 1 && node.unit().is_some())
 }
 
-/// Node of the signing key that a node holds: an insider holds that of the one in the place of which it stands.
+/// Node of the signing key that a node holds: an insider signs as the node that it replaces.
 pub(super) fn signer(node: NodeId) -> NodeId {
     match node {
         NodeId::INSIDER_B => NodeId::UNIT_B,

@@ -88,11 +88,11 @@ pub struct Topology {
     pub cues: Vec<Cue>,
     /// Injections for which the oracle needs receipts.
     pub planned: Vec<Plan>,
-    /// Script of the operator, as the oracle is informed of it.
+    /// Script of the operator, as the oracle presumes it.
     pub script: Script,
     /// Contact plan of the link between the unit and the gateway.
     pub contacts: Contacts,
-    /// For how long identities are admitted.
+    /// Validity of each identity with a limited mandate.
     pub mandates: Vec<Validity>,
     /// Length of the trial, microseconds.
     pub duration: u64,
@@ -107,7 +107,7 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// Faults of the detector of others that a unit's perception asked in this run, in words.
+    /// Faults of a user's detector in this run, in words.
     pub fn detector_faults(&self) -> Option<String> {
         self.members.iter().find_map(|member| {
             let MemberRole::Perception(config) = &member.role else { return None };
@@ -145,26 +145,26 @@ impl Topology {
         let Some(config) = config.filter(|_| !matches!(body, Some(Body::Satellite(_)))) else {
             return Route::default();
         };
+        // In DEGRADED wheels drive on slowly; a body in the air loiters.
         let in_degraded = matches!(body, Some(Body::Wheeled(_)));
         Route { points_mm: config.route.clone(), looped: config.looped, in_degraded }
     }
 
-    /// State of the broker's table of rights: the policy's word, which is the same for everybody.
+    /// State of the broker's table of rights, by the policy. All members have the same.
     pub fn rights(&self) -> Requirement {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
     }
 
-    /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and processes without a due
-    /// last signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was
-    /// written,
-    /// microseconds. In the twin it may be later by as long as the process is to be stopped.
+    /// Anchors of trust in the log: public keys of all signers, clocks of all stamps, and processes that owe no last
+    /// signature. There is no head yet. Live the broker signs too; `live` has its secret and the greatest time from the
+    /// writing of an entry to its delivery, microseconds. In the twin this is the longest suspension of the process.
     pub fn trust_anchors(&self, live: Option<(&Secret, u64)>) -> TrustAnchors {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
         let broker = live.map(|(secret, _)| key(NodeId::BROKER, secret));
         let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
         let killed = self.killed().into_iter();
-        // In the twin a guard outlives its process; live it is a part of the process.
+        // A guard outlives its process in the twin; live it is a part of the process and ends with it.
         let lives = killed.flat_map(|node| [Some(node), self.ingress_of(node).filter(|_| live.is_some())]).flatten();
         TrustAnchors {
             keys: members.chain(broker).chain(witnesses).collect(),
@@ -198,7 +198,7 @@ impl Topology {
         if node == self.broker() { NodeId::BROKER.guard() } else { node.guard() }
     }
 
-    /// Processes that are to be kept from running, with cores that are watched at their inputs for it.
+    /// Processes that are to be suspended. The inputs of their cores are watched for the receipt.
     pub fn watched(&self) -> Vec<NodeId> {
         let suspended = |plan: &Plan| if let Planned::Suspend(node) = plan.what { Some(node) } else { None };
         self.planned.iter().filter_map(suspended).collect()
@@ -297,6 +297,7 @@ fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {
 /// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that no one else has.
 pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
     let channel_key = |topic: Topic, reader: usize| {
+        // The order of `RunSecret::channels`: a channel's keys by reader.
         let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());
         listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
     };

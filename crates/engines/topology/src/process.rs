@@ -9,36 +9,36 @@ use wire::time::Span;
 /// Fault of one process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProcessFault {
-    /// Which.
+    /// The process.
     pub node: NodeId,
     /// Kind of the fault.
     pub kind: ProcessFaultKind,
-    /// Time, microseconds; if its step waits, the earliest.
+    /// Time, microseconds; for a fault that waits for its step, the earliest.
     pub at: u64,
-    /// Its step's name.
+    /// Step that the fault belongs to.
     pub step: Option<StepName>,
-    /// A given number of microseconds after its step is called it begins; without it, at its time.
+    /// Time from the call of the step to the fault, microseconds; `None` for a fault that begins at its time.
     pub waits: Option<u64>,
 }
 
 /// Kind of a process fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProcessFaultKind {
-    /// It ends at once.
+    /// The process ends at once.
     Kill {
-        /// And is started again a given number of microseconds later.
+        /// Time from the end to a restart, microseconds.
         restart: Option<u64>,
     },
-    /// It is kept from running.
+    /// The process is kept from running.
     Suspend {
         /// Kind of suspension.
         how: Suspension,
-        /// For a given number of microseconds.
+        /// Length, microseconds.
         lasts: u64,
     },
-    /// Its disk takes no more bytes.
+    /// The process's disk takes no more bytes.
     Fill {
-        /// For a given number of microseconds.
+        /// Length, microseconds.
         lasts: u64,
     },
 }
@@ -46,13 +46,13 @@ pub enum ProcessFaultKind {
 /// Next event of a process by the plan of its fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// It begins.
+    /// The fault begins.
     Begin,
-    /// It is stopped, for a while.
+    /// The process is stopped for a while.
     Halt,
-    /// It goes on, for a while or permanently; or its disk has room again.
+    /// The process goes on, for a while or permanently; or its disk has room again.
     Release,
-    /// It is started again.
+    /// The process is started again.
     Restart,
 }
 
@@ -96,7 +96,7 @@ fn kind(k: &Kill) -> ProcessFaultKind {
     }
 }
 
-/// Parts of it that need a receipt.
+/// Injection of a process fault, for which the oracle needs a receipt.
 pub(super) fn planned(k: &Kill) -> Planned {
     match k.ending {
         Ending::Kill => Planned::Kill(node_of(k.process)),

@@ -8,7 +8,7 @@ use wire::id::NodeId;
 
 use super::{Host, attack};
 
-/// A rogue to be put on a host.
+/// A rogue and its place on a host.
 pub(super) struct Casting {
     /// Host.
     pub(super) host: Host,

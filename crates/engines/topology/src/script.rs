@@ -59,7 +59,7 @@ fn places(path: &[[f32; 2]]) -> Vec<[f32; 2]> {
     path.windows(2).flat_map(length_of).chain(path.last().copied()).collect()
 }
 
-/// The orders that the operator is to give, and how far the mission is stated to come. A revocation is no order: the unit does
+/// The orders that the operator is to give, and the stated end of the mission. A revocation is no order: the unit does
 /// not carry it out.
 pub(super) fn presumed(scenario: &Scenario) -> Script {
     let us = |seconds: Seconds| (seconds.get() * 1e6) as u64;
@@ -75,7 +75,7 @@ pub(super) fn presumed(scenario: &Scenario) -> Script {
     Script { mission: scenario.mission.as_deref().copied(), steps: orders.map(due).collect() }
 }
 
-/// The unit under test and the teammates that the scenario brings.
+/// Units that the scenario has: the unit under test and its teammates.
 fn awaited(scenario: &Scenario) -> Vec<UnitId> {
     let brought = |unit: &UnitId| scenario.unit.iter().any(|u| u.name.as_str() == unit.node().name());
     [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|unit| *unit == UnitId::A || brought(unit)).collect()

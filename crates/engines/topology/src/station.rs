@@ -38,7 +38,7 @@ pub(super) fn thief(s: &Scenario, phase: u64) -> Option<SessionThiefConfig> {
     Some(SessionThiefConfig { certificate, takeovers: occupied.collect() })
 }
 
-/// For how long identities are admitted.
+/// Validity of each identity with a limited mandate.
 pub(super) fn mandates(s: &Scenario) -> Vec<Validity> {
     let mandate =
         |m: &scenario::Mandate| Some(Validity { who: node(&m.who)?, until_ms: (m.until_s.get() * 1000.0) as u64 });

@@ -41,7 +41,7 @@ impl Lines {
         Ok(Self { input: Some(input), output, read: Vec::new(), start, step_ms, process })
     }
 
-    /// An answer that nobody asked for is one too many.
+    /// Failure of a guest that has written more than one line for a request.
     fn unasked(&mut self) -> Result<(), Failure> {
         self.take()?;
         if self.read.is_empty() {
@@ -50,7 +50,7 @@ impl Lines {
         Err(Failure::new(Fault::Flood, format!("one line for a request expected, got {} bytes more", self.read.len())))
     }
 
-    /// Takes what the guest has written, up to one read.
+    /// Reads once from the guest's output.
     fn take(&mut self) -> Result<(), Failure> {
         let mut chunk = [0; CHUNK];
         match self.output.read(&mut chunk) {
@@ -64,7 +64,8 @@ impl Lines {
         }
     }
 
-    /// Writes what the pipe takes of `rest`; all of it is done with once the guest has closed its end, for it may still answer.
+    /// Writes as much of `rest` as the pipe takes, and returns what is left. Nothing is left once the guest has closed
+    /// its end: it may still answer.
     fn give<'a>(&mut self, rest: &'a [u8]) -> &'a [u8] {
         let Some(input) = &mut self.input else { return &[] };
         match input.write(rest) {
@@ -134,6 +135,7 @@ impl GuestChannel for Lines {
         let mut rest = self.give(&request);
         loop {
             let answered = self.answered()?;
+            // Not before the whole request is written: the next one would run into its rest.
             if answered && rest.is_empty() {
                 return self.line();
             }
@@ -142,6 +144,8 @@ impl GuestChannel for Lines {
                 let ms = deadline.ms();
                 return Err(self.silent(rest, ms));
             }
+            // An answer may come before the request is written whole: reading between writes keeps both pipes from
+            // filling up.
             rest = self.give(rest);
             if !answered {
                 self.take()?;

@@ -11,7 +11,7 @@ pub(crate) struct Deadline {
 }
 
 impl Deadline {
-    /// This many milliseconds from now.
+    /// Deadline `ms` milliseconds from now.
     #[expect(
         clippy::disallowed_methods,
         reason = "a guest is a process: its patience is real time, and no core is handed this"
@@ -32,7 +32,7 @@ impl Deadline {
     }
 }
 
-/// A duration as `poll` takes it.
+/// Conversion of a duration to the timeout of `poll`.
 pub(crate) fn timeout(limit: Duration) -> Timespec {
     Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) }
 }

@@ -17,7 +17,7 @@ use crate::level::Level;
 use crate::process::{Process, not_started};
 use crate::spec::Spec;
 
-/// A program that calls [`crate::inside::main`].
+/// Program that runs [`crate::inside::main`], with its leading arguments and the folder that it hides from guests.
 pub(crate) struct Helper {
     pub(crate) program: PathBuf,
     pub(crate) leading: Vec<String>,

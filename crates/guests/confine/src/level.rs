@@ -13,7 +13,7 @@ pub struct Level {
     pub network: bool,
     /// A filter of system calls that guests have no use for.
     pub seccomp: bool,
-    /// Everything that was refused, each with its reason.
+    /// Parts that the machine refused, each with the reason.
     pub why: Vec<String>,
 }
 

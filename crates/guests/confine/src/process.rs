@@ -33,7 +33,7 @@ impl Process {
         let mut line = serde_json::to_string(spec).map_err(not_started)?;
         line.push('\n');
         self.control.set_write_timeout(Some(deadline.left())).map_err(not_started)?;
-        // A helper that failed before it read reports it all the same.
+        // A helper that fails before it reads breaks the stream, and still reports the reason.
         let written = self.control.write_all(line.as_bytes());
         match self.report(deadline.left()) {
             Some(Report::Started(level)) => Ok(level),
@@ -46,7 +46,8 @@ impl Process {
         }
     }
 
-    /// The next report within this time. The text of a helper that failed otherwise is the reason of a start that was none.
+    /// Next report within `limit`. Text in another form, such as that of a panic, counts as the reason for a failed
+    /// start.
     fn report(&mut self, limit: Duration) -> Option<Report> {
         self.control.set_read_timeout(Some(limit.max(Duration::from_millis(1)))).ok()?;
         let line = spec::line(&mut self.control).ok()??;
@@ -86,7 +87,8 @@ impl Drop for Process {
     }
 }
 
-/// A guest's words on one line without control characters, the last line first: that of a traceback has the reason.
+/// Text of a guest on one line, without control characters. The last line comes first: in a traceback it has the
+/// reason.
 fn guest_line(words: &str) -> String {
     let plain = |line: &str| line.chars().map(plain::shown).collect::<String>();
     let lines: Vec<String> =
@@ -98,7 +100,7 @@ fn guest_line(words: &str) -> String {
     }
 }
 
-/// A start that was none, and why.
+/// Failure of a start, with its reason.
 pub(crate) fn not_started(reason: impl ToString) -> Failure {
     Failure::new(Fault::NotStarted, reason.to_string())
 }

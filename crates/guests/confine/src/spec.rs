@@ -37,9 +37,9 @@ pub(crate) enum Report {
     NotStarted(String),
     /// The program has ended, or is ended now.
     Ended {
-        /// Exit status or signal, in words; none if the launcher asked for the end.
+        /// Exit status or signal, in words; none where the launcher ended it.
         how: Option<String>,
-        /// The end of its standard error.
+        /// Last bytes of its standard error.
         words: String,
     },
 }
@@ -61,6 +61,6 @@ pub(crate) fn line(stream: &mut impl Read) -> io::Result<Option<String>> {
             Err(why) => return Err(why),
         }
     }
-    // A helper that panics reports it here, without the report's form.
+    // A helper that panics writes text here that is no report.
     Ok((!line.is_empty()).then(|| String::from_utf8_lossy(&line).into_owned()))
 }

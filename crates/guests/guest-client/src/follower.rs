@@ -10,11 +10,11 @@ use crate::{Fix, Guest, Own, Position, Reply, Start, Step};
 
 const LOOKAHEAD_S: f64 = 0.9;
 const LOOKAHEAD_M: (f64, f64) = (1.5, 4.0);
-/// 1/m.
+/// Largest curvature, 1/m.
 const MAX_CURVATURE: f64 = 0.4;
-/// m/s².
+/// Largest sideways acceleration in a curve, m/s².
 const SIDEWAYS: f64 = 1.2;
-/// m/s².
+/// Deceleration towards the goal, m/s².
 const COMFORT: f64 = 1.0;
 const REACHED_M: f64 = 0.8;
 
@@ -52,7 +52,7 @@ impl Guest for Follower {
 }
 
 impl Follower {
-    /// Curvature of the arc through the point one lookahead along the way; sets the speed.
+    /// Curvature of the arc through the point at lookahead distance along the way. Sets the speed.
     fn pursue(&mut self, here: Position, yaw: f64, limit: f64) -> f64 {
         let reach = (self.speed * LOOKAHEAD_S).clamp(LOOKAHEAD_M.0, LOOKAHEAD_M.1);
         let (mut left, mut carrot, mut place) = (0.0, None, here);
@@ -68,6 +68,7 @@ impl Follower {
         let carrot = carrot.unwrap_or(place);
         let bearing = (carrot[1] - here[1]).atan2(carrot[0] - here[0]) - yaw;
         let arc = 2.0 * bearing.sin() / distance(here, carrot);
+        // A point behind has a flat arc in this formula: the vehicle turns round as sharply as it can.
         let arc = if bearing.cos() < 0.0 { MAX_CURVATURE.copysign(arc) } else { arc };
         let curvature = arc.clamp(-MAX_CURVATURE, MAX_CURVATURE);
         let slow = (SIDEWAYS / curvature.abs().max(1e-9)).sqrt();

@@ -19,32 +19,32 @@ use messages::{Request, Response};
 /// Longest line in either direction, bytes, its end included.
 pub const MAX_LINE: usize = 64 * 1024;
 
-/// An error of a guest's own code.
+/// Error of a guest's own code.
 pub type Own = Box<dyn Error + Send + Sync>;
 
 /// An autonomy program: given the mission once, then asked for a set-point each step.
 pub trait Guest {
-    /// Takes the mission. The limit of time is `start_ms` of the guest's file.
+    /// Takes the mission within `start_ms` of the guest's file.
     ///
     /// # Errors
     /// The guest cannot drive the mission; the process ends.
     fn start(&mut self, start: Start) -> Result<(), Own>;
 
-    /// The set-point of a step. The limit of time is `step_ms` of the guest's file.
+    /// Set-point of a step, within `step_ms` of the guest's file.
     ///
     /// # Errors
     /// The guest cannot go on; the process ends.
     fn step(&mut self, step: Step) -> Result<Reply, Own>;
 }
 
-/// The reason for which a loop ended before its input.
+/// Reason for which [`serve`] ended before its input.
 #[derive(Debug)]
 pub enum Failure {
-    /// A request is no line of the protocol.
+    /// A request that is no line of the protocol.
     Request {
         /// Number of the line, from 1.
         line: usize,
-        /// Expected and got.
+        /// Expected and received value, in words.
         why: String,
     },
     /// The guest's own error, or a value of a reply out of its range.
@@ -78,6 +78,7 @@ pub fn serve<G: Guest>(
     let mut line = Vec::new();
     for number in 1.. {
         line.clear();
+        // One byte more than a line may have, so that a longer one is noticed.
         let most = MAX_LINE as u64 + 1;
         let read = requests.by_ref().take(most).read_until(b'\n', &mut line).map_err(Failure::Stream)?;
         if read == 0 {
@@ -120,8 +121,9 @@ fn request(line: &[u8]) -> Result<Request, String> {
     }
 }
 
-/// Serves standard input and output. The status to end `main` with: 0 at the end of the input, 1 after the guest's own error, 2 after a
-/// request that is no line of the protocol, the last two with a line on standard error.
+/// Serves standard input and output, and returns the status to end `main` with: 0 at the end of the input, 1 after the
+/// guest's own error, 2 after a request that is no line of the protocol. In the last two cases a line on standard error
+/// has the reason.
 pub fn run<G: Guest>(make: impl FnMut() -> G) -> ExitCode {
     let failure = match serve(make, io::stdin().lock(), io::stdout().lock()) {
         Ok(()) => return ExitCode::SUCCESS,

@@ -53,13 +53,13 @@ pub struct Start {
     pub max_speed_m_s: f64,
     /// Deceleration that the vehicle is sure to reach, m/s².
     pub braking_m_s2: f64,
-    /// Way points in order; none to stand.
+    /// Way points in order; empty for a mission to stand.
     pub route: Vec<Position>,
     /// True if the last way point leads to the first again.
     pub looped: bool,
     /// Corners of the area that must not be left, in order.
     pub fence: Vec<Position>,
-    /// Obstacles on the map as discs that reach to their ends, the first 64.
+    /// The first 64 obstacles on the map, each as the disc around it.
     pub obstacles: Vec<Disc>,
     /// The same obstacles by length and width; empty from a core that does not tell them.
     #[serde(default)]
@@ -82,7 +82,7 @@ pub struct Block {
     pub at: Position,
     /// Half of length and width, m.
     pub half_m: [f64; 2],
-    /// Direction of its length, rad.
+    /// Direction of its longer axis, rad.
     pub heading_rad: f64,
 }
 
@@ -97,9 +97,10 @@ pub struct Step {
     pub limit_m_s: f64,
     /// Mode of the platform's state machine.
     pub mode: String,
-    /// The newest position fix; none where there is none, or the guest's file does not take `navigation`.
+    /// Position fix of the newest navigation message; `None` without one, or if the guest's file does not take
+    /// `navigation`.
     pub fix: Option<Fix>,
-    /// The newest reading of the wheels; none as for `fix`.
+    /// Wheel odometry of the newest navigation message; `None` as for `fix`.
     pub odometry: Option<Odometry>,
     /// Objects that perception tracks; empty where the guest's file does not take `tracks`.
     pub tracks: Vec<Track>,

@@ -165,7 +165,8 @@ fn the_follower_answers_as_recorded() {
     }
 }
 
-/// Equal, numbers to a billionth: the recording may be of another mathematical library.
+/// True if the responses are equal, numbers to within a billionth: the recording may be from a machine with another
+/// mathematical library.
 fn nearly_equal(a: &jsonl::Response, b: &jsonl::Response) -> bool {
     let (jsonl::Response::Reply(a), jsonl::Response::Reply(b)) = (a, b) else { return a == b };
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-9;

@@ -30,9 +30,9 @@ const GOAL_MM: i32 = 20_000;
 pub struct Checked {
     /// Name of the guest.
     pub guest: String,
-    /// Steps answered in the first round.
+    /// Number of steps answered in the first round.
     pub steps: u32,
-    /// Steps asked for.
+    /// Number of steps asked for.
     pub asked: u32,
     /// The failure that ended the first round.
     pub failure: Option<Found>,
@@ -53,14 +53,14 @@ pub struct Checked {
 pub struct Found {
     /// Step; 0 is the start.
     pub step: u32,
-    /// Kind.
+    /// Kind of the failure.
     pub fault: String,
-    /// Expected and got.
+    /// Expected and received value, in words.
     pub why: String,
 }
 
 impl Checked {
-    /// True if the guest can be put to the test.
+    /// True if the guest answered every step of the exercise.
     pub fn fine(&self) -> bool {
         self.failure.is_none()
     }
@@ -68,6 +68,7 @@ impl Checked {
 
 /// Exercises the guest in two processes, one after the other.
 pub fn check(guest: &Guest) -> Checked {
+    // A guest that failed gets no second process: its answers up to the failure decide the check.
     let (first, failed) = round(guest);
     let second = if failed.is_some() { None } else { Some(round(guest).0) };
     let differs = second.as_ref().and_then(|second| {
@@ -108,7 +109,7 @@ fn remarks(checked: &Checked) -> Vec<String> {
     remarks
 }
 
-/// A process's answers, and how far they led.
+/// Answers of one process, and the way that the vehicle went by them.
 struct Round {
     replies: Vec<Reply>,
     x_mm: f64,
@@ -130,6 +131,7 @@ fn drive(guest: &Guest, round: &mut Round) -> Result<(), (u32, Failure)> {
         if let Answer::Reply(reply) = answer {
             let limit = if number < ENABLED { 0.0 } else { f64::from(Bounds::GROUND.max_speed_mm_s) };
             speed = f64::from(reply.speed_mm_s).clamp(-limit, limit);
+            // The angle on the wire is an `i16` of milliradians: unwrapped it would overflow in a guest that circles.
             yaw = wrapped(yaw + speed * f64::from(reply.curvature_um) * 1e-9 * 0.05);
             round.x_mm += speed * 0.05 * libm::cos(yaw);
             y_mm += speed * 0.05 * libm::sin(yaw);

@@ -115,9 +115,9 @@ pub struct Program {
     /// Folder of the file: the working directory of the process.
     #[serde(skip)]
     pub folder: PathBuf,
-    /// Inputs beside the mission, each once.
+    /// Inputs in addition to the mission, without repeats.
     pub takes: Vec<Input>,
-    /// Outputs, each once.
+    /// Outputs, without repeats.
     pub gives: Vec<Output>,
     /// Meaning of each state.
     pub states: BTreeMap<String, Declared>,
@@ -134,9 +134,9 @@ pub struct Program {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct FileError {
-    /// Bytes of the file that it is about; none for the whole file.
+    /// Bytes of the file with the mistake; none for the whole file.
     pub at: Option<Range<usize>>,
-    /// Expected and got.
+    /// Expected and received value, in words.
     pub message: String,
     /// Remedy.
     pub remedy: &'static str,
@@ -162,6 +162,7 @@ impl Program {
         let mut program = written.check(folder, digests)?;
         // The program and files among its arguments, so that results of another version are not taken for this one's.
         for path in program.command.iter().filter(|word| word.contains('/')) {
+            // A word that is no readable file may be an argument of another kind, such as a URL.
             if let Ok(bytes) = read(Path::new(path)) {
                 program.digests.insert(path.clone(), digest(&bytes));
             }

@@ -28,7 +28,7 @@ pub enum Request {
 pub enum Response {
     /// The guest has taken the mission.
     Ready(Ready),
-    /// Its set-point.
+    /// Set-point of a step.
     Reply(Reply),
 }
 
@@ -77,7 +77,7 @@ pub struct Block {
     pub at: Position,
     /// Half of length and width, m.
     pub half_m: [f64; 2],
-    /// Direction of its length, rad.
+    /// Direction of its longer axis, rad.
     pub heading_rad: f64,
 }
 
@@ -92,9 +92,9 @@ pub struct Step {
     pub limit_m_s: f64,
     /// Mode of the platform's state machine.
     pub mode: String,
-    /// The newest position fix; null where there is none, or `navigation` is not taken.
+    /// Position fix of the newest navigation message; null without one, or if `navigation` is not taken.
     pub fix: Option<Fix>,
-    /// The newest reading of the wheels; null where there is none, or `navigation` is not taken.
+    /// Wheel odometry of the newest navigation message; null without it, or if `navigation` is not taken.
     pub odometry: Option<Odometry>,
     /// Objects that perception tracks; empty where `tracks` is not taken.
     pub tracks: Vec<Track>,
@@ -154,7 +154,7 @@ pub struct Ready {}
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reply {
-    /// The step that it answers.
+    /// Number of the answered step.
     pub number: u32,
     /// Forward speed, m/s, within ±100.
     pub speed_m_s: f64,

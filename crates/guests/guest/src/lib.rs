@@ -1,8 +1,9 @@
-//! Guests: autonomy programs of others, put to the test in place of the platform's own mission and navigation.
+//! Guests: third-party autonomy programs, tested in place of the platform's own mission and navigation.
 //!
-//! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's requests reach it
-//! as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`] exercises a program
-//! without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
+//! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's
+//! requests reach it as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`]
+//! exercises a program without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which
+//! see the crate `confine`.
 
 pub mod check;
 pub mod file;
@@ -25,7 +26,7 @@ pub const MAX_LINE: usize = 64 * 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Conduct {
-    /// To the plant, as they are.
+    /// Set-points go to the plant unchanged.
     Bare,
     /// Through the platform's guards, envelope, leases and state machine.
     Guarded,
@@ -44,7 +45,7 @@ impl Conduct {
 /// A guest as a run takes it.
 #[derive(Clone)]
 pub struct Guest {
-    /// The program.
+    /// Its program.
     pub program: Arc<Program>,
     /// Where its set-points go.
     pub conduct: Conduct,
@@ -79,7 +80,7 @@ impl PartialEq for Guest {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {why}", fault.name())]
 pub struct Failure {
-    /// Kind.
+    /// Kind of the failure.
     pub fault: Fault,
     /// Expected and got.
     pub why: String,
@@ -97,7 +98,7 @@ impl Failure {
     }
 }
 
-/// Which limit of time an exchange has.
+/// Time limit of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Patience {
     /// That of the start: the program loads, and plans its mission.

@@ -1,7 +1,7 @@
 //! One guest in one run: its answers held against the protocol and against its own file, up to the first failure.
 //!
-//! A failure is final: the process is ended, and every later request is answered with it, until a unit that starts again starts it again. What a failure means for the vehicle is left
-//! to the core, and what it means for a verdict to the oracle.
+//! A failure is final: the process is ended, and every later request is answered with the failure. Only the start of a unit starts
+//! another process. The consequence for the vehicle is left to the core, the one for the verdict to the oracle.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ const MAX_SPEED: f64 = 100.0;
 const MAX_CURVATURE: f64 = 10.0;
 /// Furthest coordinate that is a place, m.
 const MAX_COORDINATE: f64 = 10_000.0;
-/// Longest time that a guest may ask to be left alone, s: a second of the last set-point is all that the plant's driver holds.
+/// Longest time until the next step that a guest may ask for, s: the plant follows a set-point no longer than a second.
 const MAX_WAKE: f64 = 1.0;
 /// Characters of a guest's line that a reason repeats.
 const QUOTED: usize = 60;
@@ -50,13 +50,13 @@ impl Session {
         codec::encode(&answer)
     }
 
-    /// The answer to a request. Each start belongs to its own process, as a unit that is started again has one.
+    /// The answer to a request. Each start gets its own process, as a restarted unit has one.
     ///
     /// # Errors
     /// The guest's failure: the first one, until the next start.
     pub fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
         if matches!(request, Request::Start(_)) {
-            // The one before has ended when the next begins.
+            // Drops the process of an earlier start and waits for its end: two guests must not run at once.
             self.state = Ok(None);
             self.state = self.launcher.launch(&self.program).map(Some);
         }
@@ -143,7 +143,7 @@ fn state_of(state: Option<&str>, program: &Program) -> Result<Option<State>, Fai
     Ok(Some((declared, Text::new(state))))
 }
 
-/// A guest that stands may know no place yet; one that drives uses one.
+/// Place of a reply. A guest that stands may know none yet; a guest that drives must state the one it uses.
 fn place_of(place: Option<[f64; 2]>, standing: bool, program: &Program) -> Result<Option<Place>, Failure> {
     if place.is_none() && standing {
         return Ok(None);
@@ -179,7 +179,7 @@ mod tests {
         }
     }
 
-    /// A session with a program that has been started, and then says these lines.
+    /// A session with a started program that then answers with these lines.
     fn session(mut lines: Vec<&'static str>) -> Session {
         let text = "name = \"t\"\ncommand = [\"t\"]\nprotocol = \"jsonl/1\"\ngives = [\"drive\", \"state\", \"place\"]\n\
                     [states]\nGO = \"nominal\"\n";

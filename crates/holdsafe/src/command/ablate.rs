@@ -164,7 +164,7 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
 }
 
 impl Attack {
-    /// With everything, then without each of `switches`.
+    /// Plans with all checks, and then without each of `switches`.
     fn planned(&self, switches: &[Switch]) -> Vec<Planned> {
         let ablations = switches.iter().map(|switch| self.waive(&[*switch]));
         [self.base.clone()].into_iter().chain(ablations).collect()

@@ -65,7 +65,7 @@ fn confine(context: &Context, request: &Request, recording: &[files::Named]) -> 
     command.args(["service", confined::NAME]).env_clear().envs(colour).stdin(Stdio::piped());
     let mut child = command.spawn().map_err(Failure::internal)?;
     if let Some(mut pipe) = child.stdin.take() {
-        // One that ends before it has read everything reports by its status.
+        // A parser that ends before it has read everything breaks the pipe: its status has the reason.
         let _unread =
             pipe.write_all(&line).and_then(|()| recording.iter().try_for_each(|(_, bytes)| pipe.write_all(bytes)));
     }

@@ -23,9 +23,9 @@ use runner::{Context, Root, out, quoted};
 use self::jobs::{Engine, Jobs};
 use super::{ablate, campaign, estimate, matrix, search};
 
-/// Seconds after which a browser reads the page of a campaign so far again.
+/// Interval at which a browser reloads the page of an unfinished campaign, seconds.
 const RENEW_S: u32 = 30;
-/// Jobs of one command; Slurm takes arrays up to 1,001 as it comes.
+/// Most jobs of one command: Slurm's default limit for an array is 1,001.
 const MAX_PARTITIONS: u64 = 1_000;
 
 #[derive(Debug, clap::Args)]
@@ -136,7 +136,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// Says where the results of a partition are.
+/// Prints the folder with the results of a partition.
 pub(super) fn tell_kept(context: &Context, directory: &Path) -> Result<(), Failure> {
     if context.json {
         return out::print_json("partition", &PartitionKept { schema_version: SCHEMA_VERSION, directory });

@@ -57,7 +57,7 @@ struct Part {
 }
 
 impl Args {
-    /// Its pieces of work for partitions.
+    /// Work of the matrix, divided for partitions.
     pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
         let set = self.parts.partition.is_some() || !self.parts.from.is_empty() || self.out.is_some();
         let (_, parts) = planned(context, self)?;

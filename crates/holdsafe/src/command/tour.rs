@@ -111,7 +111,7 @@ fn follower_driven(conduct: Conduct) -> Result<LoadedGuest, Failure> {
     Ok(LoadedGuest { guest: guest_options::guest(file, conduct)?, options: guest_options::options(file, conduct) })
 }
 
-/// The tour so far.
+/// State of the tour.
 struct Tour<'a> {
     context: &'a Context,
     dir: &'a Path,

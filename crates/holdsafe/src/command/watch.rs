@@ -35,8 +35,8 @@ use wire::id::{Boot, NodeId};
 use follow::Follow;
 use onlook::{Ground, Page, Viewer};
 
-/// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, its last is not
-/// current.
+/// Time without a picture after which the last one is not current, microseconds: a console gives ten a second, and five
+/// in silence.
 const CURRENT_US: u64 = 1_000_000;
 
 #[derive(Debug, clap::Args)]
@@ -123,7 +123,8 @@ impl Place {
         Ok(())
     }
 
-    /// Reports that there has been no picture for so many seconds. A page counts for itself, and so does a ground system, by the missing packets.
+    /// Reports that there has been no picture for `seconds`. A page counts for itself, and a ground system notices the
+    /// missing packets.
     fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
         match self {
             Place::Terminal { json: true } => out::say(format_args!("{}", json!({ "not_current_s": seconds }))),

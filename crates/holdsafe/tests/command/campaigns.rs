@@ -73,7 +73,7 @@ fn refused(output: &Output) -> String {
     object(output)["error"].as_str().unwrap().to_owned()
 }
 
-/// They decide only which of them runs a trial.
+/// Threads and parts decide only which of them runs a trial.
 #[test]
 fn threads_and_parts_do_not_change_the_result() {
     let place = Place::new();
@@ -103,7 +103,7 @@ fn threads_and_parts_do_not_change_the_result() {
     assert_eq!(place.result("some"), place.result("whole"));
 }
 
-/// Whatever the order, though one is killed and one runs twice.
+/// The jobs run in any order; one is killed and one runs twice.
 #[test]
 fn jobs_of_an_engine_equal_one_process() {
     let place = Place::new();
@@ -163,7 +163,7 @@ fn jobs_of_an_engine_equal_one_process() {
     assert!(text("it's make/Makefile").contains("seq 1 3"));
 }
 
-/// They end at the look at which one process ends.
+/// Rounds end at the same look as one process.
 #[test]
 #[ignore = "long: rounds of a campaign"]
 fn rounds_of_a_sequential_campaign_equal_one_process() {
@@ -298,7 +298,7 @@ fn ctrl_c_prints_the_line_that_resumes() {
     assert_eq!(place.lines("stopped").len(), 24);
 }
 
-/// With the difference.
+/// The refusal names the first difference of the plans.
 #[test]
 fn part_of_another_campaign_is_refused() {
     let place = Place::new();
@@ -404,7 +404,7 @@ fn sequential_campaign_ends_independently_of_threads() {
     assert_eq!(place.result("one"), place.result("two"));
 }
 
-/// With the error of a cell of the file, before any trial runs.
+/// The refusal is that of a cell in the file, before any trial runs.
 #[test]
 fn values_that_do_not_fit_are_refused_first() {
     let place = Place::new();

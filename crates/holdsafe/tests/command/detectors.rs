@@ -83,7 +83,7 @@ fn shipped_detector_from_file_gives_the_same_log() {
     assert_ne!(seen(&other[0]), run(&["--rendered"]), "another detector sees otherwise");
 }
 
-/// With exit code 2, before any trial runs.
+/// The refusal has exit code 2, and comes before any trial.
 #[test]
 fn changed_or_unusable_detector_is_refused() {
     let pinned = |sha256: &str| format!("sha256 = \"{sha256}\"\n{COLOURS}");
@@ -188,8 +188,8 @@ fn greedy_model_ends_at_its_limits() {
     assert!(reason.contains("wanted more than 2048 MiB"), "{reason}");
 }
 
-/// Each is refused or loaded.
-/// Trying any damaged file ends, and ends at most the process that tries it.
+/// Each damaged model is refused or loaded. A trial of a damaged file ends in bounded time, and harms at most the
+/// process that runs it.
 #[test]
 fn damaged_models_never_bring_their_caller_down() {
     let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);

@@ -1,4 +1,4 @@
-//! Displays of a run: `watch`, `console` and `live --console`, as far as they go without a display.
+//! Displays of a run, `watch`, `console` and `live --console`, in the parts that need no display.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -142,7 +142,7 @@ fn live_run_is_watched_and_shown_again() {
     }
 }
 
-/// With one line and a remedy; no run is started.
+/// The refusal is one line with a remedy; no run is started.
 #[test]
 fn window_without_a_display_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -214,7 +214,7 @@ fn a_window_is_for_one_live_trial() {
     }
 }
 
-/// Nor opened in a window.
+/// Such a folder is not opened in a window either.
 #[test]
 fn folder_without_a_run_is_not_watched() {
     let folder = tempfile::tempdir().unwrap();

@@ -90,7 +90,7 @@ fn unreadable_recording_is_answered_with_one_line() {
     assert_eq!(holdsafe(&["inspect", "explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
 }
 
-/// It is made of results and runs.
+/// The report is made from results and runs.
 #[test]
 fn report_begins_with_the_verdict() {
     let dir = tempfile::tempdir().unwrap();

@@ -37,7 +37,7 @@ fn export_has_every_event_of_a_run() {
     assert!(twin["/tracks"] > 80 && fs::metadata(&file).unwrap().len() > length, "{twin:?}");
 }
 
-/// It prints the remedy.
+/// The error has a remedy.
 #[test]
 fn failed_export_leaves_no_file() {
     let dir = tempfile::tempdir().unwrap();

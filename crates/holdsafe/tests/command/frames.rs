@@ -4,7 +4,7 @@ use std::fs;
 
 use super::{holdsafe, root};
 
-/// It would be a run in clear air.
+/// Without rendered sensors the run would be one in clear air.
 #[test]
 fn weather_without_rendered_sensors_is_refused() {
     let folder = tempfile::tempdir().unwrap();

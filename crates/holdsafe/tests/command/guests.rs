@@ -68,7 +68,7 @@ fn guest_without_an_attack_is_nominal() {
     }
 }
 
-/// It stands still throughout, and nothing else is to be said of it.
+/// The vehicle stands still throughout, and no other finding is due.
 #[test]
 fn guest_that_never_moves_is_stuck() {
     let dir = tempfile::tempdir().unwrap();
@@ -264,7 +264,7 @@ fn tutorial(document: &str, heading: &str) -> String {
     section.split("```sh\n").skip(1).map(|block| block.split("```").next().unwrap()).collect()
 }
 
-/// Word for word, in a folder that has the project's own ones.
+/// The tutorial's commands run word for word, in a folder with the project's guests.
 #[test]
 #[ignore = "long: a whole tutorial"]
 fn tutorial_leads_from_an_empty_folder_to_verdicts() {

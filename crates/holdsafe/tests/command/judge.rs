@@ -13,7 +13,7 @@ fn second_judge(log: &Path) -> Option<Output> {
     Command::new("python3").arg(root().join("tools/judge")).arg(log).output().ok()
 }
 
-/// It comes to the class of the first judge, and notices changes of the log.
+/// The second judge gives the class of the first one, and notices changes of the log.
 #[test]
 fn second_judge_agrees_and_notices_changes() {
     let dir = tempfile::tempdir().unwrap();
@@ -122,7 +122,7 @@ fn standing_vehicle_is_stuck_to_both_judges() {
     assert_eq!(object(&second_judge(&log).unwrap())["outcome"], "NOMINAL");
 }
 
-/// It moves all the time, and comes to no way point.
+/// The vehicle moves all the time, and reaches no way point.
 #[test]
 fn vehicle_that_circles_is_stuck_to_both_judges() {
     let dir = tempfile::tempdir().unwrap();
@@ -150,8 +150,7 @@ fn vehicle_that_circles_is_stuck_to_both_judges() {
     assert!(circles["findings"][0].as_str().unwrap().starts_with("astray: no way point in 1"), "{circles}");
 }
 
-/// The second judge's verdicts on a run's log with `change` made to the lines that it is given, and on the log as it
-/// was.
+/// Verdicts of the second judge on a run's log: with `change` applied to each line, and unchanged.
 fn of_changed(log: &Path, change: impl Fn(&mut Line)) -> Option<(serde_json::Value, serde_json::Value)> {
     let text = fs::read_to_string(log).unwrap();
     let mut lines = text.lines();
@@ -247,7 +246,7 @@ fn second_judge_finds_each_property_broken() {
     }
 }
 
-/// An action that its target did not see is believed of no actor.
+/// An action counts for no actor unless its target logged it.
 #[test]
 fn second_judge_believes_no_unseen_action() {
     let dir = tempfile::tempdir().unwrap();

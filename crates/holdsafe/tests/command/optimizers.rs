@@ -96,7 +96,7 @@ fn results_come_in_order_of_the_sequences() {
     }
 }
 
-/// With exit code 2, and with the place of the fault.
+/// The refusal has exit code 2 and names the place of the fault.
 #[test]
 fn unfit_answers_are_refused_with_their_place() {
     let dir = tempfile::tempdir().unwrap();

@@ -17,7 +17,7 @@ const AWAY: (f64, f64) = (9.0, 4.0);
 const SIDES: [([f64; 2], f64); 4] =
     [([1.0, 0.0], PI), ([0.0, 1.0], -FRAC_PI_2), ([-1.0, 0.0], 0.0), ([0.0, -1.0], FRAC_PI_2)];
 
-/// The yard with a start from which a straight way leads through a thing, so far beside its middle.
+/// The yard with a start from which a straight way leads through a thing, `sideways` of its middle.
 fn yard(dir: &Path, place: [f64; 2], ([east, north], heading): ([f64; 2], f64), sideways: f64) {
     let middle = [place[0] - sideways * north, place[1] + sideways * east];
     let along = |distance: f64| [middle[0] + distance * east, middle[1] + distance * north];

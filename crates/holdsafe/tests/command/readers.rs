@@ -197,7 +197,7 @@ fn explained_scenario_reports_its_invalid_trial() {
     assert_eq!(holdsafe(&[&line[..], &["--unverified"]].concat()).status.code(), Some(0));
 }
 
-/// With its digest and its verification; the verdict counts them.
+/// The list has each digest and verification; the verdict counts them.
 #[test]
 fn report_lists_and_counts_each_recording() {
     let read = Read::new();
@@ -231,7 +231,7 @@ fn export_is_marked_where_its_run_is_invalid() {
     assert_eq!(map.get("/custody"), Some(&1), "{map:?}");
 }
 
-/// Each of several is listed.
+/// Of several runs each is listed.
 #[test]
 fn run_is_found_from_any_level() {
     let dir = tempfile::tempdir().unwrap();

@@ -43,7 +43,7 @@ fn files(run: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Anywhere in a run directory.
+/// The bit may be anywhere in a run directory.
 #[test]
 fn flipped_bit_is_found_and_its_file_named() {
     let dir = tempfile::tempdir().unwrap();
@@ -99,7 +99,7 @@ fn rewrite(run: &Path, keep: impl Fn(Frame) -> Option<Frame>) {
     assert_eq!(recording.finish().lost, 0);
 }
 
-/// And so is one with the guards' entries zeroed.
+/// A recording with the guards' entries zeroed is INVALID as well.
 #[test]
 fn recording_without_its_guards_is_invalid() {
     let dir = tempfile::tempdir().unwrap();
@@ -133,7 +133,7 @@ fn what_the_launcher_noted_cannot_be_taken_out() {
     assert!(output_text(&output).contains("campaign, boot 1 wrote"), "by its chain: {}", output_text(&output));
 }
 
-/// It is not run again into its own folder, and stays as it was.
+/// A second run into the same folder is refused, and the kept run stays as it was.
 #[test]
 fn kept_run_is_not_overwritten() {
     let dir = tempfile::tempdir().unwrap();

@@ -18,7 +18,7 @@ impl TrackError {
     }
 }
 
-/// The inputs cannot be made.
+/// Error of the conversion of a recording to inputs.
 #[derive(Debug, thiserror::Error)]
 pub enum TrackError {
     /// A topic or field is missing.
@@ -27,11 +27,11 @@ pub enum TrackError {
     /// No message gives the input.
     #[error("topic `{topic}` gives no {input}: {got} messages, none with a time and finite numbers{valid}")]
     Empty {
-        /// Name.
+        /// Name of the topic.
         topic: String,
-        /// Input.
+        /// Name of the input.
         input: &'static str,
-        /// Messages.
+        /// Number of messages.
         got: u64,
         /// The condition that the map states, in words.
         valid: &'static str,

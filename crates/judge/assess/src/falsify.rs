@@ -66,7 +66,7 @@ pub(crate) struct Placed<'a> {
     pub(crate) from: Instant,
     /// Direction of a drift or a jump, as a unit vector.
     pub(crate) towards: (f64, f64),
-    /// The true fixes.
+    /// True fixes, by time.
     pub(crate) fixes: &'a [(Instant, Place)],
 }
 

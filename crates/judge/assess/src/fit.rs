@@ -6,7 +6,7 @@ use crate::log::Log;
 use crate::map::{Map, Vehicle};
 use crate::track::Track;
 
-/// The remarks on a recording.
+/// Remarks on a recording that its reader should know.
 pub(crate) fn remarks(log: &Log<'_>, map: &Map, terms: &Terms, track: &Track) -> Vec<String> {
     let facts = &track.facts;
     // What could not be read stands first: the rest may follow from it.

@@ -74,7 +74,7 @@ fn with_lever(log: &Log<'_>, text: String) -> String {
     }
 }
 
-/// True if a number is there and does not stay the same: a constant time, or a deviation that is always 0, says that there is none.
+/// True if a number is recorded and changes: a constant time or a deviation that is always 0 carries no information.
 fn varies(log: &Log<'_>, topic: &str, path: &str) -> bool {
     let rows = log.numbers(topic, &[path]).unwrap_or_default();
     rows.windows(2).any(|two| two[0] != two[1])

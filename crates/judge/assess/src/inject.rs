@@ -48,7 +48,7 @@ pub(crate) struct Clean<'a> {
     pub(crate) ticks: &'a [Option<Failing>],
     /// True where the mode is one that is judged.
     pub(crate) counted: &'a [bool],
-    /// Ends of parts, and the beginnings of those that follow.
+    /// Pauses between parts: the end of one, and the beginning of the next.
     pub(crate) pauses: &'a [(Instant, Instant)],
 }
 
@@ -104,6 +104,7 @@ fn moments(clean: &Clean<'_>, window: Span, wanted: usize, seed: u64) -> Vec<(us
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut drawn = Vec::new();
     for i in 0..wanted.min(eligible.len()) {
+        // Partial Fisher-Yates shuffle: each choice of moments is as likely as any other.
         let other = i + (random.next_u64() % (eligible.len() - i) as u64) as usize;
         eligible.swap(i, other);
         let angle = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 * core::f64::consts::TAU;

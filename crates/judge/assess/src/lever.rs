@@ -81,6 +81,7 @@ impl Stretches {
             true => self.solve([EXPECTED[0], 1e-6, EXPECTED[2], EXPECTED[3]])?,
             false => (solved, deviations),
         };
+        // `+ 0.0` makes a negative zero positive.
         let rounded = |metres: f64| libm::round(metres * 100.0) / 100.0 + 0.0;
         let fine = deviations[0] <= MAX_DEVIATION_M && solved[..2].iter().all(|metres| metres.abs() <= MAX_LEVER_M);
         fine.then(|| Estimate {
@@ -115,7 +116,7 @@ impl Stretches {
             let mut off: Vec<f64> =
                 self.equations.iter().map(|(of, value)| residual(&solved, of, *value).abs()).collect();
             off.sort_by(f64::total_cmp);
-            // The median of absolute values is two thirds of the deviation of a normal distribution.
+            // The median of absolute values of a normal distribution is 1 / 1.4826 of its deviation.
             sigma = (off.get(off.len() / 2)? * 1.4826).max(LEAST_SIGMA_M);
         }
         let deviations = [0, 1, 2, 3].map(|i| sigma * libm::sqrt(inverse[i][i].max(0.0)));
@@ -150,7 +151,7 @@ fn residual(solved: &[f64; 4], coefficients: &[f64; 4], value: f64) -> f64 {
     value - solved.iter().zip(coefficients).map(|(unknown, coefficient)| unknown * coefficient).sum::<f64>()
 }
 
-/// The inverse, by elimination with the largest pivot; none where there is none.
+/// Inverse, by elimination with the largest pivot; `None` for a singular matrix.
 fn inverted(mut matrix: [[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
     let mut inverse = [[0.0; 4]; 4];
     (0..4).for_each(|i| inverse[i][i] = 1.0);

@@ -53,7 +53,7 @@ pub struct Topic {
 pub struct End {
     /// Offset from which on no byte was read.
     pub at: u64,
-    /// Length of the recording, bytes.
+    /// Length of the whole recording, bytes.
     pub of: u64,
     /// Reason for stopping before the end, and the stretches before it that could not be read, the first few in words.
     pub why: Option<String>,
@@ -94,7 +94,7 @@ pub enum LogError {
 #[derive(Clone, Debug)]
 struct File<'a> {
     bytes: Cow<'a, [u8]>,
-    /// For each of its own topics, the index among all.
+    /// Index among all topics of the recording, by the file's own index.
     topics: Vec<usize>,
     /// Stretches that were lost before it.
     part: u32,

@@ -31,7 +31,7 @@ pub(crate) struct MotionColumns {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motion {
     pub(crate) speed: Curve,
-    /// To the left.
+    /// Speed to the left.
     pub(crate) left: Option<Curve>,
     pub(crate) rate: Option<Curve>,
     /// Samples, those that were not used, median time between them, ways, highest speed.

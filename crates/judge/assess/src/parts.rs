@@ -1,6 +1,6 @@
 //! The stretches of a recording that are judged apart: between two of them its stamps go back, or a part could not be read.
 //!
-//! A player that begins again, or a clock that is set back, gives two stretches under the same stamps. Messages that come a little late are none:
+//! A player that begins again, or a clock that is set back, gives two stretches under the same stamps. Messages that come a little late start no stretch:
 //! a stretch begins where several in a row are well behind. The stamps of fixes and of odometry tell where; other topics are cut at their own
 //! step back, if they have one near, else at the same place of the file.
 
@@ -27,14 +27,14 @@ pub(crate) struct Timed {
     pub(crate) why: Option<String>,
 }
 
-/// A step back of the stamps.
+/// Place at which the stamps of a topic go back.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Back {
-    /// Message that is the first behind it.
+    /// First message after it.
     place: u64,
-    /// Stamp that the message would have had: the newest, and the time between this and the one before it, microseconds.
+    /// Expected stamp of this message, microseconds: the newest one, and the last interval between stamps.
     pub(crate) at: u64,
-    /// Time by which it is behind that, microseconds.
+    /// Difference of its stamp from the expected one, microseconds.
     pub(crate) by: u64,
 }
 
@@ -94,7 +94,7 @@ impl Timed {
             similar.map(|(place, _)| *place).min_by_key(|place| place.abs_diff(back.place)).unwrap_or(back.place)
         };
         let mut cuts: Vec<u64> = backs.iter().enumerate().map(|(i, back)| cut(i, back)).collect();
-        // Two steps never take one place.
+        // Cuts stay in order, so that no stretch ends before it begins.
         (1..cuts.len()).for_each(|i| cuts[i] = cuts[i].max(cuts[i - 1]));
         cuts
     }

@@ -78,7 +78,7 @@ pub(crate) struct Guards<'a> {
     limits: Limits,
     /// Offset from the receiver to the body's origin, millimetres ahead and to the left.
     mount: (f64, f64),
-    /// Ends of parts of the recording, and the beginnings of those that follow.
+    /// Pauses between parts: the end of one, and the beginning of the next.
     pauses: &'a [(Instant, Instant)],
     /// Time in failure after which localisation starts again.
     restart: Option<Span>,
@@ -102,6 +102,7 @@ impl<'a> Guards<'a> {
         let limits = Limits { aloft: None, ..terms.limits };
         let [ahead, left] = lever_m.map(|metres| metres * 1000.0);
         Self {
+            // `track::steps` gives the mean of odometry since the reading before.
             localisation: Localisation::new(limits, GuardSet::default()).of_means(),
             fence,
             bounds: terms.bounds,
@@ -116,7 +117,7 @@ impl<'a> Guards<'a> {
         }
     }
 
-    /// Takes the readings up to `now`, changed as `placed` says, and judges; none while there is not yet a fix and odometry.
+    /// Takes the readings up to `now`, changed as `placed` says, and judges; none until there was a fix and odometry.
     pub(crate) fn tick(&mut self, now: Instant, steps: &[Step], placed: Option<&Placed<'_>>) -> Option<Failing> {
         if self.pauses(now) {
             self.restart();
@@ -134,7 +135,7 @@ impl<'a> Guards<'a> {
                 odometry: step.odometry,
                 spatial: left.map(|left| Spatial { left_up_mm_s: Some([left, 0]), ..Spatial::default() }),
             };
-            // A message with neither would say no more than silence does.
+            // Autonomy takes no reading without fix and odometry: their absence must count as silence.
             if reading.fix.is_some() || reading.odometry.is_some() {
                 self.localisation.take(&reading, Waived::default());
             }

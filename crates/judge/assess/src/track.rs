@@ -37,7 +37,7 @@ pub(crate) struct Track {
     pub(crate) steps: Vec<Step>,
     /// Time of the last reading or sample.
     pub(crate) end: Instant,
-    /// Ends of parts, and the beginnings of those that follow.
+    /// Pauses between parts: the end of one, and the beginning of the next.
     pub(crate) pauses: Vec<(Instant, Instant)>,
     /// Modes by the time from which on they hold.
     pub(crate) modes: Vec<(u64, String)>,
@@ -46,7 +46,7 @@ pub(crate) struct Track {
     /// False where no fix has a receiver's time that could be judged.
     pub(crate) is_timed: bool,
     pub(crate) facts: Facts,
-    /// Sentences about the readings.
+    /// Remarks on the readings, in sentences.
     pub(crate) remarks: Vec<String>,
 }
 
@@ -116,7 +116,7 @@ fn facts(map: &Map, read: &Read) -> Facts {
     }
 }
 
-/// The readings of a part: at each fix, and in gaps between fixes.
+/// Readings of a part: one at each fix; where fixes fail to come, further ones with odometry alone.
 fn steps(part: &Part, bounds: &Bounds) -> Vec<Step> {
     let Part { fixes, motion, turning, ends: (_, end), .. } = part;
     let (limit, period) = (bounds.product_limit().0, bounds.control_period_ms.max(1) * 1000);
@@ -156,7 +156,7 @@ fn modes(log: &Log<'_>, map: &ModeMap, read: &Read, shifts: &[u64]) -> Result<Ve
     for (part, shift) in read.parts.iter().zip(shifts) {
         let rows = stretches.rows(part.key).iter();
         let (samples, _) = in_order(rows.filter_map(|(time, row)| Some((*time, value.read(row)?))));
-        // One from before the part's first fix holds from there on, and never before the part in front of it.
+        // A mode from before the part's first fix holds at its start, and never within the part before it.
         let free = all.last().map_or(0, |(time, _)| *time);
         all.extend(samples.into_iter().map(|(time, value)| ((time + shift).max(free), value)));
     }
@@ -177,7 +177,7 @@ fn setpoints(log: &Log<'_>, map: &SetpointMap) -> Result<Vec<f64>, TrackError> {
     Ok(rows.iter().filter_map(read).collect())
 }
 
-/// The upper of the two in the middle of an even number.
+/// Median; the upper of the two middle ones for an even number.
 fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);

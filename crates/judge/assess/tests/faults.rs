@@ -300,7 +300,7 @@ fn unread_formats_say_what_to_do() {
     }
 }
 
-/// The drive as ULog with a sync record behind each tenth.
+/// The drive as a ULog with a sync record after every tenth record from the 21st on, and the offsets of these.
 fn synced(drive: &[made::At]) -> (Vec<u8>, Vec<usize>) {
     let sync = record(b'S', &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12]);
     let (bytes, borders) = ulog(drive);

@@ -29,7 +29,7 @@ use wire::mode::{Because, Cause, Guards, Mode};
 pub use log::Log;
 pub use why_not::{WhyNot, why_not};
 
-/// Place at which something was first not as it should be.
+/// Place of the first deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultSite {
@@ -41,7 +41,7 @@ pub enum FaultSite {
     World,
     /// Perception: none of its products, or none that is accepted.
     Perception,
-    /// The designated track itself.
+    /// The designated track.
     Track,
     /// Path from the unit to the gateway.
     Uplink,
@@ -119,7 +119,8 @@ pub struct Origin {
     steps: Vec<ChainStep>,
 }
 
-/// Time from the change of mode to its consequences, microseconds; `None` where the log does not show it.
+/// Times from the origin to the change of mode and from there to its consequences, microseconds; `None` where the log
+/// does not show one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Split {
     /// Time from the origin to the change.
@@ -135,19 +136,19 @@ pub struct Split {
 /// A change of mode, explained.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Explanation {
-    /// Time, trace time.
+    /// Trace time of the change.
     pub at_us: Micros,
     /// Mode before.
     pub from: Mode,
-    /// To.
+    /// Mode after.
     pub to: Mode,
     /// The cause that the unit names.
     pub cause: Cause,
-    /// Its origin.
+    /// Origin of the cause.
     pub origin: Origin,
     /// The chain, in order of stage and time.
     pub chain: Vec<ChainStep>,
-    /// Its duration.
+    /// Duration of the parts of the chain.
     pub split: Split,
 }
 

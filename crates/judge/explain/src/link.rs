@@ -16,20 +16,21 @@ use super::chain::from;
 use super::log::stages;
 use super::{Change, FaultSite, LinkStage, Log, Origin};
 
-/// Difference that two ends which fail at once may have: a period and a record's delay; less than *Tf* by as much.
+/// Greatest difference between the times at which two ends note one failure: a period and a record's delay. Less than
+/// *Tf*, so that it does not hide the order of failures.
 const SLACK: Micros = 150_000;
-/// Within so little time records come at once.
+/// Greatest time between records that arrive at once.
 const AT_ONCE: Micros = 5_000;
-/// A console that runs logs its display several times a second.
+/// Longest pause in the log of a console that runs: it logs its display several times a second.
 const CONSOLE_SPEAKS: Micros = 1_000_000;
-/// The loser of a session takes it back within this time: the longest pause of a client is 0.8 s.
+/// Longest time until the loser of a session takes it back: the longest pause of a client is 0.8 s.
 const IN_TURNS: Micros = 1_500_000;
-/// The loser of a session knows it within this time.
+/// Longest time until the loser of a session logs the loss.
 const LOST_WITHIN: Micros = 200_000;
 /// Statement of the unit on a link that is silent both ways.
 const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
-/// Reason that there is no lease.
+/// Origin of a lapsed lease.
 pub(super) fn lease(log: &Log, change: &Change) -> Origin {
     // The last accepted grant.
     let granted = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { 0 };
@@ -46,6 +47,7 @@ pub(super) fn lease(log: &Log, change: &Change) -> Origin {
         // Grants stopped because nothing of the unit had been accepted for *Tf*.
         return uplink(log, change, last_heard, &late_up).refusing(NodeId::UNIT_A, &late_down);
     }
+    // The gateway heard the unit after its last grant, or both ends still refused records: the way down failed.
     if last_heard > granted + period + SLACK || !late_up.is_empty() && !late_down.is_empty() {
         return downlink(granted, &late_down).refusing(NodeId::GATEWAY, &late_up);
     }
@@ -138,8 +140,8 @@ fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
     Some(origin.with_link(LinkStage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
 }
 
-/// Time since which a session was taken in turns, and its owner (the unit or the gateway), if another party held it when a command went
-/// out at `sent`.
+/// Time since which another party and the owner (the unit or the gateway) took a session from each other in turns, and
+/// that owner; none unless the other party held the session when a command went out at `sent`.
 fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
     let owners = [(PeerId::UNIT_A, NodeId::UNIT_A), (PeerId::GATEWAY, NodeId::GATEWAY)];
     owners.into_iter().find_map(|(owner, node)| {
@@ -149,7 +151,8 @@ fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
                 _ => None,
             });
         let mut inputs = inputs.peekable();
-        // The owner takes it back in the same way, and then does not lose it.
+        // Owner and thief both take the session over. Only the takeover after which the owner logs a loss is the
+        // thief's.
         let last = *inputs.peek().filter(|time| **time + IN_TURNS >= sent)?;
         let lost =
             log.first(node, last, |event| matches!(event, Any::Service(Event::SessionLost { .. })).then_some(()));
@@ -176,10 +179,11 @@ fn has_command(event: &Any, id: CommandId) -> Option<()> {
     matches!(event, Any::Service(Event::Intended { command, .. }) if *command == id).then_some(())
 }
 
-/// Silence of the gateway or of the link: no record passes. A gateway that is gone closes no account, and the broker loses it. Of one
-/// that stood still the next record continues where it had stopped, while one that runs goes on writing to a unit that does
-/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served no other. One that served others too
-/// is recognised by them: no link of the unit's keeps them from it.
+/// Origin of a silence in which no record passes: the gateway or the link. A gateway that is gone closes no account,
+/// and the broker loses it. The next record of a gateway that stood still has the number at which it stopped. A gateway
+/// that runs goes on writing to a unit that does not hear it. Where the unit hears none, the gateway's closing account
+/// decides, if the gateway served no other unit. A gateway that served others too is recognised by their records: the
+/// unit's link does not hold them up.
 fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);
     let closed = log.entries_by(NodeId::GATEWAY).any(|w| closes(&w.entry.event));
@@ -197,14 +201,14 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     }
     match heard_others(log, change, last) {
         Some(true) if !started_anew(log, change) => return None,
-        // Where the links of all failed at once, it wrote on.
+        // If the links of all units failed at once, the gateway went on writing.
         Some(false) if !wrote_on_regularly(log, change, last) => {
             return Some(gateway("the gateway took in nothing of anybody, the unit or others"));
         }
         Some(_) | None => {}
     }
     match written_unheard(log, change).or_else(|| written_in_all(log, change)) {
-        // One that stood still has all that waited for it at once.
+        // A gateway that stood still receives everything that waited for it at once.
         Some(0) if one_by_one(log, last) => None,
         Some(0) => {
             Some(gateway("the gateway wrote nothing: its records to the unit continue, or end, where they had stopped"))
@@ -217,8 +221,8 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     }
 }
 
-/// True if the gateway went on hearing others after it had heard the unit last; none where it had not heard them as often before, or
-/// wrote of something else meanwhile.
+/// True if the gateway went on hearing others after it had last heard the unit. None where it had not heard them as
+/// often before, or where it wrote only of other things meanwhile.
 fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
     let of_another = |event: &Any| {
         matches!(
@@ -229,7 +233,7 @@ fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
     let count_between = |from: Micros, to: Micros, wanted: &dyn Fn(&Any) -> bool| {
         log.entries_by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && wanted(&w.entry.event)).count()
     };
-    // What came before it stood still may be taken in a period after the unit's last word.
+    // A record that arrived before the gateway stood still may be taken in up to a period later.
     let after = last + log.bounds.telemetry_period_ms * 1000 + SLACK;
     let before = last.saturating_sub(change.at.saturating_sub(after));
     let heard = count_between(after, change.at, &of_another) > 0;
@@ -262,13 +266,14 @@ fn one_by_one(log: &Log, last: Micros) -> bool {
     matches!(times[..], [first, second] if second - first > AT_ONCE)
 }
 
-/// Number of records that the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the
-/// first after it. None where there was no such first, or where it belongs to another session, in which numbers begin again. A record that
-/// came by itself and was refused is not among them: it was written when traffic passed again. Records kept by a link come at once.
+/// Number of records that the gateway wrote to the unit between the last that was accepted before the change and the
+/// first after it, by their record numbers. None without such a first record, or where it belongs to another session,
+/// in which numbers begin again. A record that arrived alone and was refused does not count: it was written when
+/// traffic passed again. Records that a link held back arrive at once.
 fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     let (since, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let (until, after) = log.first(NodeId::UNIT_A, change.at + 1, heard)?;
-    // It was gone meanwhile.
+    // A gateway that was started again wrote nothing in between.
     if started_anew(log, change) {
         return Some(0);
     }
@@ -289,8 +294,8 @@ fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
     (0..refused).filter(is_isolated).count() as u64
 }
 
-/// Records written over the whole run, by the gateway's closing account of its records and the unit's progress in each
-/// session; none where it served others as well.
+/// Records that the gateway wrote in the whole run and the unit never accepted, by the gateway's closing account and
+/// the unit's progress in each session. None where the gateway served others as well.
 fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
     let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let gateway = || log.entries_by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);

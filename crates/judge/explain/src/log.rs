@@ -62,7 +62,7 @@ impl Log {
         self.entries.iter().filter(move |w| w.entry.node == node)
     }
 
-    /// The last entry of `node` before `time` that `wanted` picks.
+    /// The last entry of `node` at or before `time` that `wanted` picks.
     pub(super) fn last<T>(
         &self,
         node: NodeId,
@@ -132,7 +132,8 @@ impl Change {
     }
 }
 
-/// Entry of a service; of the sim its plant's actions and its refusals, not its knowledge or its faults.
+/// True for an entry of a service. Of the sim only the actions of its plant and its refusals count: its knowledge and
+/// its faults are ground truth.
 fn is_of_a_service(w: &Witnessed) -> bool {
     let plant = matches!(
         w.entry.event,
@@ -141,7 +142,7 @@ fn is_of_a_service(w: &Witnessed) -> bool {
     SERVICES.contains(&w.entry.node) && (w.entry.node != NodeId::SIM || plant)
 }
 
-/// Progress of a command at the gateway, up to `until`.
+/// Stages of a command at the gateway up to `until`, with their times.
 pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, CommandStage)> {
     log.entries_by(NodeId::GATEWAY)
         .filter(|w| w.at <= until)

@@ -12,11 +12,11 @@ use super::chain::{from, of_unit};
 use super::log::stages;
 use super::{ChainStep, Change, FaultSite, LinkStage, Log, Origin, link, sensing};
 
-/// A running unit writes something at least so often: fixes a few times a second, records ten times.
+/// Longest pause in the log of a unit that runs: it logs fixes a few times a second, and records ten times.
 const UNIT_SPEAKS: Micros = 450_000;
-/// Messages that waited for a unit that stood still are taken in within so little.
+/// Time within which a unit that stood still takes in the messages that waited for it.
 const AT_ONCE: Micros = 5_000;
-/// A unit that is behind with all that it reads was late by at least this.
+/// Least pause of a unit that is behind with everything that it reads.
 const BEHIND: Micros = 250_000;
 
 /// Origin of `change`.
@@ -90,7 +90,7 @@ fn stage_name(stage: CommandStage) -> &'static str {
     }
 }
 
-/// A unit that wrote no entry until it judged did not run: a loss that it then finds, it did not look at.
+/// Origin of a loss that a unit finds after a pause: the unit itself stood still, and did not see the loss happen.
 fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
     let before = log.entries_by(NodeId::UNIT_A).rev().find(|w| w.at < change.at)?.at;
     let gap = change.at - before;
@@ -107,8 +107,8 @@ fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
     })
 }
 
-/// With its verdict the unit takes in messages that had waited for it, from its own host and from the gateway: these have in common only
-/// the unit.
+/// True if with its verdict the unit takes in messages that had waited, from its own host and from the gateway. These
+/// two have only the unit in common.
 fn behind_everywhere(log: &Log, change: &Change) -> bool {
     let took_in = |wanted: &dyn Fn(&Any) -> bool| {
         let found = log.first(NodeId::UNIT_A, change.at, |event| wanted(event).then_some(()));
@@ -155,7 +155,7 @@ fn contradiction(finding: Inconsistency) -> &'static str {
 fn unsealed(log: &Log, change: &Change) -> Origin {
     let sealed = log
         .last(NodeId::RECORDER, change.at, |event| matches!(event, Any::Service(Event::Sealed { .. })).then_some(()));
-    // The unit's word, where it has one: a seal that was made and not heard of is none.
+    // The time by the unit, where it states one: a seal that was made but did not reach the unit does not count.
     let heard = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { change.at };
     let since = sealed.map_or(0, |(time, ())| time).min(heard);
     let refused = sensing::refused_on(log, change, since, &[wire::core::Topic::Seals]);

@@ -12,7 +12,7 @@ use wire::sensor::{Modalities, Modality};
 use super::chain::{from, of_unit};
 use super::{Change, FaultSite, LinkStage, Log, Origin};
 
-/// The plant's state is written so often at the least.
+/// Longest pause between entries of the plant's state.
 const WORLD_SPEAKS: Micros = 250_000;
 /// Time from the moment at which a product is too old to the judgement that finds it so, on a busy host.
 const NOTICED: Micros = 200_000;

@@ -122,7 +122,7 @@ fn lacking(log: &Log, change: Option<&Change>, time: Micros) -> Vec<String> {
     found
 }
 
-/// True if there is a sign of the guard besides the change of mode.
+/// True if the log shows the guard's state by other entries than the change of mode.
 fn tells_itself(guard: Guard) -> bool {
     match guard {
         Guard::Rgb | Guard::Depth | Guard::Thermal | Guard::Lidar | Guard::Lease | Guard::SealedLog => true,

@@ -54,7 +54,7 @@ impl<C> Encode<C> for Any {
 
 impl<'b, C> Decode<'b, C> for Any {
     fn decode(d: &mut Decoder<'b>, ctx: &mut C) -> Result<Self, minicbor::decode::Error> {
-        // Without a number it is neither: the error is then the one that a service's event gives, at its place.
+        // An entry without a number is of neither type: the error is the one of a service's event, with its place.
         if number(d).is_some_and(is_note) {
             Note::decode(d, ctx).map(Any::Instrument)
         } else {
@@ -81,7 +81,8 @@ pub fn is_awaited(bytes: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    /// A number that both or neither knew would be read as the wrong one, or not at all.
+    /// Each number belongs to one of the two types: a number of both would be read as the wrong one, a number of
+    /// neither not at all.
     #[test]
     fn every_number_is_of_one_kind() {
         let known =

@@ -19,7 +19,7 @@ pub enum GuardVerdict {
     /// A datagram from a peer without an association, and not the beginning of one.
     #[n(3)]
     Stranger,
-    /// A handshake that this ClientHello began did not complete within its limit.
+    /// A ClientHello whose handshake did not complete within its limit.
     #[n(4)]
     Unfinished,
     /// A sound ClientHello for which there was no room.

@@ -1,6 +1,6 @@
 //! Injected faults and attacks: an adversary's actions, a sensor's faults, a process that is kept from running.
 //!
-//! Planning it is left to scenarios; doing it to `adversary`, `sim` and the launcher.
+//! Scenarios plan injections; `adversary`, `sim` and the launcher carry them out.
 
 use minicbor::{Decode, Encode};
 use wire::sensor::Modality;
@@ -17,7 +17,7 @@ pub enum Action {
     /// Dropped it.
     #[n(1)]
     Drop,
-    /// Emitted it again at once.
+    /// Sent copies of a datagram at once.
     #[n(2)]
     Duplicate,
     /// Let a later one overtake it.
@@ -181,8 +181,8 @@ pub enum FaultKind {
     /// The speed of odometry times a factor: magnitude `[factor]`, 0 to 10.
     #[n(65)]
     Scale,
-    /// An error of localisation that wanders about nought, east and north each a Gauss-Markov process of 60 s that starts at nought:
-    /// magnitude `[deviation]` in metres, 0 to 100.
+    /// A wandering error of localisation: east and north are each a Gauss-Markov process with a time constant of 60 s,
+    /// zero at the start. Magnitude `[deviation]` in metres, 0 to 100.
     #[n(66)]
     Wander,
 }
@@ -199,7 +199,7 @@ impl FaultKind {
         }
     }
 
-    /// True if `sensor` can fail so.
+    /// True if `sensor` can have a fault of this kind.
     pub fn fits(self, sensor: Sensor) -> bool {
         match self {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
@@ -219,10 +219,10 @@ impl FaultKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Suspension {
-    /// It is suspended entirely.
+    /// The process does not run at all.
     #[n(0)]
     Hang,
-    /// It runs for a share of each period.
+    /// The process runs for a share of each period.
     #[n(1)]
     Slow {
         /// The share, permille.

@@ -43,7 +43,7 @@ pub enum Note {
     /// A sensor fault began (true) or ended.
     #[n(10)] Fault {
         #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] active: bool,
-        /// First frame affected or first frame whole again.
+        /// First frame with the fault, or first frame without it.
         #[n(3)] frame: FrameId,
     },
     /// An adversary acted.
@@ -65,7 +65,7 @@ pub enum Note {
     /// The launcher or twin ended a process, or saw it end.
     #[n(25)] Ended {
         #[n(0)] node: NodeId,
-        /// On purpose.
+        /// True if the launcher or twin ended it on purpose.
         #[n(1)] killed: bool,
         /// Number of the signal that ended a process which was not killed on purpose, such as 31 (SIGSYS) for a system call that its
         /// confinement does not allow.
@@ -91,7 +91,7 @@ pub enum Note {
     /// The ingress of an end saw an event of a byte stream that leads to it.
     #[n(29)] StreamSaw {
         #[n(0)] sight: Sight,
-        /// Name of the direction, so far as it has come.
+        /// Name of the direction; final once its first 128 bytes have passed.
         #[n(1)] stream: u64,
         /// Bytes of the direction before these.
         #[n(2)] offset: u64,
@@ -149,16 +149,16 @@ pub enum Note {
     /// thousandths of each limit, negative beyond it.
     #[n(100)] Margins {
         #[n(0)] unit: UnitId,
-        /// Its motion: to the platform's safe set.
+        /// Margin of its motion to the platform's safe set.
         #[n(1)] safe: i32,
-        /// The set-point that the plant holds: to the same.
+        /// Margin of its set-point to the same set.
         #[n(2)] asked: i32,
         /// Stored energy, beyond the reserve that the way to safety takes.
         #[n(3)] energy: i32,
-        /// Distance to what it must not touch: beyond the least.
+        /// Distance to the surface below, beyond the least.
         #[n(4)] clearance: i32,
     },
-    /// An insider sends the report with this identity: it tells which of a session's records are its actions.
+    /// An insider sends a report. Its identity marks the records of the session that are the insider's actions.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
         /// Distance between the place in it and the true one, mm.
@@ -171,5 +171,5 @@ pub(crate) const fn is_note(number: u32) -> bool {
     matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98..=100)
 }
 
-/// So often a message is reported that a fault has changed, while it does.
+/// Interval at which a message that a fault changes is reported while the fault lasts.
 pub const ALTERED_EVERY: Span = Span::ms(1_000);

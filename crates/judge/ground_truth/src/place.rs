@@ -23,7 +23,7 @@ impl Default for StreamPlace {
 }
 
 impl StreamPlace {
-    /// These bytes went by.
+    /// Takes bytes that pass in this direction.
     pub fn pass(&mut self, bytes: &[u8]) {
         let index = usize::try_from(self.offset).unwrap_or(HEAD).min(HEAD);
         let n = bytes.len().min(HEAD - index);
@@ -31,12 +31,12 @@ impl StreamPlace {
         self.offset += bytes.len() as u64;
     }
 
-    /// The direction's name; final once its first 128 bytes have gone by.
+    /// Name of the direction: a hash of its first 128 bytes. It is final once these have passed.
     pub fn name(&self) -> u64 {
         wire_hash(&self.head[..usize::try_from(self.offset).unwrap_or(HEAD).min(HEAD)])
     }
 
-    /// Bytes that have gone by.
+    /// Number of bytes that have passed.
     pub fn offset(&self) -> u64 {
         self.offset
     }

@@ -31,8 +31,8 @@ impl Print {
         (fields.len() == ROWS * COLUMNS).then_some(Print { fields, heat: Vec::new() })
     }
 
-    /// The print heated: each field to a given number of steps of [`STEPS_PER_K`] above the ground, row-major, and the rest as cold as
-    /// the ground. `None` unless the lengths match.
+    /// The print with heated fields, row-major: `heat` is the temperature of each above the ground in steps of 1 /
+    /// [`STEPS_PER_K`] kelvin. The rest of the object is as cold as the ground. `None` unless the lengths match.
     #[must_use]
     pub fn heated(self, heat: Vec<u8>) -> Option<Self> {
         (heat.len() == ROWS * COLUMNS).then_some(Print { heat, ..self })
@@ -54,7 +54,7 @@ impl Print {
         (!self.heat.is_empty()).then(|| f32::from(steps) / STEPS_PER_K)
     }
 
-    /// The shift in a field; none beyond the last, which a scene that was not checked might have.
+    /// Shift of a field. A field beyond the last, which an unchecked scene may name, has none.
     pub fn shift(&self, field: usize) -> [f32; 3] {
         self.fields.get(field).map_or([0.0; 3], |shift| shift.map(f32::from))
     }
@@ -74,9 +74,9 @@ pub fn field([along, across, up]: [f32; 3]) -> Option<usize> {
 /// A pixel's part of an object's print.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skin {
-    /// Which object.
+    /// The object.
     pub object: ObjectId,
-    /// Which field of its print.
+    /// Index of the field of its print.
     pub field: u16,
     /// The coat under it.
     pub paint: [u8; 3],

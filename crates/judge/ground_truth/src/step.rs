@@ -19,13 +19,13 @@ pub const MAX_STEP_NAME: usize = MAX_CUE;
 pub struct StepName(ArrayString<MAX_STEP_NAME>);
 
 impl StepName {
-    /// The name, or `None` where the text is none.
+    /// The name, or `None` for a text that is empty, too long or of other characters than `a-z`, `0-9`, `-` and `_`.
     pub fn new(text: &str) -> Option<Self> {
         let fits = !text.is_empty() && text.bytes().all(|b| matches!(b, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'));
         ArrayString::from(text).ok().filter(|_| fits).map(Self)
     }
 
-    /// As text.
+    /// The name as text.
     pub fn as_str(&self) -> &str {
         &self.0
     }

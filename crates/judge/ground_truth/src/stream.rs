@@ -22,7 +22,7 @@ pub enum StreamEffect {
     Reset,
 }
 
-/// Observation of an end's ingress on a direction that leads to it.
+/// Observation at the ingress of an end, of the stream that leads to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]

@@ -89,7 +89,7 @@ fn failed_guest(failure: Option<&GuestFailure>) -> impl Iterator<Item = String> 
         .into_iter()
 }
 
-/// A teammate's claims up to the unit's first restriction after the first of them.
+/// False claims of a teammate, from the first one to the unit's first restriction after it; none where none was made.
 fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
     let degraded = verdict.latency.to_degraded.map(|ms| (ms * 1000.0) as Micros);
     let reaction = verdict.zero.zip(degraded).map(|(zero, after)| zero + after);
@@ -126,7 +126,7 @@ fn add_account(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Ac
         | Account::SentDirect
         | Account::Datagrams
         | Account::Unguarded => {}
-        // The relay's are the launcher's word.
+        // The launcher reports those of the relay.
         Account::Outsiders if n > 0 => {
             let receiver = if node == NodeId::CAMPAIGN { NodeId::RELAY_TELEMETRY } else { node };
             *trial.outsiders.entry(receiver.to_string()).or_default() += n;

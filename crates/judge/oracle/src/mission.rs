@@ -17,13 +17,14 @@ use crate::facts::progress;
 use crate::facts::timeline::{Timeline, is_nominal};
 use evidence::mission::{Carried, Due, Mission, Stage, Verb};
 
-/// Time of an order from the operator's look at the display until it is executed. An attack that may begin sooner after a
+/// Time from the operator's look at the display to the execution of an order. An attack that may begin sooner after a
 /// step was due may be meant to prevent it.
 const ORDER_WAY: Micros = 500_000;
 /// Difference that the console's clock may have to the run's.
 const CLOCKS: Micros = 500_000;
 
-/// Mission of a run, and the parts of the presumed one that are missing at `zero`, the time at which the attack took hold.
+/// Mission of a run compared with the presumed one. Parts that are missing at `zero`, the time at which the attack took
+/// hold, are listed.
 pub(super) fn compared(evidence: &Evidence, timeline: &Timeline, zero: Option<Micros>) -> Mission {
     let steps = carried_steps(evidence, timeline);
     let until = zero.unwrap_or(evidence.duration);

@@ -26,7 +26,8 @@ pub(super) fn verdict(facts: &Facts, receipts: &Receipts, mut findings: Vec<Find
     let trips = false_trips(evidence, timeline, zero);
     let mission = mission::compared(evidence, timeline, zero);
     let outcome = match class_of_trial(facts, receipts, &findings, trips) {
-        // A break stands without a mission, and a trip is the reason why there was none; the other classes show nothing.
+        // A broken property needs no mission, and a false trip may be the reason that there was none. The other classes
+        // show nothing without it.
         found @ (Outcome::Unsafe | Outcome::GuestFailed | Outcome::Late | Outcome::FalseTrip) => found,
         _ if !mission.missing.is_empty() => Outcome::Invalid,
         Outcome::Nominal if mission.is_stuck() => Outcome::Stuck,
@@ -63,7 +64,7 @@ fn class_of_trial(facts: &Facts, receipts: &Receipts, findings: &[Finding], trip
     if let Some(failure) = guest::guest_failure(evidence) {
         return class_of_failed_guest(evidence, receipts, findings, &failure);
     }
-    // A missed bound proves nothing about an attack that may not have arrived, or on a host that stalled.
+    // A missed bound is no evidence of an attack that may not have arrived, or on a host that stalled.
     if !receipts.complete || broken(Breach::NoEvidence) {
         return Outcome::Invalid;
     }
@@ -76,7 +77,8 @@ fn class_of_trial(facts: &Facts, receipts: &Receipts, findings: &[Finding], trip
     receipts.zero.map_or(Outcome::Nominal, |zero| answer_of_platform(evidence, &facts.timeline, zero))
 }
 
-/// A failed guest is the result, unless it was late before, or the host may be to blame.
+/// Class of a trial with a failed guest. The failure decides it, unless a bound was missed before, or the host may be
+/// to blame.
 fn class_of_failed_guest(
     evidence: &Evidence,
     receipts: &Receipts,
@@ -154,8 +156,10 @@ fn refused_or_alarmed(evidence: &Evidence, timeline: &Timeline, zero: Micros) ->
         || disguise::seen_through(evidence, zero)
 }
 
-/// Losses of authority or restrictions before anything was injected, other than by the operator; and a bare guest's own word that it is safe.
+/// Losses of authority and restrictions before an injection arrived, other than by the operator; and false statements
+/// of a bare guest that it is safe.
 fn false_trips(evidence: &Evidence, timeline: &Timeline, zero: Option<Micros>) -> u32 {
+    // Without a receipt the trial is INVALID in any case: all of its restrictions are listed.
     let until = if evidence.planned.is_empty() { Micros::MAX } else { zero.unwrap_or(Micros::MAX) };
     let tripped = |c: &&Change| {
         c.at < until

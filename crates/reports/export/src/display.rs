@@ -14,13 +14,13 @@ use crate::shape::{STRAIGHT, caution, grey, heading, metres, of_class, pose, vec
 use crate::stage::{BODY, WORLD, entity, words};
 use crate::{Message, Micros, ViewError, encoded, stamp};
 
-/// So long an entity is drawn that is not reported again, milliseconds: five pictures.
+/// Time for which an entity is drawn without a new report, milliseconds: five pictures of a silent console.
 pub const LASTS_MS: u32 = 1_000;
 /// The longest picture that is read, bytes.
 pub const LONGEST: usize = 1 << 20;
-/// The widest circle that is drawn around a place, metres.
+/// Largest radius of a track's sphere, metres.
 const WIDEST: f64 = 60.0;
-/// Schema of the picture itself.
+/// JSON schema of a picture, for viewers.
 const PICTURE: &str = r#"{"type":"object","properties":{"version":{"type":"integer"},"at_us":{"type":"integer"}}}"#;
 
 /// Parts of a picture that are read.
@@ -47,7 +47,7 @@ pub(crate) struct Aged<T> {
     pub(crate) value: T,
 }
 
-/// The parts of a picture that `T` names, for the messages of `topic`; refused beyond [`LONGEST`].
+/// Reads the parts of a picture that `T` names; `topic` is named in an error. A picture beyond [`LONGEST`] is refused.
 pub(crate) fn read<'a, T: Deserialize<'a>>(topic: &str, picture: &'a str) -> Result<T, ViewError> {
     let reason = |why: String| ViewError::Message { topic: topic.to_owned(), why };
     if picture.len() > LONGEST {
@@ -84,18 +84,18 @@ struct Alarm {
     standing: bool,
 }
 
-/// Looks at one console.
+/// Converter of one console's pictures, which reports each alarm once.
 #[derive(Debug, Default)]
 pub struct Onlooker {
-    /// Alarms that were in the picture before: each is reported when it is new.
+    /// Alarms of the picture before: each is reported when it is new.
     stood: Vec<String>,
 }
 
 impl Onlooker {
-    /// The messages of a picture that is shown at `time`, microseconds of any clock that the viewer is to use.
+    /// Messages of a picture that is shown at `time`, microseconds of the viewer's clock.
     ///
     /// # Errors
-    /// When it is no picture, or longer than [`LONGEST`].
+    /// Text that is no picture, or longer than [`LONGEST`].
     pub fn look(&mut self, time: Micros, picture: &str) -> Result<Vec<Message>, ViewError> {
         let read: Picture = read("/display", picture)?;
         let mut entities = Vec::new();
@@ -123,10 +123,10 @@ impl Onlooker {
     }
 }
 
-/// That the console has given no picture for a given number of seconds.
+/// Message that the console has given no picture for `seconds`.
 ///
 /// # Errors
-/// When that cannot be encoded.
+/// A message that cannot be encoded.
 pub fn silent(time: Micros, seconds: u64) -> Result<Message, ViewError> {
     log_message(time, log::Level::Error, format!("NOT CURRENT: the console has said nothing more for {seconds} s"))
 }
@@ -162,12 +162,13 @@ fn body(time: Micros, unit: &Unit) -> SceneEntity {
         size: Some(vector(length, width, height)),
         color: Some(if fresh { grey(0.8) } else { caution(0.6) }),
     };
+    // A mode that is not current must not read as one.
     let was = if unit.state.freshness == "fresh" { "" } else { "was " };
     let text = format!("{} {was}{} {}", unit.unit, unit.state.value.mode, age(&unit.state));
     SceneEntity { cubes: vec![cube], texts: vec![words(text, [x, y, height + 0.6])], ..passing(time, &unit.unit) }
 }
 
-/// A sphere in which it may be by now.
+/// Sphere within which the track's thing may be by now, at the unit's largest speed.
 fn track(time: Micros, unit: &str, of: &Aged<Track>, max_speed_mm_s: u32) -> SceneEntity {
     let track = &of.value;
     let (x, y) = (metres(track.x_mm), metres(track.y_mm));

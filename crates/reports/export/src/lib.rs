@@ -1,7 +1,7 @@
 //! A run as an MCAP file with Foxglove's well-known schemas, for viewers and other programs that know these.
 //!
 //! [`Viewer`] receives a run event by event, and the messages between the services where they are known; it writes transforms, scene,
-//! images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: no part of it is chained or
+//! images, clouds, detections, tracks, modes and a log. The file is made *from* the evidence but is not evidence: no part of it is chained or
 //! signed, and `holdsafe inspect verify` never reads it. The same run gives the same bytes. The source of the run is the caller's business.
 //!
 //! Times are times of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
@@ -58,18 +58,18 @@ pub struct Channel {
     pub topic: String,
     /// Name of its schema.
     pub schema: String,
-    /// Messages in it.
+    /// Number of its messages.
     pub messages: u32,
     id: u16,
 }
 
-/// A file under way.
+/// MCAP file while it is written.
 pub struct Viewer<W: Write + Seek> {
     writer: Writer<W>,
     channels: BTreeMap<String, Channel>,
     /// Objects of the scene, where known.
     scene: Option<Scene>,
-    /// Perception stages that process frames once more, for their detections.
+    /// Perception stages that repeat the detection on rendered frames: recordings have the frames alone.
     stages: Option<Stages>,
     /// Units with placed sensors.
     placed: Vec<UnitId>,
@@ -92,11 +92,11 @@ impl<W: Write + Seek> Viewer<W> {
         Ok(viewer)
     }
 
-    /// An entry of the log, at its time of the run.
+    /// Writes an entry of the log at its time of the run.
     ///
     /// # Errors
     ///
-    /// When the file cannot be extended.
+    /// A file that cannot be extended.
     pub fn event(&mut self, time: Micros, entry: &Entry) -> Result<(), ViewError> {
         self.write_entry(time, entry)?;
         #[expect(clippy::wildcard_enum_match_arm, reason = "the rest moves nothing")]
@@ -126,7 +126,7 @@ impl<W: Write + Seek> Viewer<W> {
         self.unread
     }
 
-    /// One of Foxglove's messages.
+    /// Writes one of Foxglove's messages.
     fn put<T: Encode>(&mut self, time: Micros, topic: &str, message: &T) -> Result<(), ViewError> {
         let Message { encoding, schema: [name, language], definition, bytes, .. } = encoded(topic, message)?;
         self.write(time, topic, &encoding, [&name, &language], &definition, &bytes)
@@ -167,7 +167,7 @@ impl<W: Write + Seek> Viewer<W> {
     }
 }
 
-/// A message to a viewer.
+/// Message to a viewer, with the schema of its bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
     /// Topic.
@@ -178,7 +178,7 @@ pub struct Message {
     pub schema: [String; 2],
     /// The schema.
     pub definition: Cow<'static, [u8]>,
-    /// The message.
+    /// Encoded message.
     pub bytes: Vec<u8>,
 }
 

@@ -20,9 +20,9 @@ use wire::mode::Guard;
 use crate::display::{self, Aged};
 use crate::{Micros, ViewError};
 
-/// Application process of the console's own packet; packets of units follow it, by the unit's number.
+/// Application process identifier (APID) of the console's own packet; those of units follow it, by the unit's number.
 pub const CONSOLE_APID: u16 = 0x40;
-/// Bytes of the time code, its field of identity included.
+/// Length of the time code with its preamble (P-field), bytes.
 pub const TIME: usize = 7;
 /// Value in place of a time or an age that is unknown or does not apply.
 pub const NONE: u32 = u32::MAX;
@@ -210,7 +210,7 @@ impl Packets {
     }
 }
 
-/// Application process of a unit.
+/// Application process identifier (APID) of a unit's packets.
 pub fn apid(unit: UnitId) -> u16 {
     CONSOLE_APID + 1 + unit.node().index() as u16
 }
@@ -224,7 +224,7 @@ fn time(wall_us: Micros) -> [u8; TIME] {
     bytes
 }
 
-/// A value at the end of `data`, at the nearest that its field has room for.
+/// Appends a value, clamped to the range of its field.
 fn put(data: &mut Vec<u8>, kind: FieldEncoding, value: i64) {
     match kind {
         FieldEncoding::Unsigned(8) | FieldEncoding::Named(_) => data.push(value.clamp(0, 0xff) as u8),
@@ -240,10 +240,11 @@ fn put(data: &mut Vec<u8>, kind: FieldEncoding, value: i64) {
 
 /// A time in milliseconds, or [`NONE`].
 fn ms(time: Option<u64>) -> i64 {
+    // At most `NONE - 1`: a long time must not read as an unknown one.
     time.map_or(i64::from(NONE), |ms| ms.min(u64::from(NONE) - 1) as i64)
 }
 
-/// Number of a word; one behind the last if it is none of them.
+/// Index of a word; the number of words for an unknown one.
 fn number(words: &[&str], word: &str) -> i64 {
     words.iter().position(|known| known.eq_ignore_ascii_case(word)).unwrap_or(words.len()) as i64
 }

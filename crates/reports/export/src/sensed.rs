@@ -23,7 +23,7 @@ use wire::track::Tracks;
 use crate::shape::{STRAIGHT, grey, of_class, pose};
 use crate::{Micros, ViewError, Viewer, stamp};
 
-/// The largest message that is read, bytes: a rendered frame with its envelope.
+/// Largest message that is read, bytes: a rendered frame with its envelope.
 pub const LARGEST: usize = 512 * 1024;
 
 /// Frame of reference of a unit's camera.

@@ -30,7 +30,7 @@ pub(crate) fn metres(mm: i32) -> f64 {
     f64::from(mm) / 1e3
 }
 
-/// A colour of a class that stays apart from the others without hue as well: each has its own lightness.
+/// Colour of a class. Each has its own lightness, so that classes differ without hue as well.
 pub(crate) fn of_class(class: Class, a: f64) -> Color {
     let (r, g, b) = match class {
         Class::Vehicle => (0.90, 0.62, 0.00),

@@ -84,7 +84,7 @@ impl<W: Write + Seek> Viewer<W> {
         self.put(time, "/truth", &SceneUpdate { deletions: Vec::new(), entities: vec![body] })
     }
 
-    /// An object is truly here, and truly that.
+    /// Writes the true place and class of an object.
     pub(crate) fn object(
         &mut self,
         time: Micros,
@@ -107,7 +107,7 @@ impl<W: Write + Seek> Viewer<W> {
         self.put(time, "/truth", &SceneUpdate { deletions: Vec::new(), entities })
     }
 
-    /// Perception's tracks.
+    /// Writes perception's tracks.
     pub(crate) fn tracks(&mut self, time: Micros, tracks: &Tracks) -> Result<(), ViewError> {
         let entities = tracks.tracks.iter().map(|track| of_track(time, track)).collect();
         self.put(time, "/tracks", &SceneUpdate { deletions: Vec::new(), entities })

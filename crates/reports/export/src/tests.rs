@@ -127,7 +127,7 @@ fn file_of_an_invalid_recording_opens_with_that() {
     assert!(messages.iter().all(|(_, _, text)| !text.contains("INVALID")), "{messages:?}");
 }
 
-/// A cut at any byte is harmless.
+/// A frame that is cut at any byte is counted as unread.
 #[test]
 fn unreadable_bytes_and_wrong_planes_are_left_out() {
     let whole = frames(&[9; 24], &[0xe8, 3]);

@@ -34,12 +34,12 @@ const VERIFICATION: [&str; 2] = [
 ];
 
 impl<W: Write + Seek> Viewer<W> {
-    /// Verification of the recording in `run` whose files have this digest, at time zero: of one that is no evidence, the reason. Then the
-    /// log begins with that, at its highest level.
+    /// Writes the verification of the recording in `run`, the files of which have this digest, at time zero. For a
+    /// recording that is no evidence the log then begins with the reason, at its highest level.
     ///
     /// # Errors
     ///
-    /// When the file cannot be extended.
+    /// A file that cannot be extended.
     pub fn verification(&mut self, run: &str, sha256: &str, invalid: Option<&str>) -> Result<(), ViewError> {
         let value = json!({ "run": run, "sha256": sha256, "valid": invalid.is_none(), "reason": invalid });
         self.put_json(0, "/custody", VERIFICATION, &value)?;
@@ -102,7 +102,7 @@ impl<W: Write + Seek> Viewer<W> {
     }
 }
 
-/// Log level of an event; `None` for frequent ones that stand elsewhere.
+/// Log level of an event; `None` for frequent events, which have topics of their own.
 fn level(event: &Any) -> Option<log::Level> {
     Some(match event {
         Any::Instrument(

@@ -17,7 +17,7 @@ use crate::tried::class_counts;
 
 /// The paper's upper limit for the 95th percentile of a degraded transition, milliseconds.
 const PAPER_P95_MS: f64 = 1700.0;
-/// Fewer values give no bound on a 95th percentile.
+/// Fewest values that bound a 95th percentile at 95 % (`stats::p95_upper_rank`).
 const MIN_FOR_P95: usize = 59;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ struct Answer {
 
 type Claim = (&'static str, &'static str, fn(&Results) -> Answer);
 
-/// The paper's claims that a twin can measure, in its order.
+/// The paper's claims that a twin can measure, in the paper's order: name, claim, and the rule for its status.
 const CLAIMS: [Claim; 9] = [
     (
         "Effects of a relay",
@@ -111,7 +111,7 @@ fn put(text: &mut String, name: core::fmt::Arguments<'_>) {
     text.write_fmt(name).expect("invariant: writing to a String cannot fail");
 }
 
-/// A matrix's runs of a scenario, where its mechanism really runs.
+/// Runs of a scenario in all matrices, where its mechanism really runs.
 fn runs<'a>(results: &'a Results, scenario: &'a str) -> impl Iterator<Item = &'a MatrixRun> {
     let matrices =
         results.files().iter().filter_map(|g| if let FoundResult::Matrix(m) = &g.found { Some(m) } else { None });

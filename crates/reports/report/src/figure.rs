@@ -52,7 +52,7 @@ impl Table {
     }
 }
 
-/// A figure.
+/// A drawing with its table, for the page and for files.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Name of its files and its anchor: lower case, digits and hyphens.

@@ -4,7 +4,7 @@ use crate::figure::Figure;
 #[cfg(feature = "pdf")]
 use crate::pdf::{PdfError, Press};
 
-/// Only a page of PDF can fail.
+/// Error without the feature `pdf`: the other formats cannot fail.
 #[cfg(not(feature = "pdf"))]
 type PdfError = std::convert::Infallible;
 

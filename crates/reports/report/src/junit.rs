@@ -38,7 +38,7 @@ enum Verdict {
 
 type Xml = Writer<Vec<u8>>;
 
-/// The file.
+/// Text of the JUnit file.
 pub fn junit(results: &Results) -> String {
     let suites: Vec<(String, Suite)> = results.files().iter().flat_map(suites).collect();
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);

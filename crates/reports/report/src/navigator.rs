@@ -1,11 +1,11 @@
 //! Layers for the ATT&CK Navigator (layer format 4.5): one for ICS, one for Enterprise, one for ATLAS; techniques scored by their
 //! outcomes, not by having been tried.
 //!
-//! A technique represents the rows of the catalogue that name it. **Score**: at least a given number of a hundred trials are not unsafe, in the
-//! worst of its runs (100 × (1 − upper 95 % bound, INVALID counted as unsafe), rounded down); so few trials give a low score. **Colour**:
-//! the worst class that came out of any of these runs. Left out of both are runs without the row's real mechanism, runs under a policy
-//! that waives something, and controls, which expect UNSAFE or INVALID. A technique without a run has neither score nor colour.
-//! Everything, also the runs left out, is in the technique's metadata, by row and kind of evidence, whose n are never added.
+//! A technique stands for the rows of the catalogue that name it. Its **score** is a lower bound on the trials of a hundred that are not
+//! unsafe, in the worst of its runs: 100 × (1 − upper 95 % bound), rounded down, INVALID counted as unsafe. Few trials therefore give a
+//! low score. Its **colour** is that of the worst class in any of these runs. Three kinds of run count for neither: runs without the row's
+//! real mechanism, runs under a policy that waives a check, and controls, which expect UNSAFE or INVALID. A technique without a run has
+//! neither score nor colour. The technique's metadata have all runs, by row and kind of evidence, the n of which are never added.
 
 use std::collections::BTreeMap;
 
@@ -20,10 +20,10 @@ use crate::tried::{class_counts, meaning};
 /// The ATT&CK release that the catalogue's ids were checked against. From version 19 on ICS has ids without a leading zero.
 const ATTACK: &str = "18";
 
-/// The ATLAS release that they were checked against.
+/// The ATLAS release that the catalogue's ids were checked against.
 const ATLAS: &str = "5.6.0";
 
-/// Classes from the worst for the platform's users to the best.
+/// Classes from worst to best, for the platform's users.
 const WORST_FIRST: [Outcome; 11] = [
     Outcome::Unsafe,
     Outcome::Late,
@@ -72,7 +72,7 @@ impl Domain {
 /// Rows by the technique that they name.
 type Techniques<'a> = BTreeMap<&'a str, Vec<&'a MatrixRow>>;
 
-/// The layers: file name and text. Only a matrix tells of techniques; without one there are none.
+/// Layers, each with its file name and its text, made from matrices alone; empty without a matrix.
 pub fn layers(results: &Results) -> Vec<(&'static str, String)> {
     let mut techniques = Techniques::new();
     let mut sources = Vec::new();

@@ -15,7 +15,7 @@ pub enum PdfError {
     /// The drawing is no SVG.
     #[error("no SVG: {0}")]
     Svg(#[from] svg2pdf::usvg::Error),
-    /// It cannot be drawn.
+    /// SVG that cannot be drawn.
     #[error("the SVG has no PDF: {0}")]
     Pdf(svg2pdf::ConversionError),
 }
@@ -32,7 +32,7 @@ impl Default for Press {
         for font in [epaint_default_fonts::UBUNTU_LIGHT, epaint_default_fonts::HACK_REGULAR] {
             fonts.load_font_data(font.to_vec());
         }
-        // What a figure asks for, and what the first of the fonts is.
+        // Figures ask for `sans-serif`, and the first font's family is Ubuntu.
         fonts.set_sans_serif_family("Ubuntu");
         let options = Options { fontdb: Arc::new(fonts), font_family: "Ubuntu".to_owned(), ..Options::default() };
         Self { options }
@@ -40,10 +40,10 @@ impl Default for Press {
 }
 
 impl Press {
-    /// The page, as large as the drawing: a pixel is a point.
+    /// Page of the size of the drawing: a pixel is a point.
     ///
     /// # Errors
-    /// When it is no SVG, or none that can be drawn.
+    /// Text that is not SVG, or SVG that cannot be drawn.
     pub fn page(&self, svg: &str) -> Result<Vec<u8>, PdfError> {
         let tree = Tree::from_str(svg, &self.options)?;
         let conversion = ConversionOptions { embed_text: true, ..ConversionOptions::default() };

@@ -75,7 +75,8 @@ impl FoundResult {
         }
     }
 
-    /// The first contradiction within it, of the kinds with figures that follow from others in it. A reader of results of others asks for it.
+    /// First contradiction in a result: a figure that does not follow from the others. Kinds without such figures have
+    /// none. It is checked for results that others made.
     pub fn contradiction(&self) -> Option<String> {
         match self {
             FoundResult::Matrix(matrix) => matrix.contradiction(),
@@ -108,25 +109,25 @@ pub struct Refused {
 /// Fault of a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Reason {
-    /// It is longer than is read.
+    /// A file longer than [`MAX_FILE_BYTES`].
     #[error("longer than {} MiB; give fewer trials a file, or the result without its trials", MAX_FILE_BYTES >> 20)]
     TooLong,
-    /// More files than one dossier is made of.
+    /// More files than a dossier may have, [`MAX_FILES`].
     #[error("more than {MAX_FILES} files; make several dossiers")]
     TooMany,
-    /// A duplicate: its trials would count twice.
+    /// A duplicate of another file: its trials would count twice.
     #[error("the same result as {0}; give each once")]
     Twice(String),
-    /// It is not JSON, or not the object that its kind promises.
+    /// A file that is not JSON, or not the object that its kind promises.
     #[error("{0}; give the file that `holdsafe … --json` printed, whole and unchanged")]
     Unreadable(String),
-    /// It names no kind.
+    /// A file without a kind.
     #[error("no `kind`; print it again with this version of holdsafe (`--json`)")]
     NoKind,
-    /// It is none of the kinds that are read.
+    /// A file of a kind that is not read.
     #[error("kind `{0}` has no place in a dossier, which takes {KINDS}")]
     OtherKind(String),
-    /// It was written by another version.
+    /// A file of another version of the form.
     #[error("schema_version {}, and {SCHEMA_VERSION} is read; print it again with this version of holdsafe", version_text(.0))]
     OtherVersion(Option<u32>),
 }
@@ -153,6 +154,7 @@ impl Results {
             return Err(refused(Reason::TooMany));
         }
         let found = found(bytes).map_err(refused)?;
+        // Compared as objects: the same result in another layout of its JSON is a duplicate too.
         if let Some(before) = self.given.iter().find(|given| given.found == found) {
             return Err(refused(Reason::Twice(before.file.clone())));
         }

@@ -2,7 +2,7 @@
 //! depend on.
 //!
 //! It names the packages that may be linked, not those that are: the lock covers every platform and the tests, and tells no licences
-//! of others. A package's hash is that of its archive in the registry. There is no time in it, and the serial number is made
+//! of dependencies. A package's hash is that of its archive in the registry. There is no time in it, and the serial number is made
 //! from the rest, so the same lock and manifest give the same bytes.
 
 use std::collections::BTreeMap;
@@ -88,7 +88,7 @@ fn component(package: &Package) -> Value {
 }
 
 impl Package {
-    /// A package URL; of our own, which no registry has, a name that is none.
+    /// Package URL; a plain name for a workspace crate, which no registry has.
     fn reference(&self) -> String {
         // A plus sign in a package URL's version is escaped.
         let version = self.version.replace('+', "%2B");

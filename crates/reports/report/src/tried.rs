@@ -9,13 +9,13 @@ use scenario::Evidence;
 
 use crate::reader::{FoundResult, Given};
 
-/// The most findings of a trial that are passed on: a broken chain has one for each entry behind it.
+/// Most findings of a trial that are passed on: a broken hash chain gives one for each entry after the break.
 pub const MAX_FINDINGS: usize = 5;
 
 /// One variation.
 #[derive(Clone, Debug)]
 pub struct Tried<'a> {
-    /// The row of the threat catalogue that it was run for.
+    /// Row of the threat catalogue that the variation belongs to.
     pub row: Option<&'a MatrixRow>,
     /// Scenario.
     pub scenario: &'a str,
@@ -83,7 +83,7 @@ pub(crate) fn either(expected: &[Outcome]) -> String {
     }
 }
 
-/// Classes and how often, as `REJECTED 298, LATE 1`.
+/// Classes with their counts, as `REJECTED 298, LATE 1`.
 pub fn class_counts(outcomes: &Outcomes) -> String {
     outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }

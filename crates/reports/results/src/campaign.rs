@@ -43,7 +43,7 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Terms {
-    /// Version of this form.
+    /// Version of the plan's form.
     pub plan_version: u32,
     /// SHA-256 over the sources of the program.
     pub program: String,
@@ -53,9 +53,9 @@ pub struct Terms {
     pub trials: u64,
     /// True if sensors are rendered and the detector runs.
     pub rendered: bool,
-    /// The policy that takes the place of the scenarios' own.
+    /// Policy that replaces the scenarios' own.
     pub policy: Option<String>,
-    /// The options that name the guest in place of the unit's mission and navigation.
+    /// Options of the command line that name the guest, which replaces the unit's mission and navigation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guest: Option<String>,
     /// Claim on each variation.
@@ -76,7 +76,7 @@ pub struct PlanVariation {
     pub cell: Option<String>,
     /// Settings of the grid in it.
     pub set: Settings,
-    /// Policy.
+    /// Name of its policy.
     pub policy: String,
     /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
@@ -115,7 +115,7 @@ pub struct Difference {
 }
 
 impl Plan {
-    /// Checks that it is no larger than a campaign may be and has no variation twice.
+    /// Checks that the plan has no more variations and trials than a campaign may have, and no variation twice.
     ///
     /// # Errors
     ///
@@ -206,6 +206,7 @@ impl Plan {
         for i in 0..all {
             let Some(outcome) = outcome(self.number(v, i)) else { return (i / LOOK + 1).saturating_mul(LOOK).min(all) };
             claim.count(&mut tally, outcome);
+            // A variation ends by its own verdict. The joint verdict is judged on the trials that there are then.
             if (i + 1).is_multiple_of(LOOK) && claim.at_look(tally, 1) != ClaimVerdict::Open {
                 return i + 1;
             }

@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(error_text.disagreements(&[nominal()]), Vec::<String>::new());
     }
 
-    /// And their requirement.
+    /// The requirement of a row must be the scenario's, too.
     #[test]
     fn scenario_carries_its_rows_stride_and_techniques() {
         let mut scenario = nominal();

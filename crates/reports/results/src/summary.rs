@@ -39,18 +39,18 @@ pub struct RunSummary {
     pub done: Vec<Lasted>,
     /// Refusals at boundaries, by reason.
     pub refused: Vec<Refusals>,
-    /// Reason for each loss of the mode.
+    /// Reason for each change to a more restricted mode.
     pub why: Vec<Why>,
 }
 
-/// Something that lasted.
+/// A state or an injection with its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lasted {
     /// Description.
     pub what: String,
-    /// Lower end, seconds.
+    /// Start, seconds.
     pub from: f64,
-    /// To, seconds.
+    /// End, seconds.
     pub to: f64,
 }
 
@@ -67,7 +67,7 @@ pub struct Refusals {
     pub at: Vec<Lasted>,
 }
 
-/// Reason for the loss of a mode.
+/// Reason for a change to a more restricted mode.
 #[derive(Clone, Debug)]
 pub struct Why {
     /// Time, seconds.
@@ -83,7 +83,7 @@ pub struct Why {
 /// A link of the chain.
 #[derive(Clone, Debug)]
 pub struct ChainLink {
-    /// Which kind of link.
+    /// Kind of the link.
     pub stage: String,
     /// Time, seconds.
     pub at: f64,
@@ -150,6 +150,7 @@ fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
             Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, .. }) => Mode::Idle,
             _ => continue,
         };
+        // Later changes are left out: the last listed mode is then drawn to the end.
         if all.len() + 1 < MAX_STRETCHES {
             all.push(clock.lasted(now.0.name().to_owned(), now.1, w.at));
             now = (to, w.at);

@@ -21,7 +21,7 @@ pub const OTHERS: [i64; 6] = [
     libc::SYS_pidfd_getfd,
     libc::SYS_kcmp,
 ];
-/// Another view of the files, and files by handle around it.
+/// Changes to the view of the files, and files by handle, which bypass it.
 pub const FILES: [i64; 15] = [
     libc::SYS_mount,
     libc::SYS_umount2,
@@ -39,9 +39,9 @@ pub const FILES: [i64; 15] = [
     libc::SYS_fanotify_init,
     libc::SYS_quotactl,
 ];
-/// Namespaces, in which a process would have rights again.
+/// New namespaces, in which a process would regain capabilities.
 pub const NAMESPACES: [i64; 2] = [libc::SYS_setns, libc::SYS_unshare];
-/// Parts of the kernel that are large, rarely needed and often the way out.
+/// Parts of the kernel that are large, rarely needed, and often the target of an escape.
 pub const KERNEL: [i64; 14] = [
     libc::SYS_bpf,
     libc::SYS_perf_event_open,
@@ -75,10 +75,10 @@ pub const MACHINE: [i64; 11] = [
 /// Ports of the processor, and a second way to load a kernel.
 #[cfg(target_arch = "x86_64")]
 pub const PROCESSOR: [i64; 3] = [libc::SYS_iopl, libc::SYS_ioperm, libc::SYS_kexec_file_load];
-/// Ports of the processor: this one has none.
+/// Ports of the processor; an architecture other than x86-64 has none.
 #[cfg(not(target_arch = "x86_64"))]
 pub const PROCESSOR: [i64; 0] = [];
-/// Another program in the place of this one.
+/// Replacement of the process's program.
 const PROGRAMS: [i64; 2] = [libc::SYS_execve, libc::SYS_execveat];
 
 /// Memory, threads, time and the process itself.
@@ -210,13 +210,14 @@ const OLDER: [i64; 17] = [
 #[cfg(not(target_arch = "x86_64"))]
 const OLDER: [i64; 0] = [];
 
-/// Leaves a process the calls of `row`, and none of those that make or change other processes, programs, mounts or namespaces: they end it.
+/// Allows this process only the calls of `row`. A call that makes or changes other processes, programs, mounts or
+/// namespaces ends it; any other fails with EPERM.
 pub(crate) fn apply(row: &ServiceRights) -> Result<(), Error> {
     apply_fatal()?;
-    // The flags of clone3 lie in memory, where no filter sees them. A C library that gets ENOSYS takes clone.
+    // The flags of clone3 are in memory, which no filter can read. A C library that gets ENOSYS falls back to clone.
     let clone3 = BTreeMap::from([(libc::SYS_clone3, Vec::new())]);
     apply_filter(&filter(clone3, SeccompAction::Allow, SeccompAction::Errno(libc::ENOSYS as u32))?)?;
-    // Last, for it leaves no call to install a filter.
+    // Last: this filter refuses the calls that install a filter.
     apply_filter(&filter(allowed(row)?, SeccompAction::Errno(libc::EPERM as u32), SeccompAction::Allow)?)
 }
 
@@ -243,28 +244,28 @@ fn filter(
 fn allowed(row: &ServiceRights) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
     let always = [&SELF[..], &OPEN_FILES, &OPEN_SOCKETS, &OLDER].concat();
     let mut rules: BTreeMap<i64, Vec<SeccompRule>> = always.into_iter().map(|call| (call, Vec::new())).collect();
-    // A call without a condition would pass with any.
+    // An empty list of rules would allow every socket: without sockets the call is left out.
     let sockets = sockets(row)?;
     if !sockets.is_empty() {
         rules.insert(libc::SYS_socket, sockets);
     }
-    // The filter before this one answers it; the stricter answer of all filters counts.
+    // Allowed here, since the strictest answer of all filters counts: the filter above gives ENOSYS.
     rules.insert(libc::SYS_clone3, Vec::new());
     let thread = libc::CLONE_THREAD as u64;
     rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(thread), thread)])?]);
-    // Signals to itself alone, as `abort` sends them; limits are asked for and not set; names of threads and of memory.
+    // Signals to itself alone, as `abort` sends them; limits only read; names of threads and of memory.
     let own_pid = u64::from(std::process::id());
     rules.insert(libc::SYS_tgkill, vec![rule(&[(0, SeccompCmpOp::Eq, own_pid)])?]);
     let asks = SeccompCondition::new(2, SeccompCmpArgLen::Qword, SeccompCmpOp::Eq, 0)?;
     rules.insert(libc::SYS_prlimit64, vec![SeccompRule::new(vec![asks])?]);
     let options = [libc::PR_SET_NAME, libc::PR_GET_NAME, libc::PR_SET_VMA, libc::PR_GET_PDEATHSIG];
     rules.insert(libc::SYS_prctl, one_of(0, &options.map(|option| option as u64))?);
-    // Blocking or not, closed on exec or not, bytes that wait; no device takes any other.
+    // Requests for blocking, close-on-exec, waiting bytes and terminals: no other reaches a device.
     rules.insert(libc::SYS_ioctl, one_of(1, &[libc::FIONBIO, libc::FIOCLEX, libc::FIONREAD, libc::TCGETS])?);
     Ok(rules)
 }
 
-/// Families and types of sockets: local ones, by which the bus wakes its readers, and the sockets of the row's network.
+/// Rules for `socket`: local ones, by which the bus wakes its readers, and those of the row's network.
 fn sockets(row: &ServiceRights) -> Result<Vec<SeccompRule>, Error> {
     /// The type without its flags.
     const TYPE: u64 = 0xf;
@@ -288,7 +289,7 @@ fn one_of(argument: u8, values: &[u64]) -> Result<Vec<SeccompRule>, Error> {
     values.iter().map(|value| rule(&[(argument, SeccompCmpOp::Eq, *value)])).collect()
 }
 
-/// A rule of which all conditions hold: an argument by number, a comparison, and its value.
+/// A rule that holds where all conditions hold: argument by number, comparison, and value.
 fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, Error> {
     let condition = |(argument, compare, value): &(u8, SeccompCmpOp, u64)| {
         SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, compare.clone(), *value)

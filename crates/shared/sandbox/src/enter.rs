@@ -27,7 +27,7 @@ const COUNTERS: &str = "/proc/net";
 pub struct Rights {
     /// Process that made the namespaces of its host; see [`crate::host`].
     pub host: Option<u32>,
-    /// Detector, labels and library of others.
+    /// Detector, labels and library that the user brought.
     pub models: Vec<PathBuf>,
     /// Its own journal.
     pub journal: Option<PathBuf>,
@@ -45,13 +45,13 @@ pub struct Rights {
     pub window: bool,
 }
 
-/// The process cannot be confined as far as its machine allows.
+/// Error of a confinement that the machine should allow.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The process has threads already, which would keep their rights.
+    /// The process has other threads, which would keep their rights.
     #[error("confinement: one thread expected, got {0}")]
     Threads(usize),
-    /// The namespaces of its host.
+    /// The namespaces of its host could not be entered.
     #[error("confinement: namespaces of process {host}: {why}")]
     Host {
         /// Process.
@@ -88,11 +88,12 @@ pub fn enter(row: &ServiceRights, rights: &Rights) -> Result<Level, Error> {
         (Some(_), true) => level.why.push("the window needs the machine's files".into()),
         (None, _) => level.why.push("no namespaces: datagrams and sockets of the file system are not confined".into()),
     }
-    // Rights that the host's user namespace gave.
+    // Entering the host's user namespace gave all capabilities in it.
     if rights.host.is_some() {
         limits::give_up_rights().map_err(|error| layer(format!("rights: {error}")))?;
     }
-    // A change of rights clears the first, and no other process of the user is to trace this one.
+    // Set after the change of capabilities, which clears the death signal. No other process of the user may trace this
+    // one.
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| layer(error.to_string()))?;
     set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|error| layer(error.to_string()))?;
     set_no_new_privs(true).map_err(|error| layer(error.to_string()))?;
@@ -124,6 +125,7 @@ fn join(host: u32, window: bool) -> io::Result<()> {
     ];
     let open = |name: &str| File::open(format!("/proc/{host}/ns/{name}"));
     let joined = namespaces.iter().filter(|(name, _)| !(window && *name == "net"));
+    // Opened before the first is entered: in the mount namespace of the host the paths may lead elsewhere.
     let held: Vec<_> = joined.map(|(name, kind)| Ok((open(name)?, *kind))).collect::<io::Result<_>>()?;
     for (namespace, kind) in held {
         move_into_link_name_space(std::os::fd::AsFd::as_fd(&namespace), Some(kind))?;

@@ -18,7 +18,7 @@ pub enum StepError {
         /// The kernel's reason.
         error: io::Error,
     },
-    /// Namespaces of this process.
+    /// New namespaces of this process.
     #[error("{step}: {error}")]
     Namespaces {
         /// Name of the step.
@@ -29,7 +29,7 @@ pub enum StepError {
     /// A file or a folder.
     #[error("{}: {error}", path.display())]
     Path {
-        /// Its path.
+        /// Path of the file or folder.
         path: PathBuf,
         /// The kernel's reason.
         error: io::Error,
@@ -39,7 +39,7 @@ pub enum StepError {
     Limit {
         /// Resource.
         resource: Resource,
-        /// The most of it.
+        /// Value of the limit.
         most: u64,
         /// The kernel's reason.
         error: io::Error,
@@ -55,7 +55,7 @@ pub enum StepError {
         /// The kernel's reason.
         error: io::Error,
     },
-    /// User namespaces.
+    /// User namespaces, which the machine refuses.
     #[error("user namespaces are refused ({reason})")]
     UserNamespaces {
         /// The kernel's reason.
@@ -66,13 +66,13 @@ pub enum StepError {
     Part {
         /// Name of the part.
         part: &'static str,
-        /// The step.
+        /// Error of the step.
         error: Box<StepError>,
     },
-    /// An input, or a file of another process.
+    /// Reading of the input, or of a file of another process.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A specification that is none.
+    /// A specification that cannot be read.
     #[error(transparent)]
     Spec(#[from] serde_json::Error),
     /// An option of a mount with a NUL in it.
@@ -81,7 +81,7 @@ pub enum StepError {
 }
 
 impl StepError {
-    /// Error of a step, from the kernel's.
+    /// Conversion of the kernel's error to that of a step.
     pub(crate) fn of_step<E: Into<io::Error>>(step: &'static str) -> impl Fn(E) -> StepError {
         move |error| StepError::Step { step, error: error.into() }
     }

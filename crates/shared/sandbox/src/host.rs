@@ -26,7 +26,7 @@ pub const SHARED_KIB: u64 = 512 << 10;
 /// Sockets and node files of a bus.
 const FILES: &std::ffi::CStr = c"size=16m,nr_inodes=16k,mode=700";
 
-/// A host to make.
+/// Specification of a host.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HostSpec {
@@ -58,7 +58,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ("ready", serde_json::json!({ "pid": std::process::id() }), ExitCode::SUCCESS),
         Err(error) => ("refused", serde_json::json!(error.to_string()), ExitCode::from(2)),
     };
-    // A launcher that is gone closes the input too.
+    // The end of a launcher also ends the input, and so this process.
     let _unread = writeln!(io::stdout(), "{word} {value}");
     if code == ExitCode::SUCCESS {
         let _ended = io::copy(&mut input, &mut io::sink());
@@ -98,7 +98,8 @@ fn make(spec: &HostSpec) -> Result<(), StepError> {
     for folder in &spec.memory {
         mount("tmpfs", folder, "tmpfs", flags, FILES).map_err(step("folder of the bus"))?;
     }
-    // The change of user namespace took both, and services find this process's namespaces by its number.
+    // The change of user namespace cleared both. Services find this process's namespaces in `/proc`, which needs it to
+    // be dumpable.
     set_dumpable_behavior(DumpableBehavior::Dumpable).map_err(step("process"))?;
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(step("process"))
 }

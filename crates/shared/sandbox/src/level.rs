@@ -12,7 +12,7 @@ pub struct Level {
     pub namespaces: bool,
     /// Landlock: files, TCP ports, signals.
     pub landlock: bool,
-    /// A filter that leaves the system calls of its row.
+    /// A filter that allows only the system calls of its row.
     pub calls: bool,
     /// Limits by number.
     pub limits: bool,

@@ -11,7 +11,7 @@ pub const TEXT: &str = include_str!("../services.toml");
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Read {
-    /// A detector of others, its labels, and the runtime's library.
+    /// A user's detector, its labels, and the runtime's library.
     Model,
     /// Folders of the machine's libraries.
     Libraries,
@@ -21,7 +21,7 @@ pub enum Read {
     Counters,
 }
 
-/// Something that a service writes.
+/// Target that a service writes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Write {
@@ -49,9 +49,9 @@ pub enum Log {
 pub enum Network {
     /// Datagrams.
     Udp,
-    /// Accepts streams.
+    /// Listens on TCP ports.
     TcpListens,
-    /// Opens streams.
+    /// Connects to TCP ports.
     TcpConnects,
 }
 

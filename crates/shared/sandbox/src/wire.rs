@@ -1,7 +1,7 @@
 //! The wire between hosts that are apart: a bridge in the router's network, and a pair of interfaces to each other host.
 //!
-//! Its addresses are `127.254.0.0/24`. No packet with such an address leaves a machine, so a process that is not in the network of its host
-//! reaches no other by them. Inside, the kernel routes them between interfaces, where `route_localnet` allows it.
+//! Its addresses are `127.254.0.0/24`. No packet with such an address leaves a machine: a process outside the network of its host cannot
+//! reach another host by them. Between the interfaces of the wire the kernel routes them, as `route_localnet` allows.
 
 use std::fs::{self, File};
 use std::future::Future;
@@ -52,7 +52,8 @@ pub(crate) fn loopback() -> Result<(), StepError> {
     })
 }
 
-/// Leaves this process's network without IPv6, in which interfaces would send messages unasked. A kernel without it has no such file.
+/// Disables IPv6 in this process's network, in which interfaces would send messages unasked. A kernel without IPv6 has
+/// no such file.
 pub(crate) fn without_ipv6() {
     for of in ["all", "default"] {
         if let Err(error) = fs::write(format!("/proc/sys/net/ipv6/conf/{of}/disable_ipv6"), "1")
@@ -86,6 +87,7 @@ pub(crate) fn connect(number: u8, stations: &[Station]) -> Result<(), StepError>
         enter(&File::open(format!("/proc/{}/ns/net", station.process))?)?;
         netlink(async |handle| {
             let peer = index(&handle, &format!("{OWN}-{}", station.number)).await?;
+            // Named only here: in the router's network all peers would have the same name.
             handle.link().set(LinkUnspec::new_with_index(peer).name(OWN).build()).execute().await?;
             bring_up(&handle, OWN, station.number).await
         })?;
@@ -118,7 +120,7 @@ fn route_local(interface: &str) -> Result<(), StepError> {
         .map_err(|error| StepError::RouteLocal { interface: interface.to_owned(), error })
 }
 
-/// Carries out requests to the kernel over a socket in this process's present network.
+/// Sends requests to the kernel over a netlink socket of the network that this process is in now.
 fn netlink<F>(requests: impl FnOnce(Handle) -> F) -> Result<(), StepError>
 where
     F: Future<Output = Result<(), rtnetlink::Error>>,

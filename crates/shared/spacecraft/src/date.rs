@@ -20,7 +20,7 @@ const J2000: f64 = 2_451_545.0;
 pub struct Date {
     /// Julian date of a midnight, days; ends in .5.
     pub midnight: f64,
-    /// Seconds since, from 0 to 86,400.
+    /// Seconds since that midnight, from 0 to 86,400.
     pub second: f64,
 }
 
@@ -46,7 +46,7 @@ impl Date {
         Date { midnight: self.midnight + days, second: second - days * DAY_S }
     }
 
-    /// Seconds from `other` to this one.
+    /// Seconds from `other` to this date.
     pub fn seconds_since(self, other: Date) -> f64 {
         (self.midnight - other.midnight) * DAY_S + (self.second - other.second)
     }

@@ -47,7 +47,7 @@ impl Elements {
     }
 }
 
-/// Why an element set is no orbit.
+/// Fault of an element set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OrbitError {
     /// The lines cannot be read.
@@ -61,7 +61,7 @@ pub enum OrbitError {
     Ends {
         /// Seconds since the epoch.
         seconds: f64,
-        /// What SGP4 says.
+        /// SGP4's error.
         reason: String,
     },
     /// The satellite is too low within a week of the epoch.
@@ -149,7 +149,8 @@ impl Orbit {
         nodes
     }
 
-    /// State at a node. SGP4 has one at every hour of the span; should it have none between them, it is the epoch's.
+    /// State at a node. [`Orbit::new`] has checked that SGP4 has a state at every hour of the span. For a node in
+    /// between without one it is the epoch's.
     fn node(&self, node: i64) -> OrbitState {
         propagated(&self.constants, node as f64 * NODE_S).unwrap_or(self.start)
     }
@@ -175,7 +176,7 @@ fn epoch(read: &sgp4::Elements) -> Date {
     Date { midnight, second: f64::from(time.num_seconds_from_midnight()) + f64::from(time.nanosecond()) * 1e-9 }
 }
 
-/// What SGP4 says, rounded.
+/// SGP4's state, rounded.
 fn propagated(constants: &sgp4::Constants, seconds: f64) -> Result<OrbitState, OrbitError> {
     let result = constants.propagate_afspc_compatibility_mode(MinutesSinceEpoch(seconds / 60.0));
     let prediction = result.map_err(|error| OrbitError::Ends { seconds, reason: error.to_string() })?;
@@ -190,7 +191,7 @@ fn hermite(from: &OrbitState, to: &OrbitState, s: f64) -> OrbitState {
     let parts = from.position_m.iter().zip(&from.velocity_m_s).zip(to.position_m.iter().zip(&to.velocity_m_s));
     let states = state.position_m.iter_mut().zip(&mut state.velocity_m_s);
     for ((position, velocity), ((p, v), (q, w))) in states.zip(parts) {
-        // The way beyond what the first velocity gives, and the change of the velocity, both in metres.
+        // Displacement between the states, and both velocities as displacements in [`NODE_S`], metres.
         let (way, v, w) = (q - p, v * NODE_S, w * NODE_S);
         let (second, third) = (3.0 * way - 2.0 * v - w, v + w - 2.0 * way);
         *position = p + s * (v + s * (second + s * third));

@@ -19,7 +19,7 @@ pub fn sub(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Multiple.
+/// Vector times a number.
 pub fn scale(a: Vector, factor: f64) -> Vector {
     a.map(|part| part * factor)
 }

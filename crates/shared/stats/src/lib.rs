@@ -10,7 +10,7 @@ pub mod sequential;
 use statrs::function::beta::beta_reg;
 use statrs::function::gamma::gamma_ur;
 
-/// The confidence of every bound that names none.
+/// Confidence level of bounds that state none.
 pub const LEVEL: f64 = 0.95;
 
 /// Exact upper bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 1 without trials.
@@ -25,6 +25,7 @@ pub fn rate_upper(hits: u64, n: u64, level: f64) -> f64 {
 
 /// Exact lower bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 0 without trials.
 pub fn rate_lower(hits: u64, n: u64, level: f64) -> f64 {
+    // A lower bound on hits is an upper bound on the rest.
     if n == 0 { 0.0 } else { 1.0 - rate_upper(n.saturating_sub(hits), n, level) }
 }
 
@@ -57,7 +58,7 @@ impl Share {
     }
 }
 
-/// The level for each of `rows` bounds so that all hold together at `level` (Bonferroni).
+/// Level for each of `rows` bounds at which all hold jointly at `level` (Bonferroni).
 pub fn simultaneous_level(rows: usize, level: f64) -> f64 {
     1.0 - (1.0 - level) / rows.max(1) as f64
 }
@@ -69,6 +70,7 @@ pub fn events_upper(events: u64, exposure: f64) -> Option<f64> {
     }
     // The mean m at which `events` or fewer have probability 1 - LEVEL; that probability is Q(events + 1, m).
     let a = events as f64 + 1.0;
+    // Above every bound at the levels in use: the mean at 97.5 % is 3.7 for no event, and below 2 a from 10 events on.
     let ceiling = 4.0 * a + 20.0;
     let mean = bisect(0.0, ceiling, |m| m <= 0.0 || gamma_ur(a, m) > 1.0 - LEVEL);
     Some(mean / exposure)
@@ -78,7 +80,7 @@ pub fn events_upper(events: u64, exposure: f64) -> Option<f64> {
 /// Biometrika 28, 1936).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EventRate {
-    /// Events in a unit of the exposure.
+    /// Events per unit of exposure.
     pub rate: f64,
     /// Lower end of the interval.
     pub lower_95: f64,
@@ -93,7 +95,7 @@ impl EventRate {
             return None;
         }
         let one_side = 0.5 * (1.0 - LEVEL);
-        // The means at which a given number of events or more, and so many or fewer, have the probability of one side.
+        // The lower mean makes `events` or more as probable as one side allows, the upper one `events` or fewer.
         let (few, many) = (events as f64, events as f64 + 1.0);
         let ceiling = 4.0 * many + 20.0;
         let lower = match events {
@@ -105,8 +107,9 @@ impl EventRate {
     }
 }
 
-/// The point between `low` and `high` up to which `below` holds.
+/// Number between `low` and `high` up to which `below` holds.
 fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
+    // Enough for the last bit of every result above 1e-40.
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if below(middle) { low = middle } else { high = middle }

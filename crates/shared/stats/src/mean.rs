@@ -25,7 +25,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// Mean of `values`.
+    /// Mean of `values`, with its interval.
     pub fn from_values(values: &[f64]) -> Self {
         let n = values.len();
         let mean = values.iter().sum::<f64>() / n.max(1) as f64;
@@ -48,7 +48,7 @@ mod tests {
     fn interval_is_a_factor_by_the_t_table() {
         let mean = Mean::from_values(&[0.1, 0.2, 0.3]);
         assert!((mean.mean - 0.2).abs() < 1e-12 && (mean.standard_error - 0.1 / 3f64.sqrt()).abs() < 1e-12);
-        // t of 2 degrees at 97.5 %: 4.30265.
+        // Student's t with 2 degrees of freedom at 97.5 %: 4.30265.
         let factor = libm::exp(4.302_65 * (1.0f64 / 3.0).sqrt() / 2.0);
         let [from, to] = mean.interval_95.unwrap();
         assert!((from - 0.2 / factor).abs() < 1e-5 && (to - 0.2 * factor).abs() < 1e-4, "{from} {to}");

@@ -1,4 +1,5 @@
-//! Pairs of trials that differ in one thing: exact McNemar test and interval, adjusted for how many are looked at (Holm).
+//! Pairs of trials that differ in one condition: exact McNemar test and interval, adjusted for the number of
+//! comparisons (Holm).
 
 use serde::{Deserialize, Serialize};
 use statrs::function::beta::beta_reg;
@@ -14,14 +15,14 @@ pub struct Paired {
     pub more: u64,
     /// Pairs in which only the first did.
     pub less: u64,
-    /// The rate of the second less that of the first.
+    /// Rate of the second condition minus that of the first.
     pub difference: f64,
     /// Two-sided interval of it that holds with at least 95 %: exact bounds on the rates of either kind of pair that differs,
     /// each side of each at 1.25 % (Bonferroni), and the differences of those.
     pub interval_95: [f64; 2],
-    /// Probability of at least this many in favour of the second, were both the same (exact, one-sided).
+    /// Probability of at least `more` pairs in favour of the second, if both rates were equal (exact, one-sided).
     pub p: f64,
-    /// The p-value adjusted by Holm for all that were looked at together.
+    /// p-value adjusted for all comparisons together (Holm).
     pub p_holm: f64,
 }
 
@@ -45,6 +46,7 @@ pub fn holm(pairs: &mut [&mut Paired]) {
     pairs.sort_by(|a, b| a.p.total_cmp(&b.p));
     let mut least: f64 = 0.0;
     for (i, pair) in pairs.iter_mut().enumerate() {
+        // The running maximum keeps the adjusted values in the order of the raw ones.
         least = least.max((pair.p * (m - i) as f64).min(1.0));
         pair.p_holm = least;
     }
@@ -77,7 +79,7 @@ mod tests {
         }
     }
 
-    /// Every table of 20 pairs, by its probability.
+    /// Sums the probability of every table of 20 pairs whose interval covers the true difference.
     #[test]
     fn interval_covers_the_true_difference_as_stated() {
         let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);

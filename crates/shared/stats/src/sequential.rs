@@ -11,10 +11,10 @@
 
 use super::bisect;
 
-/// Weighed odds and their weights against "at least p". Half of it bets on no hit at all: a claim without a hit takes
-/// ln(2 / alpha) / p trials, where the fixed number is ln(1 / alpha) / p.
+/// Bets against "the rate is at least p": odds of a hit, and the share of the mixture. Half of it bets on no hit at
+/// all: a claim without a hit takes ln(2 / alpha) / p trials, where the fixed number is ln(1 / alpha) / p.
 const BELOW: [(f64, f64); 4] = [(0.0, 0.5), (0.25, 1.0 / 6.0), (0.5, 1.0 / 6.0), (0.75, 1.0 / 6.0)];
-/// Against "at most p".
+/// Bets against "the rate is at most p".
 const ABOVE: [(f64, f64); 4] = [(1.5, 0.25), (2.0, 0.25), (4.0, 0.25), (16.0, 0.25)];
 
 /// Evidence against a rate of at least `p` after `hits` of `n`: an e-value, 1 before the first trial.
@@ -27,13 +27,14 @@ pub fn evidence_above(hits: u64, n: u64, p: f64) -> f64 {
     ABOVE.iter().map(|bet| wealth(*bet, hits, n, p)).sum()
 }
 
-/// Upper bound on the rate that holds at every look together with a probability of at least 1 - `alpha`.
+/// Upper bound on the rate that holds at all looks jointly with a probability of at least 1 - `alpha`.
 pub fn upper(hits: u64, n: u64, alpha: f64) -> f64 {
     bisect(0.0, 1.0, |p| evidence_below(hits, n, p) < alpha.recip())
 }
 
 /// Lower bound of the same kind.
 pub fn lower(hits: u64, n: u64, alpha: f64) -> f64 {
+    // Evidence falls as p rises: with too little at 0 there is no crossing to bisect.
     if evidence_above(hits, n, 0.0) < alpha.recip() {
         return 0.0;
     }
@@ -41,6 +42,7 @@ pub fn lower(hits: u64, n: u64, alpha: f64) -> f64 {
 }
 
 fn wealth((odds, weight): (f64, f64), hits: u64, n: u64, p: f64) -> f64 {
+    // Odds of 0 have the logarithm minus infinity, and 0 times that is NaN.
     let won = if hits == 0 { 0.0 } else { hits as f64 * libm::log(odds) };
     weight * libm::exp(won - n as f64 * libm::log1p((odds - 1.0) * p))
 }
@@ -57,7 +59,8 @@ mod tests {
     const ALPHA: f64 = 0.05;
     const RUNS: u64 = 4_000;
 
-    /// Share of seeded series of trials at exactly `RATE` some look, one each 50 of 2,000, reached `1 / alpha`.
+    /// Number of seeded series of trials at exactly `RATE` in which some look reached `1 / alpha`. There is a look
+    /// every 50 of 2,000 trials.
     fn ever_wrong(evidence: fn(u64, u64, f64) -> f64, alpha: f64) -> u64 {
         let wrong = |run: &u64| {
             let mut rng = ChaCha8Rng::seed_from_u64(*run);

@@ -99,7 +99,7 @@ impl Put<'_> {
         parse_quote!(#ask(#number))
     }
 
-    /// Another value in place of the whole body.
+    /// Mutates a function by a constant value in place of its body.
     fn body(&mut self, signature: &Signature, block: &mut Block) {
         if signature.constness.is_some() {
             return;

@@ -8,7 +8,7 @@ use super::{Assertion, Facts, holding, none, same_modes, trial};
 
 /// A teammate's messages that the boundary refuses: another's records, broken ones, or no live product.
 const NOT_ITS_TO_SAY: [&str; 6] = ["forward", "relabel", "break", "flood", "synthetic", "played-back"];
-/// Attack spaces among them that leave its own reports as they are.
+/// Those messages that leave the insider's own reports unchanged.
 const BESIDE_ITS_OWN: [&str; 3] = ["forward", "break", "flood"];
 /// Messages outside perception's keys, or marked as no live product.
 const NOT_PERCEPTIONS: [&str; 4] = ["echo-navigation", "elsewhere", "synthetic", "played-back"];
@@ -66,9 +66,9 @@ pub(super) const ALL: &[Assertion] = &[
     },
 ];
 
-/// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack by the
-/// time of a report: from then on the unit may not drive within *Th*. Only where no other claim could hide it, and the unit
-/// was driving.
+/// Finding where a teammate's hidden drift of *v* is not answered. The disagreement, which is forgotten with *tau*,
+/// grows above the slack; from the next report on the unit must stop driving within *Th*. Judged only where no other
+/// claim could hide the drift, and where the unit was driving.
 fn undisputed(facts: &Facts) -> Option<String> {
     let other_deeds = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
     let [lie] = other_deeds.collect::<Vec<_>>()[..] else { return None };

@@ -49,7 +49,7 @@ pub(super) const ALL: &[Assertion] = &[
     },
 ];
 
-/// Checks that the unit is still in one of these modes so long after a process ended permanently.
+/// Checks that the unit is in one of these modes `within_ms` after a process ended permanently.
 fn ended(facts: &Facts, end: &str, within_ms: f64, modes: &[&str]) -> Result<(), String> {
     let dead = facts.deeds.any(&["autonomy-ends", "autonomy-hangs"]);
     let Some(end) = facts.deeds.each(&[end]).next().filter(|_| !dead) else { return Ok(()) };

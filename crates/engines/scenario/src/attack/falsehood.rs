@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{Act, Attack, Deceit, Injection};
 use crate::{Located, Radians, Real, Seconds, Windowed};
 
-/// B claims to be where, or to move as, it does not.
+/// B claims a false place, or a false motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Falsehood {
@@ -23,7 +23,7 @@ pub struct Falsehood {
     /// Direction of the motion, from east to north.
     #[serde(default)]
     pub towards_rad: Radians,
-    /// Part of it that the claimed motion shows.
+    /// Relation of the claimed speed and heading to the claimed place.
     pub motion: MotionClaim,
 }
 

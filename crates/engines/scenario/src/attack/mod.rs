@@ -193,11 +193,11 @@ pub enum Act {
     Takeover(TakenSession),
     /// An act of the rogue on a host's shared memory.
     Rogue {
-        /// The channel that it writes.
+        /// Channel that the rogue writes.
         channel: Topic,
-        /// The service that it holds the keys of; none for an impostor.
+        /// Service with the keys that the rogue holds; none for an impostor.
         holder: Option<Holder>,
-        /// Its action there.
+        /// The rogue's action on the channel.
         plan: RogueMove,
     },
 }

@@ -46,7 +46,7 @@ impl Attack for Teammate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThirdUnit {
-    /// It reports.
+    /// C reports.
     Present,
     /// Its own telemetry stops when the forwarding starts.
     Silent,

@@ -20,7 +20,7 @@ const DEVIATIONS: i64 = 4;
 const SUSPENSION_TRAVEL: f64 = 0.8;
 pub(super) const GRAVITY: f64 = 9.81;
 
-/// Every mistake in the tables beside the bounds.
+/// Mistakes in all tables but the bounds.
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {
     let wheels: [fn(&Platform) -> Vec<Finding>; 3] = [able, check_parts, stops];
     let groups = [camera, lidar, guards, driving];

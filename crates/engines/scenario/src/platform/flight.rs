@@ -42,7 +42,7 @@ pub struct MultirotorTable {
     pub spin_drag_n_m_s: Real<0, 10_000>,
     /// Greatest horizontal speed of a set-point, m/s.
     pub max_speed_m_s: Located<Real<100, 30_000>>,
-    /// Greatest climb and descent of a set-point, m/s.
+    /// Greatest vertical speed of a set-point, up or down, m/s.
     pub max_climb_m_s: Located<Real<100, 10_000>>,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: Real<100, 6_000>,
@@ -56,13 +56,13 @@ pub struct MultirotorTable {
     pub power_w: [Real<100, 100_000_000>; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: Located<Real<500, 100_000>>,
-    /// Time for which it holds its place without a lead, seconds; then it lands.
+    /// Time for which the body loiters without set-points before it lands, seconds.
     pub loiter_s: Real<0, 3_600_000>,
-    /// Speed of that descent, m/s.
+    /// Speed of the descent to land, m/s.
     pub descent_m_s: Located<Real<100, 5_000>>,
     /// Greatest horizontal speed of its safe motion, m/s.
     pub drift_m_s: Located<Real<100, 5_000>>,
-    /// Least height above the surface below while it is led, metres.
+    /// Least height above the surface below under set-points, metres.
     pub clearance_m: Located<Real<100, 50_000>>,
 }
 

@@ -25,7 +25,7 @@ pub struct SatelliteTable {
     pub wheel_momentum_n_m_s: Located<Real<0, 10_000>>,
     /// Greatest dipole of a magnetic torquer, A·m².
     pub torquer_a_m2: Real<0, 1_000_000>,
-    /// Natural frequency of the attitude controller, rad/s, and its damping.
+    /// Natural frequency of the attitude controller, rad/s, and its damping ratio.
     pub controller: [Real<10, 10_000>; 2],
     /// Greatest speed of a set-point, m/s.
     pub max_speed_m_s: Located<Real<100, 30_000>>,
@@ -37,7 +37,8 @@ pub struct SatelliteTable {
     pub slew: Located<[Real<1, 1_000>; 2]>,
     /// Greatest rate of the safe motion, rad/s.
     pub safe_rate_rad_s: Located<Real<1, 1_000>>,
-    /// Time for which it keeps looking at its place without a lead, payload shut, seconds; then it turns its array to the sun.
+    /// Time for which the body keeps pointing at its place without set-points, payload shut, seconds. Its array then
+    /// turns to the sun.
     pub hold_s: Real<0, 3_600_000>,
     /// Least angle between the open payload's line of sight and the sun, degrees.
     pub keep_out_deg: Real<1_000, 90_000>,

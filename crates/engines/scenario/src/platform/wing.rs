@@ -47,7 +47,7 @@ pub struct FixedWingTable {
     pub circle_m_s: Located<Real<100, 30_000>>,
     /// Bank on it, degrees.
     pub circle_bank_deg: Located<Real<5_000, 60_000>>,
-    /// Time for which it circles without a lead, seconds; then it lands.
+    /// Time for which the body circles without set-points before it lands, seconds.
     pub circle_s: Real<0, 3_600_000>,
     /// Horizontal distance that it keeps to the place where a circle began, metres.
     pub stays_m: Located<Real<500, 1_000_000>>,
@@ -55,7 +55,7 @@ pub struct FixedWingTable {
     pub descent_m_s: Real<100, 5_000>,
     /// Speed of the wind that its safe motion allows for, m/s.
     pub drift_m_s: Real<100, 5_000>,
-    /// Least height above the surface below while it is led, metres.
+    /// Least height above the surface below under set-points, metres.
     pub clearance_m: Located<Real<100, 50_000>>,
 }
 

@@ -71,8 +71,8 @@ pub(super) fn contacts(seed: u64) -> Vec<(f64, f64)> {
     contacts
 }
 
-/// The station that sees the satellite from one time to the other: beside the ground track at the middle time, so far off that the satellite is at its
-/// least elevation then.
+/// The station that sees the satellite between two times. It lies beside the ground track at the middle time, at the
+/// distance at which the satellite has its least elevation at either time.
 fn station(chance: &mut Chance, orbit: &Orbit, start_s: f64, (begin, end): (f64, f64)) -> Station {
     let least = chance.uniform(5.0, 15.0);
     let side = chance.side();
@@ -85,6 +85,7 @@ fn station(chance: &mut Chance, orbit: &Orbit, start_s: f64, (begin, end): (f64,
             least_elevation_deg: Real::nearest(least),
         }
     };
+    // The pass is symmetric about its middle, so that the elevation at the end fixes the one at the beginning.
     let sees = |distance: f64| station_at(distance).look(orbit, start_s + end).elevation_rad >= least.to_radians();
     let (mut near, mut far) = (0.0, FARTHEST_M);
     for _ in 0..BISECTIONS {
@@ -94,7 +95,7 @@ fn station(chance: &mut Chance, orbit: &Orbit, start_s: f64, (begin, end): (f64,
     station_at(near)
 }
 
-/// The place so far to the left of the ground track, along the ground, metres.
+/// The place at `distance_m` to the left of the ground track, along the ground.
 fn off_track(orbit: &Orbit, time_s: f64, distance_m: f64) -> GeodeticPlace {
     let seen = seen_from_ground(&orbit.state_at(time_s), orbit.epoch().plus_seconds(time_s));
     let unit = |v: [f64; 3]| {

@@ -122,7 +122,7 @@ fn add_low_things(chance: &mut Chance, plan: &mut Plan, half: At) {
     }
 }
 
-/// A place so far off the fence.
+/// A place at least `off` inside the fence.
 fn inside(chance: &mut Chance, half: At, off: f64) -> At {
     half.map(|side| chance.uniform(off - side, side - off))
 }

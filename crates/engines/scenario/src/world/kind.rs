@@ -66,10 +66,10 @@ impl Family {
         Self::ALL.into_iter().filter(|family| !family.is_held_out() && family.kinds().contains(&kind)).collect()
     }
 
-    /// Checks that it is a family for this platform.
+    /// Checks that the family suits this platform.
     ///
     /// # Errors
-    /// It is for another kind of body.
+    /// The family is for another kind of body.
     pub fn check_for(self, platform: &Platform) -> Result<(), Misplaced> {
         let got = Kind::from_platform(platform);
         let misplaced = || Misplaced { family: self, platform: platform.name.as_str().to_owned(), got };

@@ -35,7 +35,7 @@ pub use kind::{Kind, Misplaced};
 const MOST_STILL: usize = 54;
 /// Draws of one world before it is given up.
 const MOST_DRAWS: u64 = 21;
-/// Share of the worlds in which those that move yield.
+/// Share of the worlds in which moving objects yield to the unit.
 const YIELD: f64 = 0.75;
 /// Room beside a body on either side, metres.
 const SPARE_M: f64 = 0.15;
@@ -53,7 +53,7 @@ pub enum Family {
     Crossing,
     /// A slope with trees.
     Trees,
-    /// A yard with things on the way.
+    /// A yard with obstacles between the way points.
     Yard,
     /// Rows of parked vans.
     Depot,

@@ -34,7 +34,8 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
 }
 
 impl Corridor {
-    /// The place so far along a side from its middle, anticlockwise, and so deep inside the geofence; with the heading of the side.
+    /// The place `along` a side, anticlockwise from its middle, and `deep` inside the geofence; and the heading of the
+    /// side.
     fn place(&self, side: usize, along: f64, deep: f64) -> (At, f64) {
         let [x, y] = self.half;
         let quarter = core::f64::consts::FRAC_PI_2;

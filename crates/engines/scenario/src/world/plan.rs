@@ -18,7 +18,7 @@ pub(super) struct Plan {
     /// Greatest height of the ground above or below its mean.
     pub(super) amplitude: f64,
     still: Vec<(Footprint, Object)>,
-    /// With the points of its path, and half of its width.
+    /// Points of the path, half of the width, and the object.
     moving: Vec<(Vec<At>, f64, Object)>,
 }
 
@@ -29,18 +29,18 @@ const GAP: f64 = 0.15;
 
 /// Most paths that are drawn for one person.
 const PATHS: usize = 8;
-/// Between two places of a path that are looked at, metres.
+/// Distance between the places of a path that are tested, metres.
 const PATH_STEP: f64 = 0.1;
 
 impl Plan {
-    /// A plan with its start, and a fence around the middle that is so far away to the east and to the north.
+    /// A plan with its start, and a fence around the middle: half of its sides is `fence`, east and north.
     pub(super) fn new(start: At, heading: f64, fence: At) -> Self {
         let [east, north] = fence;
         let fence = vec![[-east, -north], [east, -north], [east, north], [-east, north]];
         Self { start: (start, heading), fence, amplitude: 0.1, ..Self::default() }
     }
 
-    /// The parked vehicle in sight of the start: so far `ahead` of it and `aside`, positive to the left.
+    /// Parks the vehicle in sight of the start: 12 to 14 m ahead of it and `aside`, positive to the left.
     pub(super) fn park_in_sight(&mut self, chance: &mut Chance, aside: f64) {
         let ([east, north], heading) = self.start;
         let ahead = chance.uniform(12.0, 14.0);
@@ -84,8 +84,8 @@ impl Plan {
         true
     }
 
-    /// A person who walks the points of `path` for ever, from a time on. Of the paths that are drawn the first that leads anywhere and through no still
-    /// thing; none where there is none.
+    /// Adds a person who walks the points of a path for ever. Of the [`PATHS`] drawn the first counts that leads
+    /// anywhere and meets no still thing; without one no person is added.
     pub(super) fn person<const POINTS: usize>(
         &mut self,
         chance: &mut Chance,
@@ -107,7 +107,7 @@ impl Plan {
         self.add_mover(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
     }
 
-    /// True if something so wide on each side can go around these points for ever.
+    /// True if a thing of `half` of a width meets no still thing on its rounds of these points.
     fn is_free(&self, path: &[At], half: f64) -> bool {
         let legs = path.iter().zip(path.iter().cycle().skip(1));
         let places = legs.flat_map(|(from, to)| {
@@ -142,6 +142,7 @@ impl Plan {
     /// The whole as a scene, its ground with this seed. A mover with a still thing in its path is left out.
     pub(super) fn scene(self, seed: u32) -> Scene {
         let ((start, heading), mut number) = (self.start, 0);
+        // A cart's path is not tested when it is added, and still things may be added later.
         let free = self.moving.iter().filter(|(path, half, _)| self.is_free(path, *half));
         let moving: Vec<Object> = free.map(|(_, _, object)| object.clone()).collect();
         let objects = self.still.into_iter().map(|(_, object)| object).chain(moving);

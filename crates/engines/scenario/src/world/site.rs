@@ -54,7 +54,7 @@ fn legs(places: &[At]) -> Vec<(At, At)> {
     places.iter().copied().zip(places.iter().copied().cycle().skip(1)).collect()
 }
 
-/// The place at a share of a leg, and so far to its left.
+/// The place at a share of a leg, and `left` metres to its left.
 fn place((from, to): (At, At), share: f64, left: f64) -> At {
     let [east, north] = [0, 1].map(|axis| to[axis] - from[axis]);
     let length = libm::hypot(east, north).max(1.0);

@@ -192,7 +192,8 @@ fn mistakes_on_a_wing_are_told_at_their_values() {
     assert_told("wing", &APART_ON_A_WING);
 }
 
-/// Each line of the space platform with a value just beyond the limit that another value sets, and the reason.
+/// Lines of the space platform, each with a value just beyond the limit that another value sets, and the reason that is
+/// reported.
 const APART_IN_ORBIT: [(&str, &str, &str); 11] = [
     (
         "acceleration_m_s2 = [1.5, 3.5]",

@@ -30,10 +30,10 @@ const ROUND: usize = 128;
 
 /// A process with a future that depends on its state and on chance alone.
 pub trait Process: Send + Sync {
-    /// Goes on until it is at `level` or beyond, which it may be already; false when it ended before.
+    /// Continues until the process is at `level` or beyond, which it may be already; false where it ended before.
     fn reach(&mut self, level: f64) -> bool;
 
-    /// A copy that goes on by the chances of `seed`.
+    /// A copy that continues with the random numbers of `seed`.
     #[must_use]
     fn branch(&self, seed: u64) -> Self;
 
@@ -67,7 +67,7 @@ pub struct StageResult {
     pub cpu_us: u64,
 }
 
-/// All stages once; those behind one that no trial passed were not tried.
+/// One estimate: all stages once. Stages after one that no trial passed are left out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Repetition {
     /// The stages that were tried.
@@ -75,7 +75,7 @@ pub struct Repetition {
 }
 
 impl Repetition {
-    /// True if it can be one of an estimate with a given number of stages and trials of each.
+    /// True if it has the form of a repetition with this number of stages and trials of each.
     pub fn is_of(&self, stages: usize, trials: u64) -> bool {
         let Some((last, before)) = self.stages.split_last() else { return false };
         let sound = |stage: &StageResult| stage.tried == trials && stage.reached <= trials;

@@ -22,7 +22,7 @@ pub enum Event {
 /// Numbers that are no levels of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LevelsError {
-    /// There is none.
+    /// No levels were given.
     #[error("the last of --levels says what the event is ({counts}); give at least one")]
     Empty {
         /// Quantity that a level counts.
@@ -53,7 +53,7 @@ impl Event {
             Event::HoldSafe => match twin.unit().map(|(unit, _)| unit.mode()) {
                 Some(Mode::HoldSafe) => f64::INFINITY,
                 Some(Mode::Ready | Mode::PrepareToAct | Mode::Degraded) => lease_age(twin),
-                // Nothing is held by a lease yet.
+                // In IDLE no lease limits the unit.
                 Some(Mode::Idle) | None => 0.0,
             },
             Event::Lease => lease_age(twin),

@@ -26,12 +26,12 @@ const ANYTHING: Takes = Takes::Publications { to: None, asks: None, ever: false 
 /// Needs of a planned injection, without the takes of its table.
 pub(super) fn needs_of(planned: Planned) -> Needs {
     let (running, takes): (&[NodeId], _) = match planned {
-        // It brings its bytes along, and either end will do.
+        // An injection brings its bytes along, and either end may take them.
         Planned::Action(Action::Inject) => (&[NodeId::RELAY_TELEMETRY], None),
         Planned::Action(Action::Forward | Action::Resend | Action::Lie | Action::Confuse) | Planned::Malformed => {
             (&[NodeId::GATEWAY], None)
         }
-        // Which readers it has depends on the channel.
+        // The readers depend on the channel: the table of the attack names them.
         Planned::Action(Action::Forge | Action::Republish) => (&[], None),
         Planned::Action(_) => (LINK, None),
         Planned::Stream(_) | Planned::Broker(_) => (PLANE, None),
@@ -39,13 +39,13 @@ pub(super) fn needs_of(planned: Planned) -> Needs {
         Planned::Swallowed => (&[NodeId::GATEWAY, NodeId::CONSOLE], None),
         Planned::Fault(sensor, _) if is_imaging(sensor) => (&[NodeId::SIM, NodeId::PERCEPTION], None),
         Planned::Fault(..) => (&[NodeId::SIM, NodeId::UNIT_A], None),
-        // It is fed by the sim and leaves no mark without it.
+        // Perception without the sim's input does the same whether it runs or not.
         Planned::Suspend(NodeId::PERCEPTION) => (&[NodeId::PERCEPTION, NodeId::SIM], None),
         Planned::Suspend(NodeId::BROKER) => (itself(NodeId::BROKER), Some(ANYTHING)),
         Planned::Kill(node) | Planned::Suspend(node) | Planned::Fill(node) => (itself(node), None),
         Planned::Takeover(_) => (PLANE, None),
         Planned::Disguise(..) | Planned::Print(..) | Planned::Perturbation(_) => (&[], None),
-        // Needed by whichever way its orders go.
+        // The needs depend on the way of the rogue's orders.
         Planned::Rogue | Planned::Step(_) => (&[], None),
     };
     Needs { running, takes }

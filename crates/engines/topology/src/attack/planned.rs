@@ -8,7 +8,7 @@ use wire::id::ObjectId;
 use super::needs;
 use crate::process;
 
-/// Everything planned of a scenario; the steps last, each once.
+/// Every plan of a scenario; the steps last, each once.
 pub(crate) fn plans(s: &Scenario, phase: u64) -> Vec<Plan> {
     let mut all: Vec<Plan> = s.attacks().into_iter().filter_map(|attack| injected(attack, phase)).collect();
     all.extend(s.fault.iter().map(|f| during(f, phase, fault(s, f))));
@@ -32,13 +32,14 @@ fn during(windowed: &dyn Windowed, phase: u64, what: Planned) -> Plan {
 fn injected(attack: &dyn Attack, phase: u64) -> Option<Plan> {
     let injection = attack.injection()?;
     let mut plan = during(attack, phase, injection.what);
+    // Without a limit its effect may come until the end of the run.
     plan.until = injection.later_ms.map_or(Micros::MAX, |ms| plan.until + ms * 1000);
     plan.needs.takes = injection.takes.or(plan.needs.takes);
     plan.needs.running = injection.running.unwrap_or(plan.needs.running);
     Some(plan)
 }
 
-/// A perturbation has an aim, which its scene tells; any other fault is of a sensor alone.
+/// Plan of a sensor fault. A perturbation also has an aim, which the scene states.
 fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
     let aim = s.scene.as_ref().and_then(|scene| scene.perturbation.as_ref()).map(|p| p.aims_at);
     match (fault.kind, aim) {
@@ -47,7 +48,7 @@ fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
     }
 }
 
-/// Objects that bear another's paint, or a print, stand there from the start.
+/// Plans of disguises: objects with the paint of another class, or with a print, from the start of the trial.
 fn disguises(s: &Scenario) -> impl Iterator<Item = Plan> {
     // An attack on the stacks has no scene.
     let objects = s.scene.iter().flat_map(|scene| scene.object.iter().enumerate());

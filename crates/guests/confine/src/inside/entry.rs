@@ -10,7 +10,7 @@ use sandbox::namespaces;
 use super::error::StartError;
 use super::{PLAIN, WARDEN, close_others, let_go, null};
 
-/// Rights in the new namespaces that the warden needs until it gives them up: to mount, and to give up.
+/// Capabilities that the warden needs in the new namespaces until it drops them: to mount, and to drop capabilities.
 const RIGHTS: [CapabilitySet; 2] = [CapabilitySet::SYS_ADMIN, CapabilitySet::SETPCAP];
 
 pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), StartError> {
@@ -26,7 +26,7 @@ pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), StartError> {
     Ok(())
 }
 
-/// Takes namespaces; the reason where the kernel refuses them.
+/// Enters new namespaces; the reason where the kernel refuses them.
 fn enter() -> Result<Option<String>, StartError> {
     let flags = CloneFlags::CLONE_NEWNS
         | CloneFlags::CLONE_NEWPID
@@ -41,7 +41,7 @@ fn enter() -> Result<Option<String>, StartError> {
     Ok(None)
 }
 
-/// Lets the warden's program start with [`RIGHTS`]: a user other than root would lose them.
+/// Keeps [`RIGHTS`] across the start of the warden: a user other than root would lose them at `execve`.
 fn hand_down() -> io::Result<()> {
     let mut sets = capabilities(None)?;
     for right in RIGHTS {

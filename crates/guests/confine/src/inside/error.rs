@@ -46,7 +46,7 @@ impl From<rustix::io::Errno> for StartError {
 }
 
 impl StartError {
-    /// Error of a step, from the kernel's.
+    /// Conversion of the kernel's error to that of a step.
     pub(super) fn of_step<E: Into<io::Error>>(step: &'static str) -> impl Fn(E) -> StartError {
         move |error| StartError::Step { step, error: error.into() }
     }

@@ -9,7 +9,8 @@ use seccompiler::{
     TargetArch, apply_filter,
 };
 
-/// The second numbering of calls on x86-64, in which every call of the first has this bit set; `ptrace` and `kexec_load` have others.
+/// The x32 numbering of calls on x86-64: every call of the first has this bit set; `ptrace` and `kexec_load` have other
+/// numbers.
 #[cfg(target_arch = "x86_64")]
 const SECOND: Option<(i64, [i64; 2])> = Some((0x4000_0000, [521, 528]));
 #[cfg(not(target_arch = "x86_64"))]
@@ -36,7 +37,7 @@ fn rules(network: bool) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
     Ok(numbered(rules))
 }
 
-/// The rules for both numberings.
+/// Adds the rules for the second numbering of calls, by which a filter of the first alone could be bypassed.
 fn numbered(mut rules: BTreeMap<i64, Vec<SeccompRule>>) -> BTreeMap<i64, Vec<SeccompRule>> {
     if let Some((bit, rest)) = SECOND {
         let repeated: Vec<_> = rules.iter().map(|(call, rules)| (call | bit, rules.clone())).collect();

@@ -1,7 +1,7 @@
 //! The helper's two stages: the entry, which takes namespaces, and the warden, which is the first process in them and starts the guest.
 //!
-//! Standard input and output are the guest's, and standard error is the socket to the launcher. The program for the second
-//! stage is the same, with one argument more; the specification goes to the second stage alone.
+//! Standard input and output are the guest's. Standard error is the socket to the launcher. Both stages are the same program; the second
+//! has one argument more. Only the second stage reads the specification.
 
 mod entry;
 mod error;
@@ -29,15 +29,15 @@ pub fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            // The launcher reads this as the reason of a start that was none.
+            // The launcher reads this as the reason for a failed start.
             let _unread = writeln!(io::stderr(), "{why}");
             ExitCode::FAILURE
         }
     }
 }
 
-/// The null device. An entry opens it before the warden starts: while that one replaces `/dev`, it is missing, or keeps the new
-/// folder from becoming read-only.
+/// The null device. The entry opens it before the warden starts. While the warden replaces `/dev` the device is
+/// missing, and an open file in the new folder would keep it from becoming read-only.
 fn null() -> io::Result<File> {
     File::options().read(true).write(true).open("/dev/null")
 }
@@ -56,7 +56,7 @@ fn close_others() -> io::Result<()> {
         .filter(|fd| *fd > 2)
         .collect();
     for fd in open {
-        // One of them was that of the folder itself.
+        // The descriptor of the listing itself is closed already.
         let _closed = nix::unistd::close(fd);
     }
     Ok(())

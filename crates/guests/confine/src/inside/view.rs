@@ -15,17 +15,17 @@ use rustix::process::geteuid;
 use super::error::StartError;
 use super::limits::kernel;
 
-/// Folders that are replaced.
+/// Folders of the machine that the guest sees replaced.
 const COVERED: [&str; 5] = ["/proc", "/dev", "/run", "/tmp", "/var/tmp"];
 /// Devices that a guest may use.
 const DEVICES: [&str; 5] = ["null", "zero", "full", "random", "urandom"];
 /// Size of a temporary folder.
 const SIZE: &str = "size=64m,nr_inodes=4096,mode=1777";
-/// First kernel in which `pid_max` is of a namespace.
+/// First kernel with a `pid_max` for each namespace.
 const COUNTED_BY_NAMESPACE: (u32, u32) = (6, 14);
 /// Most processes of a namespace under root, whom no other limit binds: the smallest number that the kernel takes.
 const PIDS: &str = "301";
-/// Most mounts that a reason names.
+/// Most mounts that a report names.
 const NAMED: usize = 3;
 
 /// Replaces the view of this process and those that it starts; `hidden` is shown empty. Gives the parts that the kernel refused.
@@ -34,6 +34,7 @@ const NAMED: usize = 3;
 /// The first part without which the view would be the launcher's.
 pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String>, StartError> {
     let step = StartError::of_step::<io::Error>;
+    // Otherwise the mounts below would propagate to the machine's own namespace.
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC)
         .map_err(|error| step("mounts")(error.into()))?;
     let guest_folder = Kept::open_folder(folder).map_err(step("folder"))?;
@@ -45,7 +46,7 @@ pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String
     if is_folder("/run") {
         memory("/run", "size=64k,mode=755").map_err(step("/run"))?;
     }
-    // A place under a temporary folder is already covered.
+    // A hidden place below a temporary folder is covered already, and no folder any more.
     if let Some(hidden) = hidden.and_then(Path::to_str).filter(|hidden| is_folder(hidden)) {
         memory(hidden, "size=64k,mode=755").map_err(step("hidden folder"))?;
     }
@@ -127,6 +128,7 @@ fn read_only(table: &str) -> Vec<String> {
 
 /// A path of the table, in which blanks are octal numbers.
 fn unescaped(place: &str) -> String {
+    // The backslash last: what it unescapes must not be read as another escape.
     [("\\040", " "), ("\\011", "\t"), ("\\012", "\n"), ("\\134", "\\")]
         .into_iter()
         .fold(place.to_owned(), |place, (octal, plain)| place.replace(octal, plain))
@@ -141,10 +143,10 @@ fn devices() -> io::Result<()> {
     memory("/dev", "size=64k,mode=755")?;
     for (name, device) in &found {
         let place = format!("/dev/{name}");
-        // Made without being opened: a file that is being closed would still count as written to.
+        // Created without being opened: a mount with a file that was just open for writing cannot become read-only.
         mknodat(CWD, place.as_str(), FileType::RegularFile, Mode::RUSR, 0)?;
         mount_bind(held(device), place.as_str())?;
-        // The machine's own file: a guest of root could change its mode and times.
+        // Read-only: the device is the machine's own file, of which a guest under root could change mode and times.
         mount_remount(place.as_str(), MountFlags::BIND | MountFlags::RDONLY | MountFlags::NOSUID, "")?;
     }
     for (name, to) in [("fd", ""), ("stdin", "/0"), ("stdout", "/1"), ("stderr", "/2")] {

@@ -23,15 +23,16 @@ use super::{filter, let_go, limits, null, view};
 use crate::level::Level;
 use crate::spec::{self, Report, Spec};
 
-/// Bytes of standard error that are kept.
+/// Last bytes of the guest's standard error that are kept.
 const WORDS: usize = 2048;
-/// Most reads of standard error after the guest's end: what a pipe holds.
+/// Most reads of standard error after the guest's end: 64 KiB, as much as a pipe holds.
 const LAST_READS: usize = 16;
 /// Folders of programs for a guest whose environment has no PATH.
 const PATH: &str = "/usr/local/bin:/usr/bin:/bin";
 
 /// Runs the guest. `refused` is the reason why there are no namespaces.
 pub(super) fn main(refused: Option<String>) -> Result<(), StartError> {
+    // A killed entry takes the warden with it; in a process namespace the kernel then ends every process of the guest.
     set_parent_process_death_signal(Some(rustix::process::Signal::KILL))?;
     let control = rustix::stdio::stderr().try_clone_to_owned()?;
     let mut control = UnixStream::from(control);
@@ -58,7 +59,7 @@ fn send_report(control: &mut UnixStream, report: &Report) -> Result<(), StartErr
     Ok(())
 }
 
-/// Takes everything from this process that the guest is not to have.
+/// Confines this process, and with it the guest that it starts.
 fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, StartError> {
     let mut level = Level { namespaces: refused.is_none(), ..Level::default() };
     match refused {
@@ -68,12 +69,14 @@ fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, StartError> {
         }
         Some(why) => {
             level.why.push(format!("no namespaces ({why})"));
+            // Without a process namespace orphans of the guest would become children of the machine's init, out of
+            // reach.
             set_child_subreaper(Some(rustix::process::getpid()))?;
         }
     }
     std::env::set_current_dir(&spec.folder).map_err(|error| StartError::Folder { path: spec.folder.clone(), error })?;
     setsid().map_err(StartError::of_step("session"))?;
-    // The guest is the same user, and would read the launcher's socket here.
+    // The guest runs as the same user, and could otherwise open the launcher's socket through `/proc`.
     set_dumpable_behavior(DumpableBehavior::NotDumpable)?;
     level.why.extend(limits::set(&spec.limits, level.namespaces)?);
     match filter::apply(level.namespaces) {
@@ -105,7 +108,7 @@ fn start(spec: &Spec) -> Result<Option<Child>, StartError> {
     Ok(Some(child))
 }
 
-/// The file of a program, in the folders of `path` where its name is no path itself.
+/// File of a program; a name without `/` is looked up in the folders of `path`.
 fn found(name: &str, path: &str) -> Result<PathBuf, StartError> {
     let exists = |file: &Path| fs::metadata(file).is_ok_and(|found| found.is_file());
     let file = if name.contains('/') {
@@ -144,6 +147,7 @@ fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<
             break None;
         }
     };
+    // Bounded: a process that the guest left behind may go on writing.
     for _ in 0..LAST_READS {
         if !stderr.as_ref().is_some_and(|stderr| readable(stderr.as_fd())) {
             break;
@@ -174,7 +178,7 @@ fn hear(stderr: &mut Option<ChildStderr>, words: &mut Vec<u8>) {
     }
 }
 
-/// Takes note of every ended process; the guest's own end in words if it is among them.
+/// Reaps every ended process; the guest's own end in words if it is among them.
 fn reap(main: Pid) -> Option<String> {
     loop {
         match waitpid(None, Some(WaitPidFlag::WNOHANG)) {

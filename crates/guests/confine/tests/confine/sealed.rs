@@ -147,7 +147,7 @@ fn refused_parts_of_namespaces_lead_to_a_start_without() {
     assert_eq!(level.namespaces, arguments.is_empty(), "{level}");
 }
 
-/// A folder that the launcher hides, here beside the guest's own.
+/// The hidden folder of this test lies beside the guest's own.
 #[test]
 fn a_hidden_folder_is_empty() {
     if !namespaces() {

@@ -1,4 +1,4 @@
-//! The process that parses a recording of others: confined first, then fed over its standard input.
+//! The process that parses a foreign recording: confined first, then fed over its standard input.
 
 use std::io::{BufRead, Read};
 
@@ -65,6 +65,7 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
     let Request { file: name, judged, seed, json, files } = request;
     let unusable = |reason: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{name}: {reason}"));
     let mut bytes = Vec::new();
+    // One byte beyond the limit, so that `Log::open_all` refuses a longer input and does not judge its beginning.
     std::io::stdin().lock().take(MAX_LOG + 1).read_to_end(&mut bytes).map_err(Failure::internal)?;
     let log = Log::open_all(&split(files, &bytes)).map_err(|error| unusable(&error))?;
     let Some(Judged { map: (at, text), platform, terms }) = judged else {
@@ -86,7 +87,7 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
     Ok(if object.judged_s > 0.0 { Exit::Fine } else { Exit::NoEvidence })
 }
 
-/// The files of a recording out of the bytes of all.
+/// Splits the bytes of a recording into its files.
 fn split<'a>(files: &'a [(String, u64)], mut bytes: &'a [u8]) -> Vec<(&'a str, &'a [u8])> {
     let mut all = Vec::new();
     for (name, length) in files {

@@ -35,7 +35,7 @@ pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Named>, Failure> {
     Ok(files)
 }
 
-/// The recordings in a folder; one of another kind is handed on, so that its own error is reported.
+/// Recordings in a folder. Files of another kind are handed on only without any, so that their own error is reported.
 fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let failed = |reason: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{}: {reason}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(|error| failed(&error))?.take(16 * MAX_FILES);
@@ -60,7 +60,7 @@ fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(found.into_iter().map(|name| folder.join(name)).collect())
 }
 
-/// A name with its numbers as numbers: `bag_10` is behind `bag_2`.
+/// Sort key of a name, with its numbers as numbers: `bag_10` comes after `bag_2`.
 fn in_order(name: &str) -> Vec<(String, u64)> {
     let mut parts = Vec::new();
     let mut rest = name;

@@ -27,7 +27,7 @@ const TRIALS: &str = "trials.jsonl";
 pub(super) struct Journal {
     lines: Lines,
     index: Mutex<BTreeMap<u64, (LinePlace, Outcome)>>,
-    /// Held for as long as the folder is in use; the kernel lets go of it however we end.
+    /// Held while the folder is in use; the kernel releases it however the process ends.
     _lock: File,
 }
 
@@ -40,6 +40,7 @@ impl Journal {
         if directory.join(PLAN).exists() {
             same(directory, plan, &read_plan(directory)?)?;
         } else {
+            // By a rename: a process that is killed while it writes leaves no half plan.
             out::write_json(directory, "plan.json.new", plan)?;
             fs::rename(directory.join("plan.json.new"), directory.join(PLAN))?;
         }
@@ -175,7 +176,7 @@ mod tests {
         assert!(text.contains("is of another campaign: trials: expected 11, got 10"), "{text}");
     }
 
-    /// At its line.
+    /// The refusal names the line of the trial.
     #[test]
     fn trial_outside_the_campaign_is_refused() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));

@@ -13,11 +13,11 @@ use serde_json::Value;
 
 use super::run::Args;
 
-/// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
+/// Default number of trials of each variation, without a claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;
 /// Largest number of trials of a sequential campaign, as a multiple of the fixed number, unless the user gives one.
 const SEQUENTIAL_FACTOR: u64 = 10;
-/// Settings that a trial cannot draw, since they are read before the first one.
+/// Settings that a trial cannot draw: they are read before the first trial.
 const NOT_DRAWN: [&str; 2] = ["bounds", "platform"];
 
 /// One path and the values that it takes.
@@ -84,7 +84,7 @@ fn trials(args: &Args) -> u64 {
 
 type Paths = (BTreeMap<String, Vec<Value>>, BTreeMap<String, Distribution>);
 
-/// Each path once, in one part.
+/// Grids and draws by path. A path may be in one of the two, and once.
 fn paths(args: &Args) -> Result<Paths, Failure> {
     let duplicate = |path: &str| Failure::new(Exit::Usage, format!("`{path}` is set twice; name each path once"));
     let (mut grids, mut draws) = (BTreeMap::new(), BTreeMap::new());
@@ -147,6 +147,8 @@ fn combination(grids: &BTreeMap<String, Vec<Value>>, mut at: usize) -> Settings 
 fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result<(), Failure> {
     let ends: Vec<(&String, Vec<Value>)> =
         draws.iter().map(|(path, distribution)| (path, distribution.ends())).collect();
+    // Not every combination of ends, of which there may be many: a trial that still does not fit is reported when it is
+    // drawn.
     let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);
     (0..most).try_for_each(|k| {
         let set: Settings = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// Requested length of each sleep.
 const NAP: Duration = Duration::from_millis(5);
-/// Sleeps of each thread: about two seconds together.
+/// Number of sleeps of each thread: about two seconds in all.
 const NAPS: usize = 350;
 /// Threads, at most: one for each core that the program may use.
 const MAX_THREADS: usize = 16;
@@ -26,9 +26,9 @@ pub(super) struct Scheduling {
     p50_ms: f64,
     /// 99th percentile, milliseconds.
     p99_ms: f64,
-    /// The latest, milliseconds.
+    /// Greatest lateness, milliseconds.
     max_ms: f64,
-    /// Above this a live run is INVALID, milliseconds.
+    /// Lateness above which a live run is INVALID, milliseconds.
     limit_ms: f64,
     /// True if the latest was within the limit.
     within: bool,

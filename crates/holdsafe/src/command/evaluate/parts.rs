@@ -43,7 +43,7 @@ impl Part {
         self.platform.as_ref().map_or_else(|| name.to_owned(), |platform| format!("{name}.{platform}"))
     }
 
-    /// Name of its scenario.
+    /// Name of the part's scenario.
     pub(super) fn name(&self) -> &str {
         self.scenario.name.as_str()
     }

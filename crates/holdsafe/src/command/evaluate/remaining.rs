@@ -3,11 +3,13 @@
 use results::mode::Mode;
 use scenario::Scenario;
 
-/// Simulated seconds that a core takes a second for, until a rate has been measured: measured by `holdsafe run nominal --trials 200` on a slow host.
+/// Simulated seconds per second of a core, assumed until a rate has been measured: `holdsafe run nominal --trials 200`
+/// on a slow host.
 const TWIN_SPEED: f64 = 220.0;
-/// Seconds of a core that a trial on the stacks takes, until then.
+/// Seconds of a core for a trial on the stacks, assumed until then.
 const STACK_S: f64 = 0.03;
-/// Seconds that a live run takes beyond its length, to begin, to be verified and to be replayed, until then.
+/// Seconds that a live run takes in addition to its length, to begin, to be verified and to be replayed; assumed until
+/// then.
 const LIVE_BEYOND_S: f64 = 8.0;
 /// Expected seconds of work after which a measured rate weighs as much as the one assumed before.
 const TRUST_S: f64 = 20.0;
@@ -19,7 +21,7 @@ pub(super) struct Remaining {
     pub(super) live: Share,
 }
 
-/// Trials that run one after the other, or so many side by side.
+/// Trials of one kind, sequential or in parallel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Share {
     /// All of them.
@@ -47,7 +49,7 @@ pub(super) fn expect_seconds(mode: Mode, scenario: &Scenario, cores: usize, live
 }
 
 impl Share {
-    /// Adds trials of which some are missing, each expected to take so long.
+    /// Adds trials, of which some are missing and each is expected to take `each_s`.
     pub(super) fn add(&mut self, trials: usize, missing: usize, each_s: f64) {
         self.trials += trials;
         self.finished += trials.saturating_sub(missing);
@@ -59,19 +61,19 @@ impl Share {
         self.trials.saturating_sub(self.finished)
     }
 
-    /// Start of its trials, at this time.
+    /// Notes the time at which its trials begin.
     pub(super) fn begin(&mut self, now_us: u64) {
         self.began_us = now_us;
     }
 
-    /// One trial, expected to take so long, has run.
+    /// Notes that a trial with this expected time has run.
     pub(super) fn finish(&mut self, expected_s: f64, now_us: u64) {
         self.finished += 1;
         self.done_s += expected_s;
         self.took_s = now_us.saturating_sub(self.began_us) as f64 / 1e6;
     }
 
-    /// Estimate of the seconds until all are finished: the expected ones, at the rate so far.
+    /// Estimate of the seconds until all are finished: the expected ones, at the measured rate.
     fn seconds_left(&self) -> f64 {
         let rate = (self.took_s + TRUST_S) / (self.done_s + TRUST_S);
         (self.expected_s - self.done_s).max(0.0) * rate

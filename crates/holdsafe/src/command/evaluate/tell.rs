@@ -28,7 +28,7 @@ struct Unexpected {
     outcome: Outcome,
     /// Reasons in brackets.
     why: String,
-    /// The line that runs it again.
+    /// Command that repeats the trial.
     reproduce: String,
 }
 

@@ -44,7 +44,7 @@ pub(in crate::command) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (found, checked) = find(context, args)?;
     let read: Vec<&Checked> = checked.iter().collect();
-    // A scenario has no recording; its trial may have ended INVALID all the same.
+    // A run in the twin has no recording to verify, but may have ended INVALID.
     let of_twin =
         found.flaw.as_ref().filter(|_| checked.is_none()).map(|reason| format!("INVALID: {}: {reason}", args.run));
     let exit = args

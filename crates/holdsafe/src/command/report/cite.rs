@@ -28,7 +28,7 @@ const LEVELS: usize = 5;
 /// Digits of a digest that tell one entry from another in a bibliography.
 const SHORT: usize = 8;
 
-/// Fields read from a manifest.
+/// Fields of a run's manifest that a citation needs.
 #[derive(Deserialize)]
 struct Manifest {
     version: String,

@@ -18,7 +18,7 @@ impl Named {
     }
 }
 
-/// Reads the option.
+/// Reads `FAMILY` or `FAMILY:SEED`.
 pub(super) fn named(text: &str) -> Result<Named, String> {
     let (name, seed) = text.split_once(':').map_or((text, None), |(name, seed)| (name, Some(seed)));
     let families = || Family::ALL.map(Family::name).join(", ");

@@ -76,7 +76,7 @@ impl Row {
         format!("{}{cell}{guest}, {}", self.scenario, self.mode.name())
     }
 
-    /// Contribution to the exit code.
+    /// Exit code of the tour by this row alone.
     pub(super) fn exit(&self) -> Exit {
         let mut odd = self.outcomes.keys().filter(|class| class.is_unexpected(&self.expected));
         match self.as_expected {
@@ -153,7 +153,7 @@ impl TourObject {
         Self { schema_version, seed, rows, as_expected, live, live_not_judged, interrupted, directory, report, next }
     }
 
-    /// With the page that was written.
+    /// The object with the path of the page that was written.
     pub(super) fn with_report(self, report: String) -> Self {
         Self { report: Some(report), ..self }
     }

@@ -157,17 +157,17 @@ impl Viewer {
         Err(Failure::new(Exit::Environment, why))
     }
 
-    /// There is none.
+    /// Never called: no viewer can be opened.
     pub(super) fn address(&self) -> String {
         match *self {}
     }
 
-    /// There is none.
+    /// Never called: no viewer can be opened.
     pub(super) fn show(&mut self, _picture: &str) -> Result<(), Failure> {
         match *self {}
     }
 
-    /// There is none.
+    /// Never called: no viewer can be opened.
     pub(super) fn silent(&mut self, _seconds: u64) -> Result<(), Failure> {
         match *self {}
     }

@@ -36,9 +36,9 @@ use super::frame::sights;
 
 /// Time between two looks for new entries.
 const LOOKS_EVERY: Duration = Duration::from_millis(50);
-/// Number of frames among which there is one before which the writer did not stand still.
+/// Number of first frames with an unknown age: before at least one of them the writer did not stand still.
 const SETTLED: usize = 5;
-/// Starts of perception: the first, and that of a perception that was started again.
+/// Boot numbers of perception: that of the first start, and that of a restart.
 const BOOTS: [Boot; 2] = [Boot(1), Boot(2)];
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -58,7 +58,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let closes = Closes(&shared);
         let ended = read(&mut frames, first, &stages, &shared, &stop);
         if let Err(failure) = &ended {
-            // The window's user is to read why the frames have stopped.
+            // The window stays open and shows why the frames have stopped.
             lock(&shared).trouble = Some(failure.to_string());
             std::mem::forget(closes);
         }
@@ -93,7 +93,7 @@ fn lock(slot: &Mutex<Slot>) -> MutexGuard<'_, Slot> {
     slot.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Closes the window with the thread that reads, however that ends.
+/// Closes the window when the reading thread ends, for whatever reason.
 struct Closes<'s>(&'s Mutex<Slot>);
 
 impl Drop for Closes<'_> {
@@ -124,7 +124,7 @@ impl Sensors for Reading {
     }
 }
 
-/// Reads until the run ends, the window is closed, or a person asks.
+/// Reads until the run ends, the window is closed, or the user stops it.
 fn read(
     frames: &mut Newest,
     first: Option<Frame>,

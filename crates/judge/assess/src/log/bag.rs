@@ -1,8 +1,8 @@
 //! MCAP: the messages of a file in order, and the places that could not be read.
 //!
-//! `frame` finds records, `chunk` expands them, `message` reads numbers; records outside the data are the crate `mcap`'s business. A chunk whose
-//! CRC does not fit is left out whole, and reading goes on with the next record that is one. Schemas and channels that were lost with a chunk
-//! are taken from the summary at the file's end. A topic with a definition that cannot be read is skipped, and reports it when it is asked for.
+//! `frame` finds records, `chunk` expands them, `message` reads numbers. The crate `mcap` parses single records. A chunk with a wrong CRC
+//! is left out whole, and reading goes on with the next sound record. Schemas and channels that were lost with a chunk are taken from the
+//! summary at the file's end. A topic with an unreadable definition is skipped; a request for it is answered with the error.
 
 mod chunk;
 mod error;
@@ -21,7 +21,7 @@ use chunk::Unread;
 use error::RecordError;
 use tables::Spare;
 
-/// The most that the records of one file may be in all once its chunks are expanded, bytes.
+/// Most bytes of all records of one file once its chunks are expanded.
 const MAX_EXPANDED: u64 = 1 << 30;
 
 /// Takes the index of a topic, the number of places that were lost before, and a message.
@@ -63,11 +63,11 @@ pub(super) fn walk<'e>(bytes: &[u8], each: &'e mut Each<'e>) -> (Tables, Found) 
     walk.end()
 }
 
-/// A record is not taken.
+/// Reason that a record was not taken.
 enum Lost {
-    /// It is left out; reading goes on.
+    /// The record is left out; reading goes on.
     Left(RecordError),
-    /// The end of reading.
+    /// Reading ends.
     All(RecordError),
 }
 
@@ -88,7 +88,7 @@ impl<'a> Walk<'a, '_> {
                 Err(Lost::All(error)) => return self.found.stop(offset, error.to_string()),
             };
             self.chunked |= self.body_at(offset).is_some_and(chunk::begins);
-            // A length is believed where another record stands behind it.
+            // A damaged record's length is trusted only if another record follows it.
             let next = next.filter(|next| frame::good(self.bytes, *next, self.chunked));
             match next.or_else(|| frame::find(self.bytes, offset + 1, self.chunked)) {
                 Some(next) => {
@@ -121,7 +121,7 @@ impl<'a> Walk<'a, '_> {
     fn take(&mut self, kind: u8, body: &'a [u8]) -> Result<(), Lost> {
         match kind {
             frame::CHUNK => self.chunk(body),
-            // Where a chunk was lost, its inside may look like records of the file.
+            // After the loss of a chunk its content may look like records of the file.
             frame::MESSAGE if self.chunked && self.found.lost() > 0 => Err(Lost::Left(RecordError::OutsideChunks)),
             frame::SCHEMA | frame::CHANNEL | frame::MESSAGE => self.record(kind, body).map_err(Lost::Left),
             frame::FOOTER => {
@@ -176,6 +176,7 @@ impl<'a> Walk<'a, '_> {
     /// Holds the data against the CRC over all of them, where the file has one.
     fn check_data(&mut self, body: &[u8]) {
         let stated = body.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        // `body` is a slice of `bytes`: its address gives the offset of the record, which callers do not pass on.
         let from = self.bytes.as_ptr_range().start as usize;
         let end = (body.as_ptr_range().start as usize - from).saturating_sub(frame::HEAD);
         let data = self.bytes.get(..end).unwrap_or_default();

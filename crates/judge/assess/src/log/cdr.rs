@@ -13,7 +13,7 @@ use super::path::Path;
 
 /// Deepest nesting of types.
 const MAX_DEPTH: usize = 16;
-/// Most bytes behind the last field: a message is filled up to a multiple of four.
+/// Most bytes after the last field: a message is padded to a multiple of four.
 const MAX_FILL: usize = 3;
 
 /// The definition of a message type.
@@ -140,14 +140,15 @@ impl Walk<'_> {
             |(_, path, gone): &&Wanted<'_>| path.steps().get(*gone).is_some_and(|step| step.name == field.name);
         let selected: Vec<Wanted<'_>> = wanted.iter().filter(is_here).copied().collect();
         if let (Kind::Number(number), true) = (&field.kind, selected.is_empty()) {
-            // A block of numbers that are not asked for, such as an image, is one step.
+            // A block of numbers without a wanted one, such as an image, is skipped in one step.
             return if count > 0 {
                 self.align(*number).and_then(|()| self.skip(number.size() * count))
             } else {
                 Ok(())
             };
         }
-        // An element has a byte at least, at each level: definitions of empty elements do not multiply.
+        // An element has at least one byte at each level. The limit stops definitions whose empty elements would
+        // multiply.
         self.visits += count;
         if self.visits > MAX_DEPTH * (self.body.len() + 1) {
             let (field, length) = (field.name.clone(), self.body.len());

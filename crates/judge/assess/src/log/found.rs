@@ -67,7 +67,7 @@ impl Found {
         self.notes.push(note);
     }
 
-    /// The error of a stretch with another behind it: an early end is a stretch like others.
+    /// The findings of a file that another one follows: its early end becomes a lost stretch like others.
     pub(super) fn followed(mut self, length: usize) -> Self {
         if let Some((offset, reason)) = self.stopped.take() {
             self.lose(usize::try_from(offset).unwrap_or(length), length, &reason);

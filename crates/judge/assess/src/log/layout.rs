@@ -56,7 +56,7 @@ pub(super) struct Place {
     number: Number,
 }
 
-/// A format that is none, or a path that leads to no number.
+/// Text that is no valid format, or a path that leads to no number.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum LayoutError {
     #[error("a format is no text")]

@@ -30,13 +30,13 @@ impl Path {
     }
 }
 
-/// A text is no path.
+/// Error of a path's text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
-    /// It has too many steps.
+    /// A path with too many steps.
     #[error("a path has at most {MAX_STEPS} steps")]
     Long,
-    /// One of its parts is no step.
+    /// A part that is no step.
     #[error("`{text}` is no step of a path, expected `name` or `name[0]`")]
     Step {
         /// The part.

@@ -88,7 +88,7 @@ pub enum Frame {
 pub enum Dimension {
     /// Length.
     Length,
-    /// Square of a length.
+    /// Square of a length: a variance.
     Variance,
     /// Angle.
     Angle,

@@ -1,8 +1,8 @@
 //! The guest that drives the unit under test: its statements, its failure, and the safe state that truth supports.
 //!
-//! A safe state is read from the plant, never from the guest's statements, and it lasts; an arrival at the goal, true or stated, and an
-//! operator's HOLD are none. The place that a guest drives by is its own word; a false one can only be held against the truth,
-//! which the guest cannot know.
+//! A safe state is read from the plant, never from the guest's statements, and it lasts. Neither an arrival at the goal, true or stated,
+//! nor an operator's HOLD is one. The place that a guest drives by is its own statement. A false place is judged against the truth, which
+//! the guest cannot know.
 
 use evidence::trial::GuestFailure;
 use evidence::{Evidence, Micros};
@@ -103,8 +103,9 @@ const ARRIVED_MM: f64 = 2000.0;
 /// Way that a vehicle on wheels may still roll once it counts as standing, mm.
 const ROLLS_MM: f64 = 100.0;
 
-/// True if the plant, in its safe motion from `from` to the end of the run, has been so for twice *Th* and is where that began: one that
-/// creeps, or flies on slowly, is not. A unit that leaves the ground may drift as far as the fence margin.
+/// True if the safe motion of the plant from `from` to the end of the run has lasted twice *Th* and stays where it
+/// began. A plant that creeps, or flies on slowly, does not stay. A unit that leaves the ground may drift as far as the
+/// fence margin.
 fn stop_lasts(evidence: &Evidence, timeline: &Timeline, from: Micros) -> bool {
     let rest = || timeline.truth.iter().filter(move |t| t.at >= from);
     let place = |t: &Truth| (f64::from(t.place.0), f64::from(t.place.1));
@@ -115,8 +116,9 @@ fn stop_lasts(evidence: &Evidence, timeline: &Timeline, from: Micros) -> bool {
     })
 }
 
-/// Time from which the plant stands until the end of the run by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
-/// and not at the end of the route by the truth or by the guest's own word.
+/// Time from which the plant stands until the end of the run by an act of its guest. The plant must have driven at
+/// `zero` or later. A stand under an operator's HOLD does not count, nor one at the end of the route, by the truth or
+/// by the guest's own statement.
 pub(crate) fn stands_from(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> Option<Micros> {
     // A plant that never drove shows no act of its guest.
     let before = timeline.truth.iter().rev().find(|t| t.at <= zero).is_some_and(is_driving);

@@ -13,7 +13,7 @@ use wire::id::{NodeId, PeerId};
 
 use super::{Facts, Span, process};
 
-/// Silence that a link on which a record goes each way every tenth of a second does not show by itself.
+/// Longest silence that the link shows by itself, at a record each way every tenth of a second.
 pub(crate) const SILENCE: Micros = 350_000;
 
 /// A protected record at one end.
@@ -76,14 +76,13 @@ pub(crate) fn timely_times(facts: &Facts, node: NodeId) -> Vec<Micros> {
     timely.map(|a| a.at).filter(|time| *time < evidence.duration).collect()
 }
 
-/// The times between which no timely record came to the guard of `node`, one after the other; without those in which either end
-/// was dead.
+/// Spans without a timely record at the guard of `node`, in order; without spans in which either end was dead.
 pub(crate) fn silences(facts: &Facts, node: NodeId) -> Vec<Span> {
     let evidence = facts.evidence;
     let mut times = timely_times(facts, node);
     let dead: BTreeSet<Span> =
         [node, evidence.under.node()].into_iter().flat_map(|n| process::dead_spans(evidence, n)).collect();
-    // P3 holds again after a restart: only the time in which an end was dead is left out.
+    // P3 applies again after a restart: only the time in which an end was dead is left out.
     for (from, to) in &dead {
         times.retain(|time| time < from || time > to);
         times.extend([*from, *to].into_iter().filter(|time| *time < evidence.duration));

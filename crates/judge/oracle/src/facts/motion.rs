@@ -1,6 +1,6 @@
 //! True motion of the plant: its speed in any direction, and whether it stands.
 //!
-//! A plant tells its speed along its own axis; one that slides sideways or is carried off shows it in its true places alone.
+//! A plant logs its speed along its own axis. Sliding sideways or being carried off shows in its true places alone.
 
 use evidence::Micros;
 
@@ -29,7 +29,7 @@ pub(crate) struct Truth {
     pub reserves: Option<Reserves>,
 }
 
-/// Margins that a platform which leaves the ground has on top.
+/// Further margins of a platform that leaves the ground, in thousandths of what must be left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reserves {
     /// Stored energy, beyond the reserve.
@@ -40,7 +40,7 @@ pub(crate) struct Reserves {
 
 /// Speed below which the plant counts as standing, mm/s.
 pub(crate) const STANDING: i32 = 50;
-/// Least time between two samples that a speed is taken from: over less of it the millimetre to which a place is known counts.
+/// Least time between the two samples of a speed: over a shorter one the rounding of places to a millimetre shows.
 const APART: Micros = 80_000;
 
 /// Completes the samples: their speeds over ground, and whether one of a platform that states no safe set stands.

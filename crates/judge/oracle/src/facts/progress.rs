@@ -16,14 +16,15 @@ use super::motion::{STANDING, Truth};
 use super::place::{Place, length, minus};
 use super::timeline::Timeline;
 
-/// Part of the samples, from the first to before the last of it, in which the vehicle stayed within [`STUCK_MM`] of where it was.
+/// A stay: indices of its first sample and of the one after its last, between which the vehicle keeps within
+/// [`STUCK_MM`] of its first place.
 #[derive(Clone, Copy, Debug)]
 struct Stay {
     first: usize,
     last: usize,
 }
 
-/// Progress of a run; none of a unit without a route, or without a truth.
+/// Progress of a run; none for a unit without a route, or without a truth.
 pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Progress> {
     let route = &evidence.route;
     let samples_in_run = timeline.truth.partition_point(|t| t.at <= evidence.duration);
@@ -50,7 +51,7 @@ pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Pr
     let stuck_at_end = drives.last() == Some(&true) && stays.last().is_some_and(lasts);
     let unmoved = driving >= UNMOVED_AFTER && farthest < STUCK_MM;
     let stuck: Vec<Stay> = stays.into_iter().filter(|stay| unmoved || lasts(stay)).collect();
-    // The first of the longest.
+    // `max_by_key` returns the last of equals: in reverse order the first of the longest.
     let longest = stuck.iter().rev().max_by_key(|stay| length(stay)).map(|stay| Stretch {
         from_ms: samples[stay.first].at as f64 / 1000.0,
         s: length(stay) as f64 / 1e6,

@@ -117,7 +117,7 @@ impl Timeline {
                     Truth { at: time, stamp, place, speed, set_speed, leased, fence, safe, asked_safe, reserves };
                 self.truth.push(truth);
             }
-            // Margins belong to the sample before them.
+            // A plant logs margins right after the sample that they belong to.
             Any::Instrument(Note::Margins { unit, safe, asked, energy, clearance }) if unit == tested.unit => {
                 if let Some(truth) = self.truth.last_mut() {
                     (truth.safe, truth.asked_safe) = (safe >= 0, asked >= 0);

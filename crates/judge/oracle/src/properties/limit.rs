@@ -16,11 +16,11 @@ pub enum Limit {
     Authority,
     /// P2: time for which a unit may stay nominal without a sensor.
     Loss,
-    /// P3: time for which it may go on without its localisation.
+    /// P3: time for which the unit may continue without its localisation.
     Blindness,
-    /// P3: time for which it may go on while no timely record comes to the gateway.
+    /// P3: time for which the unit may continue without a timely record at the gateway.
     Uplink,
-    /// P3: time for which it may go on while no timely record comes to it.
+    /// P3: time for which the unit may continue without a timely record from the gateway.
     Downlink,
     /// P4: distance that is kept to the fence.
     Fence,
@@ -42,7 +42,7 @@ impl Limit {
         self.row().map(|(property, row)| format!("{property}, {}", row.name)).unwrap_or_default()
     }
 
-    /// Length of the limit, milliseconds, where it is a time: the rest of the way to it is one too then.
+    /// Length of a limit that is a time, milliseconds. The rest of the way to such a limit is a time, too.
     pub fn length_ms(self, bounds: &Bounds) -> Option<u64> {
         let (_, row) = self.row()?;
         row.length_ms.map(|length_ms| length_ms(bounds))

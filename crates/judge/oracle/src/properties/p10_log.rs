@@ -1,6 +1,6 @@
 //! P10: the log verifies, and the cores of a live run are functions of their input journals.
 //!
-//! A host that overslept breaks it too: `outcome` adds that finding last, since it is said of the whole run.
+//! A host that overslept breaks it too. `outcome` adds that finding last, since it concerns the whole run.
 
 use super::{BareGuest, Finding, Property, finding, process_fault};
 use crate::facts::Facts;

@@ -73,7 +73,7 @@ fn settings_that_leave_fence(facts: &Facts) -> Vec<Finding> {
         .collect()
 }
 
-/// Largest used-up part of the distance that is kept to the fence.
+/// Largest share of the fence margin that the vehicle used up, millionths.
 fn fence_approach(facts: &Facts) -> Option<u32> {
     let margin = u64::from(facts.evidence.bounds.fence_margin_mm);
     let entries = facts.evidence.entries.iter().filter(|w| w.at <= facts.evidence.duration);

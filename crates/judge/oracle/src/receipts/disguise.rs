@@ -27,8 +27,8 @@ pub(crate) fn paint_seen_at(evidence: &Evidence, object: ObjectId, class: Class,
     sightings.filter(|seen_at| window.contains(*seen_at)).min()
 }
 
-/// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it
-/// followed it, or doubted its true class or the class aimed at.
+/// Time at which perception first reacted to an object with a print, of which it received an image by hash: it followed
+/// the object, or doubted its true class or the class aimed at.
 pub(crate) fn print_seen_at(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let names_print = |w: &Witnessed| {
         w.entry.node == evidence.under.sim && w.entry.event == Any::Instrument(Note::Printed { object })
@@ -58,7 +58,7 @@ pub(crate) fn perturbed_at(evidence: &Evidence, aim: Class, window: Window) -> O
     (altered_image_given(evidence, since..until) && seen.any(|seen_at| seen_at < until)).then_some(since)
 }
 
-/// True if perception was given an image, to the last byte, that the sim says it altered in this span.
+/// True if perception received an image, byte for byte, that the sim logged as altered within this span.
 fn altered_image_given(evidence: &Evidence, altered_span: Range<Micros>) -> bool {
     let perceived: BTreeSet<_> = pictures(evidence, evidence.under.perception).map(|(_, picture)| picture).collect();
     pictures(evidence, evidence.under.sim)
@@ -112,7 +112,7 @@ fn not_deceived(evidence: &Evidence, object: ObjectId, aim: Class, zero: Micros)
     sightings(evidence, object).any(|s| s.at >= zero && s.doubted == (s.class == aim))
 }
 
-/// Perception's word on the place of an object.
+/// Statement of perception about the place of an object.
 struct ObjectSighting {
     at: Micros,
     class: Class,

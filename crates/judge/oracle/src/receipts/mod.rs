@@ -1,7 +1,7 @@
 //! Receipts: did the injection provably reach its target?
 //!
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
-//! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting time;
+//! adversary's own entry is never enough. For a datagram the guard's log must show the very bytes (by hash) at a fitting time;
 //! for one that was dropped, that it never showed them and that a record is missing there. For a sensor fault,
 //! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it
 //! (`facts::sensor_fault`); its effect on them is not asked for here.
@@ -56,7 +56,8 @@ pub(crate) fn find(facts: &Facts) -> Receipts {
     let mut arrivals = Vec::new();
     let mut complete = true;
     for plan in &evidence.planned {
-        // The begin of a step is its actor's word: each action of the step needs a receipt, and only these count as the start.
+        // The begin of a step is reported by its actor alone: each action of the step needs a receipt, and only these
+        // count as the start.
         if let Planned::Step(step) = plan.what {
             complete &= step_begun(evidence, step);
             continue;

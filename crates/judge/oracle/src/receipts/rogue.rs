@@ -7,8 +7,8 @@ use wire::id::{CommandId, NodeId, PeerId};
 
 use super::window::Window;
 
-/// The first order of the rogue within `window` that another process judged: the unit or the gateway by its id, the broker by the
-/// certificate under which it was published.
+/// First order of the rogue within `window` that another process judged. The unit and the gateway name it by its id,
+/// the broker by the certificate under which it was published.
 pub(crate) fn receipt(evidence: &Evidence, window: Window) -> Option<Micros> {
     let orders = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Rogue { command, certificate, .. })

@@ -9,7 +9,7 @@ use wire::id::{NodeId, PeerId};
 
 use super::window::Window;
 
-/// Longest time from the thief's word to the broker's: dialling and a handshake on a loaded host.
+/// Longest time from the thief's entry to the broker's: dialling and a handshake on a loaded host.
 const DIALLED_WITHIN: Micros = 2_000_000;
 
 /// The thief's first entry within `window` that the broker confirms, and that the owner of the session lost it.

@@ -5,7 +5,7 @@ use ground_truth::{Any, Note};
 
 use crate::facts::Span;
 
-/// Time by which an actor's clock and the host may put its action before or behind its window.
+/// Tolerance before and after a window, for an actor's clock and the host.
 const EARLY: Micros = 5_000;
 const LATE: Micros = 100_000;
 

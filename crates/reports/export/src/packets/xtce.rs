@@ -32,7 +32,7 @@ const HEADER: [(&str, usize, &str); 10] = [
 /// A parameter: name, type, meaning.
 type Parameter = (String, String, String);
 
-/// The document.
+/// Text of the XTCE document.
 pub fn document() -> String {
     let mut text = String::from(
         r#"<?xml version="1.0" encoding="UTF-8"?>

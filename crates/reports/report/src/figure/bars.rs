@@ -55,7 +55,7 @@ pub fn bars(all: &[Bar], most: Option<f64>) -> Drawing {
     drawing
 }
 
-/// The table of the figure.
+/// Numbers of the bars as a table.
 pub(crate) fn table(all: &[Bar], named: &str, text: &str) -> Table {
     let mut table = Table::new(&[named, "parts", text]);
     for bar in all {

@@ -1,4 +1,4 @@
-//! Shares with their intervals over one value.
+//! Plot of shares with their intervals over one value.
 
 use super::Table;
 use super::drawing::{Anchor, Drawing};
@@ -7,9 +7,9 @@ const WIDE: f64 = 900.0;
 const HIGH: f64 = 280.0;
 /// Space for labels: left, top, right, bottom.
 const MARGIN: (f64, f64, f64, f64) = (52.0, 16.0, 180.0, 40.0);
-/// A range that extends over this many times its smallest step is drawn with its points at equal distances.
+/// Ratio of a range to its smallest step from which on points are drawn at equal distances.
 const RANGE: f64 = 40.0;
-/// Labels along the value.
+/// Most labels along the value's axis.
 const LABELS: usize = 8;
 
 /// A share at a value.

@@ -19,7 +19,7 @@ pub struct Drawing {
     body: String,
 }
 
-/// Which end of words stands at their place.
+/// End of a text that is at its place.
 #[derive(Clone, Copy, Debug)]
 pub enum Anchor {
     /// The first letter.
@@ -51,12 +51,12 @@ impl Drawing {
         ));
     }
 
-    /// A line through all of these.
+    /// Draws a line through these points.
     pub fn path(&mut self, class: &str, points: &[At]) {
         self.put(format_args!("<polyline class=\"{class}\" points=\"{}\"/>\n", places(points)));
     }
 
-    /// The area between these.
+    /// Draws the area between these points.
     pub fn area(&mut self, class: &str, points: &[At]) {
         self.put(format_args!("<polygon class=\"{class}\" points=\"{}\"/>\n", places(points)));
     }

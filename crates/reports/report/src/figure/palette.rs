@@ -3,7 +3,8 @@
 
 use core::fmt::Write;
 
-/// Class, how it is painted, colour on white, colour on near-black. Outcomes and modes are fills, lines are strokes.
+/// Each class of the style sheet: its name, its use as fill or stroke, its colour on white and on near-black. Outcomes
+/// and modes are fills, lines are strokes.
 const COLOURS: [(&str, Paint, &str, &str); 29] = [
     ("unsafe", Paint::Fill, "#b3001b", "#ff6b76"),
     ("invalid", Paint::Fill, "#6d28d9", "#b89cff"),

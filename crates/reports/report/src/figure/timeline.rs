@@ -22,7 +22,7 @@ pub struct Span {
     pub class: &'static str,
     /// Lower end, seconds.
     pub from: f64,
-    /// To, seconds.
+    /// End, seconds.
     pub to: f64,
 }
 

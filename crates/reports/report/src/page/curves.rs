@@ -35,7 +35,7 @@ fn drawn(curve: &CurveObject, line: &CurveLine) -> Option<Figure> {
         Series { name: "harmed".to_owned(), points: point(|p| &p.harmed) },
     ];
     let which = line.cell.clone().unwrap_or_else(|| format!("policy {}", line.policy));
-    // Twelve digits tell detectors apart and leave a title short.
+    // Twelve digits tell detectors apart and keep the title short.
     let brought =
         curve.detector.as_ref().map(|sha256| format!(", detector {}", sha256.chars().take(12).collect::<String>()));
     let which = format!("{which}{}", brought.unwrap_or_default());

@@ -107,7 +107,8 @@ fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
     }
 }
 
-/// Statement on trials and those outside their stated classes, by place of evidence; none without such trials.
+/// Sentence on the number of trials and of those outside their stated classes, by place of evidence; none without
+/// trials.
 fn sentence<'c>(ablation: bool, counted: impl Iterator<Item = (Evidence, &'c Counted)>) -> Option<String> {
     let mut places: BTreeMap<Evidence, Counted> = BTreeMap::new();
     for (place, c) in counted {

@@ -53,7 +53,7 @@ fn few_trials_score_low_worst_class_colours() {
     assert!(blocked["metadata"][0]["value"].as_str().unwrap().contains("; 2 not as expected;"), "{blocked}");
 }
 
-/// With INVALID counted.
+/// The bound counts INVALID as unsafe.
 #[test]
 fn score_is_that_of_the_worst_run() {
     let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();

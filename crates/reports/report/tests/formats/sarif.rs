@@ -21,7 +21,7 @@ fn sarif_file_satisfies_its_schema() {
     assert_eq!(violations(SCHEMA, &file).len(), 2);
 }
 
-/// Each names its threat.
+/// Each result names its threat.
 #[test]
 fn only_unexpected_classes_are_results() {
     let file = write_json("matrix.sarif", &sarif(&read_results(&["matrix.json"])));

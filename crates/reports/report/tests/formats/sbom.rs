@@ -24,7 +24,7 @@ fn bill_satisfies_its_schema() {
     assert_eq!(violations(SCHEMA, &bom).len(), 2);
 }
 
-/// Each dependency is one of them.
+/// Each dependency is one of the listed components.
 #[test]
 fn bill_names_every_locked_package_once() {
     let bom = write_json("program.cdx.json", &sbom(None));

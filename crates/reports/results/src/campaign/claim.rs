@@ -13,7 +13,7 @@ use stats::{rate_lower, rate_upper, sequential, simultaneous_level};
 /// Trials between two looks of a campaign that may stop early.
 pub const LOOK: u64 = 50;
 
-/// That the classes together have a rate below a bound, at a level of confidence.
+/// A claim: the classes together have a rate below a bound, at a level of confidence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Claim {
@@ -27,7 +27,7 @@ pub struct Claim {
 pub struct Tally {
     /// Trials of a class that the claim names.
     pub hits: u64,
-    /// INVALID, where the claim does not name that.
+    /// INVALID and GUEST_FAILED, where the claim does not name them.
     pub invalid: u64,
     /// All.
     pub n: u64,
@@ -39,7 +39,7 @@ pub struct Tally {
 pub enum ClaimVerdict {
     /// The rate is below the bound, at the level.
     Shown,
-    /// It is not.
+    /// The rate is not below the bound, at the level.
     Refuted,
     /// Undecided: the trials show neither.
     Open,
@@ -57,7 +57,7 @@ pub struct JudgedClaim {
 }
 
 impl Claim {
-    /// The rate that it is about to stay below.
+    /// Bound that the claim states.
     pub fn rate_limit(&self) -> f64 {
         self.below_percent / 100.0
     }
@@ -70,7 +70,7 @@ impl Claim {
     /// The fewest trials that show it where none is a hit.
     pub fn trials(&self) -> u64 {
         let least = libm::log(1.0 - self.level()) / libm::log1p(-self.rate_limit());
-        // The bound that judges has the last word on the border.
+        // The logarithms may round to one trial too few: the bound that judges the claim decides.
         let least = least.ceil().max(1.0) as u64;
         (least..least.saturating_add(2)).find(|n| rate_upper(0, *n, self.level()) < self.rate_limit()).unwrap_or(least)
     }
@@ -83,7 +83,7 @@ impl Claim {
         tally.invalid += u64::from(!hit && matches!(outcome, Outcome::Invalid | Outcome::GuestFailed));
     }
 
-    /// Judges as many trials as were planned, so that `together` such judgements hold at once with its level.
+    /// Judges all planned trials. `together` such judgements hold jointly at the claim's level.
     pub fn judge(&self, tally: Tally, together: usize) -> JudgedClaim {
         let level = simultaneous_level(together, self.level());
         let (lower, upper) =
@@ -92,7 +92,7 @@ impl Claim {
         JudgedClaim { verdict, lower, upper }
     }
 
-    /// The verdict over however many trials there are at a look; at every look together it errs no oftener than its level
+    /// Verdict on the trials so far, at a look. Over all looks together it is wrong no more often than the level
     /// allows.
     pub fn at_look(&self, tally: Tally, together: usize) -> ClaimVerdict {
         let enough = self.alpha(together).recip();

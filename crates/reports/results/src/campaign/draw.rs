@@ -39,6 +39,7 @@ impl Distribution {
                 Value::from(libm::exp(from + (to - from) * unit(&mut rng)).clamp(*low, *high))
             }
             Distribution::Integer(low, high) => {
+                // Saturating: of the widest range the highest number is never drawn.
                 Value::from(low.wrapping_add_unsigned(uniform_below(&mut rng, high.abs_diff(*low).saturating_add(1))))
             }
             Distribution::Choice(values) => {
@@ -77,6 +78,7 @@ fn unit(rng: &mut ChaCha8Rng) -> f64 {
 /// A number from 0 up to, not including, `n`, each exactly as likely.
 fn uniform_below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
     let n = n.max(1);
+    // A remainder alone would favour small numbers: draws beyond the last whole multiple of `n` are repeated.
     let whole = u64::MAX - u64::MAX % n;
     loop {
         let drawn = rng.next_u64();
@@ -91,7 +93,7 @@ pub fn scalar(text: &str) -> Value {
     values(text).filter(|values| values.len() == 1).and_then(|mut values| values.pop()).unwrap_or_else(|| text.into())
 }
 
-/// Values with commas between them, as in a TOML array; where that is none, words.
+/// Values with commas between them, as in a TOML array; where they are no array, words.
 pub fn list(text: &str) -> Vec<Value> {
     values(text).unwrap_or_else(|| text.split(',').map(|word| scalar(word.trim())).collect())
 }

@@ -30,9 +30,9 @@ pub struct TrialRow {
     pub refused: u64,
     /// Losses of authority or freedom without an injected fault or true hazard.
     pub false_trips: u32,
-    /// Latency in nominal control, microseconds.
+    /// Time in nominal control, microseconds.
     pub nominal_us: u64,
-    /// Simulated, microseconds.
+    /// Simulated time, microseconds.
     pub sim_us: u64,
     /// The first finding of the oracle.
     #[serde(default, skip_serializing_if = "Option::is_none")]

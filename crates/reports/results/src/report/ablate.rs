@@ -31,7 +31,7 @@ pub struct Ablation {
     pub screened: u64,
     /// Comparisons that Holm's adjustment is for.
     pub comparisons: usize,
-    /// Each check.
+    /// One row a check.
     pub checks: Vec<CheckRow>,
     /// Pairs of checks without which an attack gets through that neither alone lets through.
     pub overlaps: Vec<Overlap>,
@@ -64,7 +64,8 @@ pub struct CheckRow {
     pub attacks: Vec<AttackRow>,
     /// Attacks without an observed effect.
     pub unchanged: usize,
-    /// Exact upper 95 % bound on how often something does in the one of these that was run least; 1 where there is none.
+    /// Exact upper 95 % bound on the rate of an effect in the unchanged attack with the fewest pairs; 1 without such an
+    /// attack.
     #[serde(default = "unbounded")]
     pub unchanged_upper_95: f64,
     /// Its cost without an attack.
@@ -118,7 +119,7 @@ pub struct Quiet {
     pub cpu_seconds_per_hour: [f64; 2],
 }
 
-/// Row N2: each check disabled in turn.
+/// Row N2 of the catalogue: seeded defects, each of them one check disabled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Defects {
     /// Checks disabled.
@@ -162,6 +163,7 @@ impl Ablation {
     pub fn new(compared: Compared, mut checks: Vec<CheckRow>, overlaps: Vec<Overlap>) -> Self {
         let mut pairs: Vec<&mut Paired> =
             checks.iter_mut().flat_map(|check| check.attacks.iter_mut().map(|attack| &mut attack.paired)).collect();
+        // Before unchanged attacks are left out: they were looked at too, and count in the adjustment.
         let comparisons = pairs.len();
         holm(&mut pairs);
         for check in &mut checks {

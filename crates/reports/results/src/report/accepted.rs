@@ -13,7 +13,7 @@ const LEVEL: f64 = 0.99;
 pub struct AcceptedRate {
     /// The class.
     pub class: Outcome,
-    /// The stated rate, percent.
+    /// Rate below which the class is accepted, percent.
     pub below_percent: f64,
     /// Trials of the class.
     pub hits: u64,

@@ -57,7 +57,7 @@ pub struct AssessObject {
 /// One test on the recording as it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TestRow {
-    /// Test; absent for any of them.
+    /// Test; absent in the row of all tests together.
     pub test: Option<Check>,
     /// False where the map gives it no input; its numbers are zero then.
     pub judged: bool,

@@ -47,11 +47,11 @@ pub struct CampaignObject {
 /// Verdicts on a claim over all variations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ClaimVerdicts {
-    /// Variations for which it is shown.
+    /// Variations for which the claim is shown.
     pub shown: usize,
-    /// For which it is refuted.
+    /// Variations for which the claim is refuted.
     pub refuted: usize,
-    /// For which it is undecided.
+    /// Variations for which the claim is undecided.
     pub open: usize,
     /// True if it is shown for all of them together (Bonferroni).
     pub shown_together: bool,
@@ -118,7 +118,7 @@ pub struct RateBounds {
     pub unsafe_upper_95: f64,
     /// The bound with INVALID counted as unsafe.
     pub unsafe_upper_95_invalid_counted: f64,
-    /// The first, so that it holds together with that of every other variation (Bonferroni).
+    /// The first bound, widened so that it holds jointly with those of all other variations (Bonferroni).
     pub unsafe_upper_95_simultaneous: f64,
 }
 
@@ -131,9 +131,9 @@ pub struct ClaimRow {
     pub looked_at: Option<u64>,
     /// Trials of the classes that it names.
     pub hits: u64,
-    /// INVALID trials: hits where it is to be shown, none where it is to be refuted.
+    /// Trials without evidence. They count as hits where the claim is to be shown, and not where it is to be refuted.
     pub invalid: u64,
-    /// Verdict without correction for the others.
+    /// Verdict on this variation alone, without correction for the others.
     pub alone: JudgedClaim,
     /// Together with all other variations.
     pub together: JudgedClaim,
@@ -147,10 +147,10 @@ pub struct Fold {
     unexpected: u64,
     first_unexpected: Option<u64>,
     tally: Tally,
-    /// At the last complete look: no trial before it is missing.
+    /// Tally at the last look before which no trial is missing.
     look: Option<Tally>,
     latencies: [Vec<f64>; 3],
-    /// Decision hashes by their first half, which tells as many apart as there can be.
+    /// First halves of the decision hashes: 128 bits tell any number of trials apart.
     decisions: BTreeSet<u128>,
     accepted: u64,
     refused: u64,
@@ -177,6 +177,7 @@ impl Fold {
         if let Some(claim) = &plan.terms.claim {
             claim.count(&mut self.tally, row.outcome);
         }
+        // Rows come in the order of `i`: an equal count means that none is missing before this one.
         if self.n == i + 1 && self.n.is_multiple_of(LOOK) {
             self.look = Some(self.tally);
         }
@@ -230,6 +231,7 @@ impl CampaignObject {
         let settle = |(mut row, tallies): (CampaignRow, Tallies)| {
             let look = tallies.look.filter(|_| plan.terms.sequential && row.n < row.planned);
             if complete {
+                // A sequential campaign chose its n by its results: bounds for a fixed n do not hold for it.
                 row.bounds =
                     (!plan.terms.sequential).then(|| RateBounds::from_outcomes(&row.outcomes, row.n, together));
             }

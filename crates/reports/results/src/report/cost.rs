@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use super::table::new_table;
 
-/// Least, middle and greatest of some measurements.
+/// Least, middle and greatest of repeated measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Number of values.
     pub n: usize,
     /// Least.
     pub min: f64,
-    /// Middle; of an even number, the upper of the two.
+    /// Middle value; the upper of the two middle ones for an even number.
     pub median: f64,
     /// Greatest.
     pub max: f64,

@@ -75,9 +75,9 @@ pub struct CurvePoint {
     pub believed_m: Sample,
     /// Records that the two ends of the link accepted, all trials together.
     pub accepted: u64,
-    /// Records that they refused, by reason.
+    /// Records that the two ends refused, by reason.
     pub refused: BTreeMap<String, u64>,
-    /// Trials that ended in a class that was not expected here.
+    /// Trials outside the expected classes.
     pub unexpected: u64,
     /// Different decision hashes.
     pub distinct_decisions: usize,
@@ -159,7 +159,7 @@ impl CurvePoint {
         }
     }
 
-    /// Every trial noticed, none harmed.
+    /// True if every trial was noticed and none was harmed.
     fn caught(&self) -> bool {
         self.detected.hits == self.detected.n && self.detected.n > 0 && self.harmed.hits == 0
     }

@@ -37,7 +37,7 @@ pub struct Comparison {
     pub schema_version: u32,
     /// The base seed; trial i of every row has seed + i.
     pub seed: u64,
-    /// Twin or live.
+    /// Mode of the trials: twin or live.
     pub mode: Mode,
     /// Trials of each row.
     pub trials: u64,

@@ -25,7 +25,8 @@ pub struct MissionSummary {
     /// Progress along the route; none where no trial has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub progress: Option<ProgressSummary>,
-    /// Steps of the operator that were never carried out, with why, and in how many trials: "arm: never, no vehicle shown".
+    /// Operator's steps that were never carried out, each with the reason, and the number of trials: "arm: never, no
+    /// vehicle shown".
     pub never: BTreeMap<String, u64>,
 }
 

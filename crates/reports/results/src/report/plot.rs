@@ -12,7 +12,7 @@ const PANEL: (f64, f64) = (320.0, 220.0);
 /// Space in a panel for its labels: left, top, right, bottom.
 const MARGIN: (f64, f64, f64, f64) = (40.0, 30.0, 14.0, 36.0);
 const HEAD: f64 = 48.0;
-/// A range that extends over this many times its smallest step is drawn with its points at equal distances.
+/// Ratio of a range to its smallest step from which on points are drawn at equal distances.
 const WIDE: f64 = 40.0;
 
 /// The plot.
@@ -42,7 +42,7 @@ struct Frame {
     top: f64,
     wide: f64,
     high: f64,
-    /// Place of each point, from 0 to 1.
+    /// Place of each point along the value's axis, from 0 to 1.
     along: Vec<f64>,
 }
 

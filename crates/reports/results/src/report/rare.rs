@@ -12,7 +12,7 @@ use crate::report::new_table;
 /// The normal deviate of a two-sided 95 % interval.
 const Z: f64 = 1.959_964;
 
-/// The question, as the user put it.
+/// An estimate as the user requested it.
 #[derive(Clone, Debug)]
 pub struct RareQuestion<'a> {
     /// The question.
@@ -72,13 +72,13 @@ pub struct StageRow {
     pub to: Option<f64>,
     /// Trials.
     pub tried: u64,
-    /// Number of trials that got there.
+    /// Number of trials that reached the level.
     pub reached: u64,
     /// Simulated time, seconds.
     pub sim_seconds: f64,
 }
 
-/// Cost of plain Monte Carlo for an interval as wide.
+/// Cost of plain Monte Carlo for an interval of the same relative width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plain {
     /// Trials.
@@ -101,12 +101,14 @@ impl RareObject {
         let all = together(rows.iter().map(|(_, stage)| stage));
         let estimates: Vec<f64> = repetitions.iter().map(Repetition::estimate).collect();
         let mean = Mean::from_values(&estimates);
+        // Trials of a single stage are independent; those of later stages share their start states.
         let exact = Some(Share::new(all.reached, all.tried)).filter(|_| rows.len() == 1);
         let interval_95 = exact.map_or(mean.interval_95, |share| Some([share.lower_95, share.upper_95]));
         let (sim_seconds, cpu_seconds) = (all.spent as f64 / 1e6, all.cpu_us as f64 / 1e6);
         let duration_s = scenario.duration_s.get();
         let width = mean.interval_95.filter(|_| exact.is_none()).map(|[_, upper]| libm::log(upper / mean.mean));
         let plain = width.filter(|width| *width > 0.0).map(|width| {
+            // The relative standard error of n plain trials is sqrt((1 - p) / (p n)); Z of these are the width of ln p.
             let trials = Z * Z * (1.0 - mean.mean) / (mean.mean * width * width);
             let seconds = trials * duration_s;
             Plain { trials, sim_seconds: seconds, cpu_seconds: seconds * cpu_seconds / sim_seconds }

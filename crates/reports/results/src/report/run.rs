@@ -109,11 +109,11 @@ impl HostSpoilt {
 /// Latencies folded together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LatencySummary {
-    /// To DEGRADED.
+    /// Time to DEGRADED.
     pub to_degraded: Sample,
-    /// To HOLD_SAFE.
+    /// Time to HOLD_SAFE.
     pub to_hold_safe: Sample,
-    /// To the loss of authority.
+    /// Time to the loss of authority.
     pub to_authority_revoked: Sample,
 }
 
@@ -128,7 +128,7 @@ pub struct CellSummary {
     pub accepted: u64,
     /// Refused, by reason.
     pub dropped: BTreeMap<String, u64>,
-    /// Its trials.
+    /// Summary of its trials.
     pub summary: Summary,
 }
 

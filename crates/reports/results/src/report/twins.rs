@@ -41,7 +41,7 @@ pub struct Beside {
 pub enum Told {
     /// Their intervals at 95 % are apart.
     Apart,
-    /// They overlap.
+    /// Their intervals overlap.
     NotApart,
     /// Neither is stopped in any trial.
     NeitherStopped,

@@ -47,7 +47,7 @@ pub struct WorldsRow {
     pub twin_of: Vec<String>,
     /// The classes that were expected, in both.
     pub expected: Vec<Outcome>,
-    /// Scenes in which they hold.
+    /// Scenes in which the expected classes hold.
     pub holds: Holds,
     /// Trials in its own scene.
     pub own: Tally,
@@ -55,7 +55,7 @@ pub struct WorldsRow {
     pub drawn: Tally,
     /// Unexpected classes in worlds, by family.
     pub otherwise: BTreeMap<String, Outcomes>,
-    /// The line that runs the gravest of these again.
+    /// Command that repeats the gravest of these trials.
     pub reproduce: Option<String>,
 }
 
@@ -113,7 +113,7 @@ impl Holds {
     }
 }
 
-/// True unless a trial of the class says that nothing was shown: INVALID, where that is not the scenario's own.
+/// True unless a trial of the class shows nothing: INVALID, where the scenario does not expect it.
 fn is_judged(scenario: &Scenario, class: Outcome) -> bool {
     class != Outcome::Invalid || scenario.expected.contains(&class)
 }

@@ -54,7 +54,7 @@ pub fn momentum(state: &State, body: &Body) -> Vector {
     rotate(state.attitude, add(times(body.inertia_kg_m2, state.rates_rad_s), state.wheels_n_m_s))
 }
 
-/// Each component within its limit; zero where it is no number.
+/// Each component clamped to its limit; zero in place of NaN.
 fn clamped(requested: Vector, limits: Vector) -> Vector {
     let mut able = [0.0; 3];
     for ((able, asked), limit) in able.iter_mut().zip(requested).zip(limits) {
@@ -75,7 +75,7 @@ fn able(state: &State, body: &Body, requested: Vector, dt: f64) -> Vector {
     able
 }
 
-/// Rates of change: of the attitude, the rates and the wheels' momentum.
+/// Derivatives of the attitude, of the rates and of the wheels' momentum.
 type Change = (Quaternion, Vector, Vector);
 
 fn change(state: &State, body: &Body, torques: Vector, dipole: Vector, environment: &Environment) -> Change {
@@ -156,13 +156,13 @@ mod tests {
     fn energy_stays_without_torque() {
         let (mut state, body) = (State { wheels_n_m_s: [0.0; 3], ..tumbling() }, Body::default());
         let wheels = body.wheels.map(|wheel| wheel.inertia_kg_m2);
-        // A wheel that nothing drives keeps its rate against the stars, and the body's inertia is that without it.
+        // An undriven wheel keeps its rate against the stars: the inertia that turns is the body's without the wheel's.
         let energy = |s: &State| dot(s.rates_rad_s, times(sub(body.inertia_kg_m2, wheels), s.rates_rad_s));
         let before = energy(&state);
         for _ in 0..10_000 {
             step(&mut state, &body, [0.0; 3], [0.0; 3], &NOTHING, 0.1);
         }
-        // The wheels exchange less than a thousandth of it.
+        // The exchange with the wheels is less than a thousandth of the energy.
         assert!((energy(&state) / before - 1.0).abs() < 1e-3);
     }
 
@@ -184,7 +184,7 @@ mod tests {
         assert!((state.rates_rad_s[1] + 0.015 / 0.10).abs() < 1e-3);
     }
 
-    /// Seconds until a wheel at its greatest torque has turned the body at rest to 0.17 rad/s about its axis.
+    /// A wheel at its greatest torque turns the body at rest to 0.17 rad/s about its axis; the seconds are counted.
     #[test]
     fn a_wheel_that_anybody_commands_makes_a_tumble_about_the_axis_of_least_inertia() {
         let tumbles = |axis: usize| {

@@ -40,7 +40,7 @@ pub struct Window {
     pub highest_elevation: f64,
 }
 
-/// What the station sees of a satellite in this state.
+/// Elevation, azimuth and range of a satellite, from the station.
 pub fn look(station: &Tangent, state: &OrbitState, date: Date) -> Look {
     let seen = seen_from_ground(state, date);
     let [east, north, up] = station.to_local(seen.position_m);
@@ -60,7 +60,7 @@ pub fn look(station: &Tangent, state: &OrbitState, date: Date) -> Look {
 /// under way at an end is cut there.
 pub fn passes(station: &Tangent, orbit: &Orbit, from: f64, to: f64, least_elevation: f64) -> Vec<Window> {
     let mut found = Vec::new();
-    // A bound that is no number fails this as well.
+    // Also false for NaN.
     if from.partial_cmp(&to) != Some(std::cmp::Ordering::Less) {
         return found;
     }
@@ -86,7 +86,7 @@ pub fn passes(station: &Tangent, orbit: &Orbit, from: f64, to: f64, least_elevat
     found
 }
 
-/// The time between two up to which `holds` is so.
+/// Time between `from` and `to` at which `holds` ceases to be true.
 fn change(mut from: f64, mut to: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (from + to);
@@ -95,7 +95,7 @@ fn change(mut from: f64, mut to: f64, holds: impl Fn(f64) -> bool) -> f64 {
     0.5 * (from + to)
 }
 
-/// A pass with its highest elevation: the best of the steps, and of the thirds of the two steps around it.
+/// A pass with its highest elevation: the best of the steps, refined by ternary search over the two steps around it.
 fn window(rise: f64, set: f64, height: impl Fn(f64) -> f64) -> Window {
     let (mut best, mut time) = (rise, rise);
     while time < set {

@@ -43,7 +43,7 @@ pub fn place_of(position_m: Vector) -> GeodeticPlace {
     let [x, y, z] = position_m;
     let flat = (x * x + y * y).sqrt();
     let mut lift = 0.0;
-    // The normal of the ellipsoid meets the axis below the centre, by this much.
+    // The normal of the ellipsoid meets the axis `lift` below the centre.
     for _ in 0..8 {
         let (up, radius) = (z + lift, RADIUS_M);
         let sin = up / (flat * flat + up * up).sqrt();

@@ -36,7 +36,7 @@ impl Controller {
     /// kept.
     pub fn torques(&self, body: &Body, state: &State, wanted: &Reference) -> Vector {
         let Controller { frequency_rad_s: frequency, damping } = *self;
-        // Turn from the body to the reference's axes: the error is zero where this is no turn.
+        // Rotation from the body's axes to the reference's. It is the identity where there is no error.
         let off = short(product(inverse(wanted.attitude), state.attitude));
         let rates = rotate_back(off, wanted.rates_rad_s);
         let error = sub(state.rates_rad_s, rates);
@@ -81,7 +81,7 @@ fn facing(direction: Vector, along: Vector) -> Quaternion {
     let across = |along: Vector| {
         let along = unit(along)?;
         let flat = sub(along, scale(z, dot(along, z)));
-        // Nearer than this to z a direction says nothing about x.
+        // A direction nearer to z than this does not determine x.
         unit(flat).filter(|_| norm(flat) > 1e-9)
     };
     let x = across(along).or_else(|| across([1.0, 0.0, 0.0])).or_else(|| across([0.0, 1.0, 0.0]));

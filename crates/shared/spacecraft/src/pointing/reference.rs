@@ -21,7 +21,7 @@ pub struct Reference {
     pub acceleration_rad_s2: Vector,
 }
 
-/// How fast a reference may turn.
+/// Limits of the turn of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TurnLimits {
@@ -44,7 +44,8 @@ impl Reference {
         Reference { attitude, rates_rad_s: [0.0; 3], acceleration_rad_s2: [0.0; 3] }
     }
 
-    /// An attitude that was another `dt` seconds ago, turning evenly. Without a positive `dt` it stands.
+    /// Reference in even rotation that had the attitude `before` `dt` seconds ago. Without a positive `dt` it is at
+    /// rest.
     pub fn moving(before: Quaternion, attitude: Quaternion, dt: f64) -> Self {
         let way = rotation_vector(product(inverse(before), attitude));
         let rates_rad_s = if dt > 0.0 { scale(way, 1.0 / dt) } else { [0.0; 3] };
@@ -67,11 +68,12 @@ impl Reference {
         let off = product(inverse(self.attitude), goal.attitude);
         let way = rotation_vector(off);
         let left = norm(way);
-        // Rate from which on the way that is left is enough to stop.
+        // Largest rate from which the rest of the way is long enough to stop.
         let closing = (2.0 * STOPS * faster * left).sqrt().min(most).min(0.5 * left / dt);
         let own_rates = rotate(off, goal.rates_rad_s);
         let wanted = unit(way).map_or(own_rates, |along| add(own_rates, scale(along, closing)));
         let change = sub(wanted, self.rates_rad_s);
+        // `MIN_POSITIVE` instead of zero: without a change the factor is then 1.
         let change = scale(change, (faster * dt / norm(change).max(f64::MIN_POSITIVE)).min(1.0));
         let turned = scale(add(self.rates_rad_s, scale(change, 0.5)), dt);
         Reference {
@@ -82,8 +84,8 @@ impl Reference {
     }
 }
 
-/// The attitude that turns from `current` towards `wanted` the short way, for `dt` seconds at no more than `max_rate`,
-/// rad/s. It starts and stops at once: [`Reference::step_towards`] does not.
+/// Attitude after a turn of `dt` seconds from `current` towards `wanted`, by the short way and at no more than
+/// `max_rate`, rad/s. The turn has no acceleration; that of [`Reference::step_towards`] has.
 pub fn approach(current: Quaternion, wanted: Quaternion, max_rate: f64, dt: f64) -> Quaternion {
     let way = rotation_vector(product(inverse(current), wanted));
     let (angle, most) = (norm(way), (max_rate * dt).max(0.0));

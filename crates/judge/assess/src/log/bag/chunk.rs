@@ -52,7 +52,7 @@ pub(super) fn open<'a>(body: &'a [u8], budget: &mut u64) -> Result<(Cow<'a, [u8]
     Ok((records, chunk.crc != 0))
 }
 
-/// The records that are there of a chunk that the file's end cuts; its CRC cannot be checked.
+/// Records that are left of a chunk which the file's end cuts; its CRC cannot be checked.
 pub(super) fn cut(body: &[u8], budget: u64) -> Cow<'_, [u8]> {
     let Ok((chunk, _)) = parse(body) else { return Cow::Borrowed(&[]) };
     match chunk.compression {
@@ -71,8 +71,9 @@ fn expanded<'a>(chunk: &Chunk<'a>, budget: &mut u64) -> Result<Cow<'a, [u8]>, Un
     if chunk.compression.is_empty() {
         return Ok(Cow::Borrowed(chunk.data));
     }
+    // Charged before the work: a hostile file may have any number of chunks that break at their end.
     *budget = budget.checked_sub(chunk.size).ok_or(Unread::Large)?;
-    // One byte more than it says tells a chunk that has more.
+    // One byte more than stated, so that a longer chunk is noticed.
     let most = chunk.size.saturating_add(1);
     let (records, ended) = match chunk.compression {
         "zstd" => read(zstd::stream::read::Decoder::with_buffer(chunk.data).map_err(broken)?, most),
@@ -100,7 +101,7 @@ fn parse(body: &[u8]) -> Result<(Chunk<'_>, u64), RecordError> {
     let compression = std::str::from_utf8(name).map_err(|_| RecordError::CompressionName)?;
     let stored = u64::from_le_bytes(take(&mut rest).ok_or_else(short)?);
     let data = usize::try_from(stored).ok().and_then(|stored| rest.get(..stored)).unwrap_or(rest);
-    // What stands behind the data would be neither data nor the next record.
+    // With bytes left over the stated length is wrong: all of them are taken, and the lengths differ.
     let data = if data.len() < rest.len() { rest } else { data };
     Ok((Chunk { size, crc, compression, data }, stored))
 }

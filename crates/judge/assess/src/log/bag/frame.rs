@@ -14,12 +14,12 @@ pub(super) const MESSAGE: u8 = 0x05;
 pub(super) const CHUNK: u8 = 0x06;
 pub(super) const STATISTICS: u8 = 0x0b;
 pub(super) const DATA_END: u8 = 0x0f;
-/// The last kind of the format's version 1; from [`PRIVATE`] on they are a writer's own.
+/// Last kind of the format's version 1; kinds from [`PRIVATE`] on are a writer's own.
 const LAST: u8 = DATA_END;
 const PRIVATE: u8 = 0x80;
 /// Length of a header: its kind, its length.
 pub(super) const HEAD: usize = 9;
-/// Records in a row that make a place a good one, where there are no chunks to be known by.
+/// Records in a row by which a place is recognised as sound, in a file without chunks.
 const IN_A_ROW: usize = 3;
 
 /// A record.
@@ -30,10 +30,10 @@ pub(super) struct Frame<'a> {
     pub(super) next: usize,
 }
 
-/// The record at a place.
+/// The record at `at`.
 ///
 /// # Errors
-/// The reason that there is none.
+/// Why no record can be read there.
 pub(super) fn read_frame(bytes: &[u8], at: usize) -> Result<Frame<'_>, RecordError> {
     let left = bytes.len().saturating_sub(at);
     let Some((kind, length)) = head(bytes, at) else {

@@ -23,7 +23,7 @@ pub(in crate::log) struct Tables {
     schemas: BTreeMap<u16, (String, Definition)>,
     /// Messages that are zstd frames by themselves.
     packed: u64,
-    /// Messages of a channel that is nowhere.
+    /// Messages of channels that the file does not describe.
     strays: u64,
 }
 
@@ -36,13 +36,13 @@ struct Channel {
 enum Encoding {
     Json,
     Cdr,
-    /// Reason that it is not read.
+    /// Reason that the encoding is not read.
     Other(Unreadable),
 }
 
 enum Definition {
     Ros(Schema),
-    /// Reason that there is none to be read by.
+    /// Reason that the definition cannot be used.
     Not(Unreadable),
 }
 

@@ -12,10 +12,10 @@ use crate::log::layout::Number;
 /// Most types of a definition, and most fields of one.
 const MAX_TYPES: usize = 256;
 const MAX_FIELDS: usize = 1024;
-/// Most of a line that an error shows, characters.
+/// Most characters of a line that an error shows.
 const SHOWN: usize = 60;
 
-/// A line of a definition is none.
+/// Error of a line of a definition.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of its definition, `{}`: {fault}", shown.escape_debug())]
 pub(in crate::log) struct DefinitionError {

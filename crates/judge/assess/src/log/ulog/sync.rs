@@ -26,10 +26,10 @@ pub(super) enum There<'a> {
     Cut(usize),
 }
 
-/// The record at a place; `cut` is where appended data begin, if behind it.
+/// The record at `at`; `cut` is where appended data begin, if behind `at`.
 ///
 /// # Errors
-/// The reason that there is none.
+/// Why no record can be read at `at`.
 pub(super) fn read_record(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_>, RecordError> {
     let left = bytes.len() - at;
     if let (Some(start), true) = (cut, left < HEAD) {

@@ -41,7 +41,7 @@ pub(super) fn check(facts: &Facts) -> Vec<Finding> {
     found
 }
 
-/// Acts without authority, without a confirmation in time, or with a failing guard by the unit's own word.
+/// Acts without authority, without a confirmation in time, or with a guard that fails in the unit's own entry.
 fn acts_without_authority(facts: &Facts) -> Vec<Finding> {
     let Facts { evidence, timeline, .. } = facts;
     let mut found = Vec::new();

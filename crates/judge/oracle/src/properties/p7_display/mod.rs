@@ -1,5 +1,6 @@
-//! P7: no value is shown fresh beyond its limit, and a value shown fresh of the unit under test was so there at some instant within the
-//! last telemetry period and *Tf*; commands and lost sessions are shown as they are.
+//! P7: the display. No value is shown as fresh beyond its limit. A value of the unit under test that is shown as fresh
+//! held there at some instant within the last telemetry period and *Tf*. Commands and lost sessions are shown as they
+//! are.
 
 mod age;
 mod commands;

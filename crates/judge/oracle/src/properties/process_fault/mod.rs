@@ -175,7 +175,8 @@ impl JudgedFault<'_> {
         found
     }
 
-    /// Another part that a log which cannot be written holds up: reports go on coming, and the plant is driven under its lease.
+    /// Finding for a part that a log without disk space holds up: reports must still come, and the plant must still be
+    /// driven under its lease.
     fn holds_up_others(&self) -> Option<Finding> {
         let (from, to) = (self.killed, self.runs_again.min(self.evidence.duration));
         let limit = self.evidence.bounds.freshness_ms * 1000;
@@ -213,7 +214,7 @@ impl JudgedFault<'_> {
         self.due(zero, self.required.restricted).is_some() || self.due(zero, self.required.settled).is_some()
     }
 
-    /// True if the unit did not run for as long as its supervision lease, and runs again.
+    /// True if the unit runs again after a stop longer than its supervision lease.
     fn supervision_lapsed(&self) -> bool {
         let b = &self.evidence.bounds;
         self.runs_again < self.evidence.duration
@@ -264,8 +265,8 @@ impl JudgedFault<'_> {
             .any(|w| matches!(w.entry.event, Any::Instrument(Note::Step { begun: true, .. })))
     }
 
-    /// Unit that did not run for as long as its supervision lease, and does not hold at its first judgement; one that was started
-    /// again is idle.
+    /// Finding for a unit that runs again after a stop longer than its supervision lease, and does not hold at its
+    /// first judgement. A unit that was started again is idle.
     fn goes_on_after_lapse(&self) -> Option<Finding> {
         let judged_at = self
             .runs_again

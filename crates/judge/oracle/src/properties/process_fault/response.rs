@@ -14,9 +14,9 @@ pub struct RequiredResponse {
     pub node: NodeId,
     /// Mode that the platform ends in.
     pub ends_in: Mode,
-    /// Moment from which the bounds count.
+    /// Event from which the bounds count.
     pub from: From,
-    /// Latest time without READY or authority, ms; none where there is no loss to expect.
+    /// Latest time at which READY and authority must have ended, ms; none where no loss is expected.
     pub restricted: Option<fn(&Bounds) -> u64>,
     /// Latest time in `ends_in`, ms.
     pub settled: Option<fn(&Bounds) -> u64>,
