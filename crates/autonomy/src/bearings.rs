@@ -15,7 +15,7 @@ use crate::fitness::{Stage, fit};
 use crate::geofence::Point;
 use crate::localisation::wrap;
 
-/// As many as a message of tracks may hold.
+/// Most tracks with lines of sight: as many as one message of tracks may hold.
 const MOST: usize = 16;
 /// A contradiction that lasts longer begins the count again: two decisions of the tracker. Chosen on one scene, in which the networks
 /// disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).

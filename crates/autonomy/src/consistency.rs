@@ -108,6 +108,8 @@ impl Teammates {
             .or_else(|| claim.led_elsewhere(bounds))
             .or_else(|| self.excluded(&claim, now, own_motion, bounds));
         match (finding, before) {
+            // The contradicting claim is not stored: it would become the reference for the next one, and make itself
+            // true by being repeated.
             (Some(found), _) => self.found = Some((unit, found)),
             (None, Some(at)) if claim.order() > self.claims[at].order() => self.claims[at] = claim,
             // Overtaken on its way by a later one of the same source.

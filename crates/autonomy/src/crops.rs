@@ -6,7 +6,7 @@ use wire::crop::Pictured;
 use wire::time::{Instant, Span};
 use wire::track::Tracks;
 
-/// See the module.
+/// The newest crops of one track, with those that are still to be sent.
 #[derive(Clone, Debug, Default)]
 pub struct Crops {
     newest: Option<(Pictured, Instant)>,
@@ -23,7 +23,7 @@ impl Crops {
         self.newest = Some((Pictured { track: first.track, age: Span::ZERO, crops }, tracks.stamp));
     }
 
-    /// Their hashes, for a report made at `now`.
+    /// Hashes of the newest crops, for a report made at `now`.
     pub fn pictured(&self, now: Instant) -> Option<Pictured> {
         self.newest.as_ref().map(|(pictured, stamp)| Pictured { age: now.since(*stamp), ..pictured.clone() })
     }

@@ -129,6 +129,7 @@ impl Autonomy {
         if self.quiet {
             return Some(Refusal::Interlock { mode: self.mode() });
         }
+        // The guards of this moment decide: those of the last judgement may be a control period old.
         self.judge(now);
         match order.kind() {
             CommandKind::Resume => self.resume(now, order),
@@ -436,7 +437,7 @@ impl Autonomy {
         }
     }
 
-    /// Says our session nonce until the peer uses it.
+    /// Repeats the Hello with this unit's session nonce until the peer uses the nonce.
     pub(crate) fn introduce(&mut self, now: Instant) {
         if let Some(nonce) = self.session.as_ref().and_then(|session| session.introduction()) {
             self.send(now, SessionBody::Hello(nonce));

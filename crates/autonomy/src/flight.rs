@@ -95,7 +95,7 @@ pub(crate) mod tests {
         assert_eq!([2500.0, 2400.0, 0.0, 9000.0].map(requested), [fly(0), fly(100), fly(800), fly(-800)]);
     }
 
-    /// It has no reverse gear, and something may stand close ahead.
+    /// A hovering unit has no reverse gear, and something may stand close ahead.
     #[test]
     fn hover_turns_about_itself() {
         let way = navigation::SetPoint { speed: 0.0, curvature: 0.0004 };

@@ -11,7 +11,7 @@ use wire::mode::Because;
 /// A point in the world frame: millimetres east, millimetres north.
 pub type Point = (f64, f64);
 
-/// The fence.
+/// The fence as a polygon.
 #[derive(Clone, Debug)]
 pub struct Geofence {
     corners: Vec<Point>,
@@ -34,7 +34,7 @@ impl Geofence {
         Geofence { corners: corners.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect() }
     }
 
-    /// The corners.
+    /// Corners in order, millimetres east and north.
     pub fn corners(&self) -> &[Point] {
         &self.corners
     }

@@ -24,7 +24,7 @@ const DIAGONAL: u32 = 14;
 /// A place to keep clear of, and how far from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keepout {
-    /// Centre.
+    /// Centre of the circle, millimetres.
     pub at: Point,
     /// Distance that is planned for, millimetres.
     pub radius: f64,

@@ -31,6 +31,8 @@ impl Lease {
         let age = age.map_or(Span::ZERO, Age::upper);
         let longest = self.contacts.lease(received.since(self.started), usual);
         let until = received + Span(length.0.min(longest.0)) - age;
+        // The later end stays: a grant that a relay delayed and that arrives behind a newer one must not shorten the
+        // lease.
         self.until = Some(self.until.map_or(until, |standing| standing.max(until)));
         self.granted = Some(received);
     }

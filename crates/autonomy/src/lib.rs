@@ -135,11 +135,12 @@ pub struct Autonomy {
     schedule: Schedule,
     revoked: RevocationList,
     mission: Mission,
-    /// A look under way, in place of the mission.
+    /// A look from another side under way, in place of the mission.
     look: Option<Look>,
-    /// Place of the object that was looked at last: the unit came near, and keeps clear of it when it is no longer in view.
+    /// Place of the object of the last look: the unit came near, and keeps clear of the object also when it is out of
+    /// view.
     looked_at: Option<Point>,
-    /// Turning in more moves than one.
+    /// State of turning by backing up.
     turn: Turn,
     /// The guest that drives in place of mission and navigation.
     pilot: Option<Pilot>,

@@ -53,19 +53,19 @@ pub struct Localisation {
     newest: Option<Instant>,
     fix: Option<Instant>,
     odometry: Option<(Instant, Odometry)>,
-    /// The reading that the estimates moved by last, and the speed to the left then.
+    /// Time and content of the last odometry that moved the estimates.
     moved_by: Option<(Instant, Previous)>,
-    /// Readings of odometry are means of the time since the one before.
+    /// True if an odometry reading is the mean since the reading before, and not the value at its stamp.
     of_means: bool,
-    /// The newest reading of odometry, new or repeated.
+    /// The newest odometry, also where it repeats the one before.
     heard: Option<Odometry>,
-    /// Time after which repeated readings count as none; never without it.
+    /// Time after which repeated odometry counts as silent; absent: repetition is not judged.
     repeats: Option<Span>,
-    /// Odometry has repeated itself for so long.
+    /// True if odometry has repeated itself for that long.
     stale: bool,
-    /// Greatest speed that odometry is believed, mm/s; any without it.
+    /// Greatest credible speed of odometry, mm/s; absent: no limit.
     fastest: Option<f64>,
-    /// The newest reading of odometry is beyond it.
+    /// True if the newest odometry exceeds that speed.
     impossible: bool,
     track: Option<Estimates>,
     disagrees: bool,
@@ -73,8 +73,7 @@ pub struct Localisation {
     receiver: Receiver,
     /// Height of a unit that flies.
     height: Option<Height>,
-    /// Sideways speed of a unit that leaves the ground: its speed to the left by the newest odometry, mm/s, and the newest of its
-    /// further readings.
+    /// Speed to the left of a unit that leaves the ground, by the newest reading, mm/s.
     slides: Option<f64>,
     spatial: Option<Spatial>,
     limits: Limits,
@@ -83,7 +82,7 @@ pub struct Localisation {
     waived: Waived,
 }
 
-/// The reading before.
+/// Odometry of the last movement.
 #[derive(Clone, Copy, Debug)]
 struct Previous {
     odometry: Odometry,
@@ -108,7 +107,7 @@ struct Estimate {
 }
 
 impl Localisation {
-    /// With the platform's limits and the tests that the policy waives.
+    /// Localisation under the platform's limits; `passed_over` are the tests that the policy waives.
     pub fn new(limits: Limits, passed_over: Guards) -> Self {
         let height = limits.aloft.as_ref().map(Height::new);
         Localisation { limits, passed_over, height, ..Localisation::default() }
@@ -143,6 +142,8 @@ impl Localisation {
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
     pub fn take(&mut self, reading: &Navigation, waived: Waived) {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
+        // The trapezoidal rule needs a reading at both ends of the interval: after a gap, and for odometry that is a
+        // mean, the newest reading counts alone.
         let adjacent = |(time, _): &(Instant, Previous)| Some(*time) == self.newest && !self.of_means;
         let before = self.moved_by.filter(adjacent).map(|(_, previous)| previous);
         self.newest = Some(reading.stamp);
@@ -288,6 +289,8 @@ impl Localisation {
         let seen =
             Estimate { at: (f64::from(pose.x_mm), f64::from(pose.y_mm)), yaw: f64::from(pose.yaw_mrad) / 1000.0 };
         let Some(Estimates { anchor, unobserved, .. }) = self.track else {
+            // The first fix is taken as it is: there is nothing yet to hold it against, so a false position before the
+            // start is not detected here.
             self.track = Some(Estimates { pose: seen, anchor: seen, unobserved: 0.0, followed: 0.0 });
             return;
         };
@@ -330,6 +333,8 @@ fn beyond_gate(
 impl Estimates {
     /// Lets a trusted fix correct both. Gives the share of it that the anchor took over.
     fn follow(&mut self, seen: &Estimate, elapsed: f64) -> f64 {
+        // After a way without odometry neither estimate knows better than the fix, so the pose takes the fix over and
+        // the anchor begins a new mean. The gate was widened by that way.
         let regained = self.unobserved > 0.0;
         self.followed = if regained { 0.0 } else { (self.followed + elapsed).min(ANCHOR_S) };
         let share = if self.followed > 0.0 { elapsed / (self.followed + elapsed).min(ANCHOR_S) } else { 1.0 };
@@ -430,7 +435,7 @@ mod tests {
         assert!(followed > 1800.0, "{followed}");
     }
 
-    /// One fix far off is the gate's alone.
+    /// A single fix beyond the gate does not enter the drift test.
     #[test]
     fn single_outlier_is_forgotten_with_the_next_fix() {
         let mut localisation = Localisation::default();
@@ -463,7 +468,7 @@ mod tests {
         assert_eq!(after(|_| (0, 0), true), (false, true), "wheels at rest");
     }
 
-    /// One such reading is of no cost; fixes and the next reading go on.
+    /// A single reading above the body's speed has no effect; fixes and the next reading go on.
     #[test]
     fn odometry_faster_than_the_body_is_silent() {
         let after = |readings: u64, speed_mm_s: i32| {

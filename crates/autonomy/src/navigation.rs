@@ -26,9 +26,9 @@ const CREEPING_SHARE: f64 = 0.25;
 /// Request to the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SetPoint {
-    /// Forward, mm/s.
+    /// Forward speed, mm/s.
     pub speed: f64,
-    /// 1/mm, positive to the left.
+    /// Curvature, 1/mm, positive to the left.
     pub curvature: f64,
 }
 
@@ -43,7 +43,7 @@ pub struct Surroundings<'a> {
     pub things: &'a [Obstacle],
     /// Curvature that the plant was asked for last, 1/mm.
     pub steered: f64,
-    /// The fence.
+    /// The mission's fence.
     pub fence: &'a Geofence,
     /// The platform's bounds.
     pub bounds: &'a Bounds,
@@ -231,7 +231,7 @@ mod tests {
         assert!(worst < 1500.0, "{worst}");
     }
 
-    /// It stops before an obstacle ahead, and at once when the mode requires it.
+    /// The unit stops before an obstacle ahead, and at once when the mode requires a stop.
     #[test]
     fn navigation_stops_for_obstacles_and_for_the_mode() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(follow(&motion, &way, &env), SetPoint::default());
     }
 
-    /// It would drive around it for ever; from a stand it backs up (`turn`).
+    /// A point within the turning circle cannot be reached by driving on: the unit stands, and `turn` backs up.
     #[test]
     fn unit_stands_before_a_way_point_within_its_turn() {
         let (fence, bounds) = (fence(), Bounds::GROUND);

@@ -27,7 +27,7 @@ pub struct Seals {
 }
 
 impl Seals {
-    /// For the log of `node` in `boot`; a seal may be at most `limit` old.
+    /// Seals over the log of `node` in `boot`; a seal may be at most `limit` old.
     pub fn new(node: NodeId, boot: Boot, limit: Span) -> Self {
         Seals { node, boot, limit, marks: VecDeque::with_capacity(MARKS), sealed: None, behind: None }
     }
@@ -44,6 +44,7 @@ impl Seals {
 
     /// Takes an accepted seal.
     pub fn take(&mut self, received: Instant, seal: &Seal) {
+        // A head of an earlier boot does not count: its counter belongs to another log.
         let our_head = seal.heads.iter().find(|head| head.node == self.node && head.boot == self.boot);
         if let Some(head) = our_head {
             self.sealed = Some((received, head.counter));

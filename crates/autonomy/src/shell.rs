@@ -14,17 +14,19 @@ use crate::extent::Extent;
 use crate::geofence::Motion;
 use crate::things::Obstacle;
 
-/// Room around the body: four deviations of a fix (160 mm) and the way by which steering lags behind.
+/// Room around the body, millimetres: four deviations of a fix (160 mm) and the way by which steering lags behind.
 const SPARE_MM: f64 = 250.0;
-/// Share of the room to something that the unit is beside already, the part that its rear takes when it turns away.
+/// Room given up to something that the unit stands beside already, millimetres: the swing of the rear when the unit
+/// turns away.
 const SWING_MM: f64 = 30.0;
-/// And the least that is left by that.
+/// Least room that is left after [`SWING_MM`], millimetres.
 const LEAST_MM: f64 = 60.0;
-/// Between two places of the body along an arc: less than the thinnest thing that counts, with the margin on both sides.
+/// Distance between two tested places along an arc, millimetres: less than the thinnest thing that counts, with the
+/// margin on both sides.
 const STEP_MM: f64 = 150.0;
-/// Way by which a step away from a person comes away at least: a third of it.
+/// Least gain of distance from a person by one step that counts as leaving, millimetres: a third of the step.
 const LEAVES_MM: f64 = 50.0;
-/// Between two moments of braking, seconds: in 0.1 s the two come nearer by less than the margin.
+/// Time between two tested moments of braking, seconds: in 0.1 s unit and thing come nearer by less than the margin.
 const TICK_S: f64 = 0.1;
 /// Speed with which a person who stands is passed however near, mm/s: the body stands within 0.03 m.
 const CREEPS_MM_S: f64 = 300.0;
@@ -47,8 +49,8 @@ impl Brakes {
     }
 }
 
-/// The fastest forward speed up to `speed` on an arc of `curvature` that leaves room to stop. Steering takes time to follow, so the arc between
-/// is looked at too: from the curvature of now, `before`.
+/// The fastest forward speed, at most `speed`, that leaves room to stop on an arc of `curvature`. Steering lags, so the
+/// present curvature `before` and the mean of the two are tested too.
 pub fn speed_along(
     motion: &Motion,
     (speed, curvature, before): (f64, f64, f64),
@@ -59,7 +61,7 @@ pub fn speed_along(
     within_room(motion, (speed, [curvature, before, (curvature + before) / 2.0]), STEP_MM, things, (brakes, limits))
 }
 
-/// The reversed set-point, the speed without its sign.
+/// The fastest backward speed, at most `speed`, that leaves room to stop on an arc of `curvature`; without a sign.
 pub fn speed_back(
     motion: &Motion,
     (speed, curvature): (f64, f64),

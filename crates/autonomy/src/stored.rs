@@ -44,6 +44,7 @@ impl Autonomy {
 
     /// Reason not to carry out a stored order whatever the mode: its window is over, or its operator has been revoked meanwhile.
     fn unfit(&self, now: Instant, order: &Ordered, excess: Option<Span>) -> Option<Refusal> {
+        // The order was admitted before the revocation came; its operator is asked for again now.
         let required = self.identity.policy.check(Check::Revocation) == Requirement::Required;
         let revoked = || self.revoked.check_admitted(order.id().operator, now).err().filter(|_| required);
         excess.map(|over| Refusal::Missed { over }).or_else(revoked)

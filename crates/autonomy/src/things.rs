@@ -39,7 +39,7 @@ const TEAMMATE_MM: f64 = 1000.0;
 /// Something with an extent and a height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thing {
-    /// Its extent.
+    /// Extent on the ground.
     pub extent: Extent,
     /// Height of its top above the ground, millimetres.
     pub top: f64,
@@ -48,9 +48,9 @@ pub struct Thing {
 /// Something that the body must not touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Its extent.
+    /// Extent on the ground.
     pub extent: Extent,
-    /// Its velocity, mm/s; zero of something that stands.
+    /// Velocity, mm/s; zero of something that stands.
     pub velocity: Point,
     /// True if it may walk off from standing: a person, or a thing of such a size by LiDAR.
     pub may_walk: bool,
@@ -74,7 +74,7 @@ impl Obstacle {
     }
 }
 
-/// All of them.
+/// Things of the map and things that perception showed.
 #[derive(Clone, Debug)]
 pub struct Things {
     map: Arc<[Thing]>,
@@ -93,7 +93,7 @@ impl Thing {
 }
 
 impl Things {
-    /// Things of the map included.
+    /// Knowledge of `map` alone, before the first picture.
     pub fn new(map: Arc<[Thing]>, now: Instant) -> Self {
         Things { map, kept: Vec::new(), updated: now }
     }
@@ -328,7 +328,7 @@ mod tests {
         assert_eq!(count(&things), 1);
     }
 
-    /// Which keeps its class, and is one thing.
+    /// A person shown by LiDAR alone keeps the class, and stays one thing.
     #[test]
     fn person_who_leaves_the_view_is_followed_by_lidar() {
         let mut things = Things::new(Arc::from([]), Instant(0));

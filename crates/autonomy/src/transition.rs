@@ -58,7 +58,7 @@ pub enum Stimulus<'a> {
 /// Context in which a step is judged.
 #[derive(Debug)]
 pub struct Context<'a> {
-    /// Now.
+    /// Time of the step.
     pub now: Instant,
     /// The guards as judged now.
     pub health: &'a Health,
@@ -99,16 +99,16 @@ pub enum Effect {
         from: Mode,
         /// Mode after.
         to: Mode,
-        /// Cause.
+        /// Cause of the change.
         cause: Cause,
         /// The first link of the chain behind the cause.
         because: Because,
         /// All guards that failed at the time, waived ones too.
         failing: Guards,
     },
-    /// Authority began.
+    /// Authority began, and may be used once.
     Minted {
-        /// Serial.
+        /// Serial of the authority.
         authority: u32,
         /// World it is bound to.
         world: WorldId,
@@ -125,7 +125,7 @@ pub enum Effect {
     Acted(Spent),
     /// The order was not carried out.
     Refused(Refusal),
-    /// These values hold from now on.
+    /// An operator's values hold from now on.
     Configured(Settings),
 }
 
@@ -201,7 +201,7 @@ impl Ready {
         Degraded::from_loss(loss, now)
     }
 
-    /// Stops.
+    /// Stops for a reason.
     pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
         HoldSafe { stopped: Stopped }
     }
@@ -230,7 +230,7 @@ impl PrepareToAct {
         (Degraded::from_loss(loss, now), self.authority.revoke(cause))
     }
 
-    /// Stops.
+    /// Stops, and revokes the authority.
     pub fn hold(self, stop: &Stop<'_>) -> (HoldSafe, Revoked) {
         (HoldSafe { stopped: Stopped }, self.authority.revoke(stop.cause_chain().0))
     }
@@ -258,7 +258,7 @@ impl Degraded {
         Ready { healthy }
     }
 
-    /// Stops.
+    /// Stops for a reason.
     pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
         HoldSafe { stopped: Stopped }
     }
@@ -275,7 +275,7 @@ impl HoldSafe {
 // The step: which transition, from what was judged or ordered.
 
 impl Machine {
-    /// One step. At most one transition; the effects are in the order in which they came about.
+    /// Takes one stimulus: at most one transition. The effects are in the order in which they came about.
     #[must_use]
     pub fn step(self, stimulus: Stimulus<'_>, ctx: &mut Context<'_>) -> (Machine, Effects) {
         let from = self.mode();

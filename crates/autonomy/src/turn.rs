@@ -15,7 +15,7 @@ use crate::shell;
 const STANDS_MM_S: f64 = 100.0;
 /// Time for which it stands before it backs up.
 const PATIENCE: Span = Span::s(2);
-/// Way of one move, at most and at least, millimetres.
+/// Way of the first move, at most, and of any move, at least, millimetres.
 const BACK_MM: f64 = 2000.0;
 const LEAST_MM: f64 = 300.0;
 /// Factor up to which the way grows from try to try.
@@ -24,7 +24,7 @@ const FARTHER: u32 = 3;
 const AGAIN_MM: f64 = 8000.0;
 /// Speed of a move, mm/s.
 const BACK_MM_S: f64 = 500.0;
-/// A move takes no longer than this, and than its way at half of the speed.
+/// Time that a move may take beyond its way at half of the speed, milliseconds.
 const LONGEST_MS: f64 = 2000.0;
 
 /// State of turning.
@@ -32,7 +32,7 @@ const LONGEST_MS: f64 = 2000.0;
 pub struct Turn {
     stands: Option<Instant>,
     back: Option<Back>,
-    /// Place of the first of the moves that are tries of one, and how many there were.
+    /// Place of the first of several tries of one move, and their number.
     tries: Option<(Point, u32)>,
 }
 
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!((backs((-1500.0, -500.0)), backs((-5000.0, 3500.0))), (false, true), "behind it and farther away");
     }
 
-    /// It creeps as far as forwards. From the margin it backs away.
+    /// Backwards the unit creeps up to the margin as it does forwards; from the margin it backs away.
     #[test]
     fn unit_does_not_back_over_the_fences_margin() {
         let fence = fence(-2400);

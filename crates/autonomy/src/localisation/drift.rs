@@ -78,7 +78,7 @@ mod tests {
     /// Share that an anchor forgets with a reading in its steady state.
     const SHARE: f64 = 0.05 / 4.0;
 
-    /// One percent of the way, all of it observed.
+    /// Error of the wheels, one percent of the way, and no way without odometry.
     const WHEELS: (f64, f64) = (0.01, 0.0);
 
     /// A unit that has long gone at `speed`.
@@ -121,7 +121,7 @@ mod tests {
         }
     }
 
-    /// As long after its beginning, in deviations, as one of a good fix.
+    /// Delay of the finding after the beginning of a drift, with the drift in units of the stated deviation.
     #[test]
     fn drift_of_a_receiver_that_states_more_is_found_as_late() {
         let found = |sigma_mm: f64| {

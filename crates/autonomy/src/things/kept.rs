@@ -48,7 +48,7 @@ pub(super) struct Kept {
     pub(super) at: Point,
     velocity: Point,
     half: f64,
-    /// Its fastest velocity of late, and when it had it: a thing that turns or stops for a moment goes on.
+    /// The fastest recent velocity and its time: a thing that turns or stops for a moment goes on.
     pace: (Point, Instant),
     seen: Instant,
     /// True if it was seen last nearer than the view: it may stand there unseen.
@@ -161,7 +161,7 @@ impl Kept {
         self.missed >= DOUBTED || moved && !self.close && now.since(self.seen) >= MOVES_ON
     }
 
-    /// Its extent and top. LiDAR alone tells no top: a body in the air keeps clear of things with a class.
+    /// Extent and top. LiDAR alone measures no top: a body in the air keeps clear only of things with a class.
     pub(super) fn thing(&self) -> Thing {
         let top = match self.number {
             Number::Track(_, class) => f64::from(class.largest_mm()[1]),

@@ -77,7 +77,7 @@ pub struct Mint {
 pub struct Revoked {
     /// Serial of the authority.
     pub authority: u32,
-    /// Cause.
+    /// Cause of the end.
     pub cause: Cause,
 }
 
@@ -93,7 +93,7 @@ pub struct Spent {
     pub track: TrackId,
     /// Place at which the track is held to be, east, millimetres.
     pub x_mm: i32,
-    /// North, millimetres.
+    /// Place at which the track is held to be, north, millimetres.
     pub y_mm: i32,
     /// The command that confirmed it.
     pub command: CommandId,
