@@ -108,7 +108,7 @@ fn spread(values: impl Iterator<Item = f64>) -> [f64; 3] {
     [values[0], values[values.len() / 2], values[values.len() - 1]]
 }
 
-/// One row: `units` spread evenly over `gateways`, or as far as there are units.
+/// Cost of `units`, spread evenly over `gateways` as far as there are units.
 fn measure(units: usize, gateways: usize) -> Cost {
     let all: Vec<UnitId> = UnitId::all().take(units).collect();
     let share = units.div_ceil(gateways);
@@ -160,8 +160,8 @@ impl Cell {
         Self { gateway, units, told: 0 }
     }
 
-    /// One second: the units make its records, the gateway takes them in the order of time. Gives the gateway's CPU
-    /// microseconds.
+    /// Runs one second: the units make its records, the gateway takes them in the order of time. Gives the gateway's
+    /// CPU microseconds.
     fn second(&mut self, second: u64) -> u64 {
         let mut inputs: Vec<(Instant, Input)> = self.units.iter_mut().flat_map(|unit| unit.second(second)).collect();
         inputs.sort_by_key(|(time, _)| *time);
@@ -183,7 +183,7 @@ impl Cell {
     }
 }
 
-/// Keeps records to units; feed and audit entries have gone when they are made.
+/// Collects the records to units, and drops feed and audit entries: their cost is paid when they are made.
 fn drain(gateway: &mut Gateway, time: Instant, outputs: &mut Vec<(Instant, SessionId, Vec<u8>)>) {
     while let Some(output) = gateway.output() {
         if let Output::Record { session, bytes } = output {

@@ -45,7 +45,8 @@ pub struct Boundary {
     policy: Policy,
     bounds: Bounds,
     keys: Keyring,
-    /// Reports seen so far, by (peer, origin); outlives a session, so that a new one is no second chance.
+    /// Reports seen so far, by (peer, origin). The windows outlive a session: a reconnect must not admit an old report
+    /// again.
     reports: Windows,
 }
 
@@ -54,7 +55,7 @@ pub struct Boundary {
 pub struct Admitted<'b> {
     /// Facts established about the session record.
     pub outer: Evidence,
-    /// Its content.
+    /// Content of the record.
     pub content: RecordContent<'b>,
 }
 
@@ -67,14 +68,14 @@ pub struct Admitted<'b> {
 pub enum RecordContent<'b> {
     /// A Hello: it keeps the session going and carries no word on any unit.
     Exchange(RecordId),
-    /// A report.
+    /// A report of a unit, under its origin's signature.
     Report(Accepted<SignedReport<'b>>),
-    /// A crop, with its bytes: images are for the display alone, and a report has to vouch for them there.
+    /// A crop with its bytes. Images go to the display alone, which believes a crop only where a report names its hash.
     Crop(RecordId, &'b [u8]),
 }
 
 impl Admitted<'_> {
-    /// The record's identity: the report's own, or sequence 0 of the peer when it carries no report.
+    /// Identity of the record: that of the report; of a record without a report, sequence 0 of the peer.
     pub fn record(&self) -> RecordId {
         match &self.content {
             RecordContent::Exchange(record) | RecordContent::Crop(record, _) => *record,
@@ -82,7 +83,7 @@ impl Admitted<'_> {
         }
     }
 
-    /// Facts established about the content, as far as that goes beyond the session record.
+    /// Facts established about the content: those of the report; without a report, those of the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
             RecordContent::Exchange(_) | RecordContent::Crop(..) => self.outer,
