@@ -24,7 +24,7 @@ pub const WRITTEN_REFUSALS: u64 = 256;
 pub struct Accounts(BTreeMap<Account, u64>);
 
 impl Accounts {
-    /// Adds one.
+    /// Counts one more of `account`.
     pub fn count(&mut self, account: Account) {
         *self.0.entry(account).or_default() += 1;
     }

@@ -25,13 +25,13 @@ pub const SIGN_PERIOD: Span = Span::s(1);
 /// Period at which the recorder seals.
 const SEAL_PERIOD: Span = Span::ms(250);
 
-/// One event in a node's chain.
+/// An event as an entry of its node's chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Entry<E = Event> {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
-    /// Its boot.
+    /// Boot of the node.
     #[n(1)]
     pub boot: Boot,
     /// Position in the chain, from 1.
@@ -40,7 +40,7 @@ pub struct Entry<E = Event> {
     /// Time on the node's own clock.
     #[n(3)]
     pub at: Instant,
-    /// The event.
+    /// Content of the entry.
     #[n(4)]
     pub event: E,
     /// SHA-256 of the encoded entry before; zero for the first.
@@ -125,7 +125,7 @@ pub struct Head {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
-    /// Boot.
+    /// Boot of the node.
     #[n(1)]
     pub boot: Boot,
     /// Entries so far.
@@ -147,10 +147,10 @@ impl Head {
 /// Reason that an entry does not continue its chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChainError {
-    /// Unreadable.
+    /// The bytes are no entry.
     #[error("unreadable entry: {0}")]
     Malformed(#[from] Malformed),
-    /// Not the next one, or not on this predecessor.
+    /// The entry has another counter or another predecessor than the next one.
     #[error("chain of {node} broken at entry {counter}")]
     Broken {
         /// Node that writes the chain.
@@ -229,10 +229,10 @@ pub struct SealedHead {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
-    /// Boot.
+    /// Boot of the node.
     #[n(1)]
     pub boot: Boot,
-    /// Entries sealed.
+    /// Number of entries sealed.
     #[n(2)]
     pub counter: u64,
 }

@@ -36,7 +36,7 @@ pub struct Bounds {
     pub hysteresis_ms: u64,
     /// Longest time that a loss may last before DEGRADED becomes HOLD_SAFE, ms; only for losses that driving depends on.
     pub unrecovered_ms: u64,
-    /// Oldest that the recorder's newest seal over our log may be, ms.
+    /// Largest age of the recorder's newest seal over the unit's log, ms.
     pub seal_limit_ms: u64,
     /// Largest distance from a designated position to a true object of the class at an act (P11), mm.
     pub designation_mm: u32,
@@ -102,7 +102,7 @@ impl Bounds {
         sequence_jump: 600,
     };
 
-    /// *Tf*.
+    /// Largest age of an accepted record, *Tf*.
     pub fn freshness(&self) -> Span {
         Span::ms(self.freshness_ms)
     }

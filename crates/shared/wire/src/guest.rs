@@ -35,7 +35,7 @@ pub struct Place(#[n(0)] pub i32, #[n(1)] pub i32);
 /// A disc to keep clear of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Disc {
-    /// Centre.
+    /// Centre of the disc.
     #[n(0)]
     pub at: Place,
     /// Radius, millimetres.
@@ -46,10 +46,10 @@ pub struct Disc {
 /// An obstacle of the map by its length and width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Block {
-    /// Its middle.
+    /// Centre of the block.
     #[n(0)]
     pub at: Place,
-    /// Half of length and width, millimetres.
+    /// Half of the length and of the width, millimetres.
     #[n(1)]
     pub half_mm: [u32; 2],
     /// Direction of its length, milliradians counter-clockwise from east.
@@ -118,10 +118,10 @@ pub struct ControlStep {
 /// A request of the core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Request {
-    /// The mission.
+    /// Take this mission.
     #[n(0)]
     Start(#[n(0)] Box<MissionStart>),
-    /// A step.
+    /// Answer this step.
     #[n(1)]
     Step(#[n(0)] Box<ControlStep>),
 }
@@ -131,13 +131,13 @@ pub enum Request {
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Declared {
-    /// It follows its mission.
+    /// The guest follows its mission.
     #[n(0)]
     Nominal,
-    /// It goes on with less.
+    /// The guest goes on with reduced performance.
     #[n(1)]
     Degraded,
-    /// It has brought the vehicle into its safe state, or does so.
+    /// The guest has brought the vehicle into its safe state, or is about to.
     #[n(2)]
     Safe,
 }
@@ -228,13 +228,13 @@ pub enum Answer {
     /// The guest has taken the mission.
     #[n(0)]
     Ready,
-    /// Its set-point.
+    /// The guest's set-point for the step.
     #[n(1)]
     Reply(#[n(0)] Reply),
     /// The guest failed; no further request is answered.
     #[n(2)]
     Failed {
-        /// Kind.
+        /// Kind of the failure.
         #[n(0)]
         fault: Fault,
         /// Expected and got.

@@ -29,20 +29,20 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// With a value for `guard`, in the unit of its limit.
+    /// Sets the value of `guard`, in the unit of its limit.
     #[must_use]
     pub fn with_value(mut self, guard: Guard, value: Option<i32>) -> Self {
         self.values[guard as usize] = value;
         self
     }
 
-    /// With an age: the begun millisecond counts, so that a value above its limit never looks as if it were not.
+    /// Sets an age, rounded up to milliseconds: an age above its limit never appears within the limit.
     #[must_use]
     pub fn aged(self, guard: Guard, age: Option<Span>) -> Self {
         self.with_value(guard, age.map(|age| i32::try_from(age.0.div_ceil(1000)).unwrap_or(i32::MAX)))
     }
 
-    /// With the findings about teammates' claims.
+    /// Sets the finding about teammates' claims.
     #[must_use]
     pub fn claimed(self, teammate: Option<(UnitId, Inconsistency)>) -> Self {
         Measured { teammate, ..self }

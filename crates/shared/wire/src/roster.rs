@@ -14,13 +14,13 @@ pub enum RosterError {
     /// Two keys for one identity.
     #[error("public_keys: one key for each identity expected, got a second one for `{got}`")]
     Twice {
-        /// Identity.
+        /// Identity with two keys.
         got: NodeId,
     },
     /// A key that is none.
     #[error("public_keys: a point on the curve expected as the key of `{of}`")]
     Key {
-        /// Identity.
+        /// Identity with this key.
         of: NodeId,
     },
     /// A role is given to an identity that the run does not name.
@@ -28,7 +28,7 @@ pub enum RosterError {
     Stranger {
         /// Field of the configuration.
         field: &'static str,
-        /// Identity.
+        /// Identity that the run does not name.
         got: NodeId,
     },
     /// A role is given to one identity twice.
@@ -36,13 +36,13 @@ pub enum RosterError {
     Again {
         /// Field of the configuration.
         field: &'static str,
-        /// Identity.
+        /// Identity with the role twice.
         got: NodeId,
     },
 }
 
 impl Keyring {
-    /// The table of a run.
+    /// The table of a run: each identity once, each with a key that is a point on the curve.
     pub fn of_run(mut self, public_keys: &[(NodeId, [u8; 32])]) -> Result<Self, RosterError> {
         for (node, public) in public_keys {
             if self.names(*node) {

@@ -53,7 +53,7 @@ impl Modality {
 pub struct Modalities(#[n(0)] pub u8);
 
 impl Modalities {
-    /// With one more.
+    /// The set with one modality more.
     #[must_use]
     pub fn with_modality(self, m: Modality) -> Modalities {
         Modalities(self.0 | 1 << m as u8)
@@ -156,7 +156,7 @@ impl Class {
     }
 }
 
-/// One synchronous set of sensor readings. A modality without a reading is absent.
+/// A synchronous set of sensor readings. A modality without a reading is absent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Frames<'b> {
     /// Counts from 1 within a boot.
@@ -352,7 +352,7 @@ pub struct Candidates {
     /// Frame that the candidates are from.
     #[n(0)]
     pub frame: FrameId,
-    /// Its stamp.
+    /// Stamp of the frame.
     #[n(1)]
     pub stamp: Instant,
     /// Source of the product.

@@ -58,7 +58,7 @@ pub struct StageProduct {
     /// Frame of the newest product.
     #[n(0)]
     pub frame: FrameId,
-    /// Its stamp, on the vehicle host's clock.
+    /// Stamp of the product, on the vehicle host's clock.
     #[n(1)]
     pub stamp: Instant,
 }
@@ -90,13 +90,13 @@ pub struct Nearby {
 /// Most things nearby that a message tells of.
 pub const NEARBY: usize = 32;
 
-/// One message per processed frame. Liveness downstream rests on these products, never on a bare heartbeat.
+/// Tracks of one processed frame. Liveness downstream rests on these products, never on a bare heartbeat.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Tracks {
     /// Frame that caused this message.
     #[n(0)]
     pub frame: FrameId,
-    /// Its stamp.
+    /// Stamp of the frame.
     #[n(1)]
     pub stamp: Instant,
     /// Source of the products.

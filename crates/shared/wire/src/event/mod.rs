@@ -27,7 +27,8 @@ mod seen;
 pub use account::{Account, Interface};
 pub use seen::{Freshness, Inconsistency, ShownAs};
 
-/// One event. As JSON it goes without signatures and seals' heads, which cover the bytes of entries and not their JSON.
+/// An event of a node's log. The JSON form leaves out signatures and the heads of seals, which cover the bytes of
+/// entries and not their JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 #[rustfmt::skip] // a table: each event with its number, each field with its own
@@ -80,7 +81,7 @@ pub enum Event {
         #[n(7)] report: RecordId,
         /// Guards shown as failing.
         #[n(8)] failing: Guards,
-        /// Its place, where that is shown as fresh.
+        /// Place of the unit, where the place is shown as fresh.
         #[n(9)] place: Option<Pose>,
     },
     /// Part of a closing account.

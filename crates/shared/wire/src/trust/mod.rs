@@ -76,17 +76,17 @@ pub struct Evidence {
     pub waived: Waived,
 }
 
-/// Length is within bounds.
+/// Bytes of a length within bounds.
 pub type Framed<'a> = Record<stage::Framed, &'a [u8]>;
-/// It is a message of the expected type.
+/// A message of the expected type.
 pub type Decoded<M> = Record<stage::Decoded, M>;
-/// Its age is bounded.
+/// A message with a bounded age.
 pub type Fresh<M> = Record<stage::Fresh, M>;
 /// A record with a known maker.
 pub type Attributed<M> = Record<stage::Attributed, M>;
-/// It is in order.
+/// A message in order.
 pub type Ordered<M> = Record<stage::Ordered, M>;
-/// It may influence state.
+/// A message that may influence state.
 pub type Accepted<M> = Record<stage::Accepted, M>;
 
 impl<S, M> Record<S, M> {

@@ -53,7 +53,7 @@ mod tests {
     use crate::time::Instant;
     use crate::trust::Decoded;
 
-    /// It is no acknowledgement.
+    /// A confirmation also does not pass as an acknowledgement.
     #[test]
     fn confirmation_serves_one_intent_and_key() {
         let (key, policy) = (Key::from_bytes(&[9; 32]), Policy::default());
