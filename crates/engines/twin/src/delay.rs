@@ -22,9 +22,9 @@ use super::queue::Micros;
 /// Both ends, microseconds.
 type Range = (u64, u64);
 
-/// One hop over shared memory, with the wake-up of its reader.
+/// A hop over shared memory, with the wake-up of its reader, microseconds.
 const BUS: Range = (20, 120);
-/// One datagram over loopback, with the wake-up of its reader.
+/// A datagram over loopback, with the wake-up of its reader, microseconds.
 const DATAGRAM: Range = (70, 270);
 /// Delay of a flight of a handshake after its cause: with a relay's hops all six take 2 to 3 ms, seen live 2.
 const FLIGHT: Range = (20, 120);
@@ -39,7 +39,7 @@ pub const INSTRUMENT: Micros = 100;
 /// Sender and receiver; one and the same for a node's own work.
 pub type EndPair = (NodeId, NodeId);
 
-/// Work or way that takes time.
+/// Source of a delay: a stage's work, or a hop.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Stage,
@@ -50,7 +50,7 @@ enum Kind {
     Command,
 }
 
-/// Seeded delays.
+/// Delays as a function of the seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Delays {
     seed: u64,

@@ -12,10 +12,10 @@ const TAG: usize = 16;
 /// Explicit nonce in front of the ciphertext.
 const NONCE: usize = SEAL - TAG;
 
-/// One end of a session.
+/// Keys and window at one end of a session.
 #[derive(Clone, Debug)]
 pub(super) struct Open {
-    /// The handshake that it stands on.
+    /// Number of the handshake that made the keys.
     pub(super) number: u32,
     /// Time at which a record last came out here, or it opened.
     pub(super) heard: Micros,
@@ -60,6 +60,7 @@ impl Open {
             return None;
         }
         let (signed, tag) = raw.bytes.split_at(raw.bytes.len() - TAG);
+        // The tag comes before the window: a forged record must not mark the sequence of a genuine one as seen.
         let expected = blake3::keyed_hash(&self.receive_key, signed);
         if expected.as_bytes()[..TAG] != *tag || !self.first_sight(raw.sequence) {
             return None;

@@ -42,6 +42,7 @@ pub fn sabotage(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Sabotag
     evidence.entries.extend(&claims);
     evidence.entries.sort_by_key(|w| w.at);
     evidence.planned = attacked.evidence.planned;
+    // The plan of the attack: the claims are about its actions, and are judged by it.
     evidence.killed = attacked.evidence.killed;
     let verdict = judge(&evidence);
     Ok(Sabotaged { evidence, verdict, claims: claims.len() })

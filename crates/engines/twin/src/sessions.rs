@@ -44,7 +44,7 @@ enum What {
     GiveUp,
     /// Timeout of a silent session.
     Idle,
-    /// Its core ended the session.
+    /// The core at this end ended the session.
     HangUp,
 }
 

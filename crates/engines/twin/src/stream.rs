@@ -40,19 +40,19 @@ const PONG: u8 = 5;
 /// Response of an end to an arrival.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Its side writes these bytes.
+    /// The end at this side writes bytes.
     Write(Side, Vec<u8>),
-    /// A publication came out at its side.
+    /// A publication was delivered at this side.
     Published(Side, Subject, Vec<u8>),
     /// The client asks the broker for its session.
     Connects,
     /// The client's session stands.
     Up,
-    /// Its secure layer refuses the record; it hangs up.
+    /// The secure layer at this side refuses a record, and hangs up.
     Refused(Side),
 }
 
-/// One end of a connection.
+/// An end of a connection.
 #[derive(Clone, Debug, Default)]
 struct End {
     open: bool,

@@ -26,11 +26,11 @@ pub const GRACE: Micros = 1_500_000;
 
 /// A finished run.
 pub struct Run {
-    /// Participants.
+    /// Topology of the trial.
     pub topology: Topology,
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
-    /// Trust anchors of it outside the recorder.
+    /// Trust anchors of the log outside the recorder.
     pub anchors: TrustAnchors,
     /// Evidence for the oracle.
     pub evidence: Evidence,

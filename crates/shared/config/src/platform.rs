@@ -11,7 +11,7 @@ use wire::time::Span;
 
 use wire::sensor::{Camera, Lidar};
 
-/// The longest lease of a set-point that is honoured, counted from arrival.
+/// The longest lease of a set-point that a plant honours, counted from arrival.
 pub const MAX_LEASE: Span = Span::ms(1000);
 
 /// A platform's body.
@@ -19,18 +19,18 @@ pub const MAX_LEASE: Span = Span::ms(1000);
 #[serde(rename_all = "snake_case")]
 #[expect(clippy::large_enum_variant, reason = "a run has one of them, which is copied where it begins")]
 pub enum Body {
-    /// It drives on wheels.
+    /// A vehicle on wheels.
     Wheeled(Vehicle),
-    /// It flies on rotors.
+    /// An aircraft on four rotors.
     Multirotor(Multirotor),
-    /// It flies on a fixed wing.
+    /// An aircraft on a fixed wing.
     FixedWing(FixedWing),
-    /// It turns in an orbit.
+    /// A satellite in an orbit.
     Satellite(Satellite),
 }
 
 impl Default for Body {
-    /// [`Vehicle::GROUND`].
+    /// The vehicle of `platforms/ground.toml`.
     fn default() -> Self {
         Body::Wheeled(Vehicle::GROUND)
     }
@@ -64,13 +64,13 @@ pub struct Multirotor {
     pub max_climb_m_s: f32,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: f32,
-    /// Change of the velocity that its controller follows, speeding up and braking, m/s².
+    /// Acceleration and braking of the velocity that the controller follows, m/s².
     pub acceleration_m_s2: [f32; 2],
     /// Greatest tilt, degrees.
     pub tilt_deg: f32,
     /// Capacity of the battery, W·h.
     pub battery_w_h: f32,
-    /// Power in a hover, and of everything but the rotors, W.
+    /// Power in a hover, and power of everything but the rotors, W.
     pub power_w: [f32; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: f32,
@@ -87,8 +87,9 @@ pub struct Multirotor {
 }
 
 impl Multirotor {
-    /// That of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and drags are as of the quadrotor of
-    /// PX4's SIH (`sih_params.c`); the rest is assumed, with its reason in the file.
+    /// The body of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and
+    /// drags are those of the quadrotor of PX4's SIH (`sih_params.c`); the rest is assumed, with its reason in the
+    /// file.
     pub const SIH: Multirotor = Multirotor {
         mass_kg: 1.0,
         inertia_kg_m2: [0.025, 0.025, 0.030],
@@ -131,27 +132,27 @@ pub struct FixedWing {
     pub max_climb_m_s: f32,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: f32,
-    /// Change of the airspeed, speeding up and slowing down, m/s².
+    /// Increase and decrease of the airspeed, m/s².
     pub acceleration_m_s2: [f32; 2],
     /// Greatest bank, degrees.
     pub bank_deg: f32,
-    /// Natural frequency of the bank, rad/s, and its damping.
+    /// Natural frequency, rad/s, and damping ratio of the bank.
     pub roll: [f32; 2],
     /// Time constant of the climb, seconds.
     pub climb_s: f32,
     /// Capacity of the battery, W·h.
     pub battery_w_h: f32,
-    /// Power in flight, and on the ground, W.
+    /// Power in flight, and power on the ground, W.
     pub power_w: [f32; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: f32,
     /// Airspeed on the circle of its safe motion, m/s.
     pub circle_m_s: f32,
-    /// Bank on it, degrees.
+    /// Bank on that circle, degrees.
     pub circle_bank_deg: f32,
     /// Time for which it circles without a lead, seconds; then it lands.
     pub circle_s: f32,
-    /// Horizontal distance that it keeps to the place where a circle began, metres.
+    /// Largest horizontal distance from the place where a circle began, metres.
     pub stays_m: f32,
     /// Speed of the descent, m/s.
     pub descent_m_s: f32,
@@ -164,7 +165,7 @@ pub struct FixedWing {
 }
 
 impl FixedWing {
-    /// That of `platforms/wing.toml`; a test holds the two equal.
+    /// The body of `platforms/wing.toml`; a test holds the two equal.
     pub const SLOW_FLYER: FixedWing = FixedWing {
         mass_kg: 0.06,
         body_m: [0.85, 0.85, 0.2],
@@ -203,23 +204,25 @@ pub struct Satellite {
     pub wheel_momentum_n_m_s: f64,
     /// Greatest dipole of a magnetic torquer, A·m².
     pub torquer_a_m2: f64,
-    /// Natural frequency of the attitude controller, rad/s, and its damping.
+    /// Natural frequency, rad/s, and damping ratio of the attitude controller.
     pub controller: [f64; 2],
     /// Greatest speed of a set-point, m/s of the map.
     pub max_speed_m_s: f64,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: f64,
-    /// Change of the speed that the controller follows, speeding up and braking, m/s² of the map.
+    /// Acceleration and braking of the speed that the controller follows, m/s² of the map.
     pub acceleration_m_s2: [f64; 2],
     /// Rate and acceleration of a slew to the sun, rad/s and rad/s².
     pub slew: [f64; 2],
     /// Greatest rate of the safe motion, rad/s.
     pub safe_rate_rad_s: f64,
-    /// Time for which it keeps looking at its place without a lead, payload shut, seconds; then it turns its array to the sun.
+    /// Time for which the payload, shut, keeps looking at its place without a lead, seconds; then the satellite turns
+    /// its array to the sun.
     pub hold_s: f64,
     /// Least angle between the open payload's line of sight and the sun, degrees.
     pub keep_out_deg: f64,
-    /// Capacity of the battery, W·h; the charge at the start of a run and the least that its safe mode needs, as shares.
+    /// Battery: capacity, W·h; charge at the start of a run; least charge that the safe mode needs. Charges are shares
+    /// of the capacity.
     pub battery: [f64; 3],
     /// Power of the array at normal incidence, and of the loads, W.
     pub power_w: [f64; 2],
@@ -251,7 +254,7 @@ const LINE: usize = 69;
 pub struct Line([u8; LINE]);
 
 impl Line {
-    /// The text.
+    /// The line as text.
     pub fn as_str(&self) -> &str {
         core::str::from_utf8(&self.0).unwrap_or_default()
     }
@@ -324,7 +327,7 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// That of `platforms/ground.toml`; a test holds the two equal.
+    /// The body of `platforms/ground.toml`; a test holds the two equal.
     pub const GROUND: Vehicle = Vehicle {
         mass_kg: 300.0,
         chassis_m: [1.6, 0.9, 0.44],
@@ -354,7 +357,7 @@ impl Vehicle {
 }
 
 impl Default for Vehicle {
-    /// [`Vehicle::GROUND`].
+    /// The vehicle of `platforms/ground.toml`.
     fn default() -> Self {
         Self::GROUND
     }
@@ -366,7 +369,7 @@ impl Default for Vehicle {
 pub struct Sensors {
     /// Camera of colour, depth and thermal images.
     pub camera: Camera,
-    /// LiDAR.
+    /// Beams and mounting of the LiDAR.
     pub lidar: Lidar,
 }
 
@@ -387,7 +390,7 @@ impl Sensors {
 }
 
 impl Default for Sensors {
-    /// [`Sensors::GROUND`].
+    /// Sensors of `platforms/ground.toml`.
     fn default() -> Self {
         Self::GROUND
     }
@@ -483,7 +486,7 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// [`Limits::GROUND`].
+    /// Limits of `platforms/ground.toml`.
     fn default() -> Self {
         Self::GROUND
     }

@@ -18,7 +18,7 @@ pub enum Suite {
 }
 
 impl Suite {
-    /// Suite of a unit that reports this motion: sunlight is reported in an orbit alone.
+    /// Suite of a unit that reports this motion: only a satellite reports sunlight.
     pub fn from_motion(motion: Option<&ReportedMotion>) -> Self {
         if motion.is_some_and(|motion| motion.sunlit.is_some()) { Suite::Sky } else { Suite::Scene }
     }
