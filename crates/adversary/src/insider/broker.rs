@@ -27,7 +27,7 @@ const MAX_SEEN: usize = 256;
 /// Most publications held back at once; further ones are not passed on.
 const MAX_HELD: usize = 256;
 
-/// See the module.
+/// A hostile broker.
 #[derive(Clone, Debug)]
 pub struct InsiderBroker {
     actions: Vec<Timed<BrokerAction>>,
@@ -59,7 +59,7 @@ struct Held {
 /// A run of publications by itself.
 #[derive(Clone, Debug)]
 struct Run {
-    /// Which of the actions.
+    /// Number of the action in the plan.
     index: usize,
     action: BrokerAction,
     direction: Direction,

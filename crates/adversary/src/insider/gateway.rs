@@ -33,7 +33,7 @@ const MAX_HELD: usize = 256;
 /// The age that a report is said to have.
 const YOUNG: Span = Span::ms(5);
 
-/// See the module.
+/// A gateway insider.
 #[derive(Clone, Debug)]
 pub struct InsiderGateway {
     actions: Vec<Timed<FeedAction>>,

@@ -29,7 +29,7 @@ use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOr
 /// A counter before the first command.
 const FIRST: (Boot, Sequence) = (Boot(1), Sequence(0));
 
-/// See the module.
+/// A rogue station.
 #[derive(Clone, Debug)]
 pub struct InsiderOperator {
     config: InsiderOperatorConfig,

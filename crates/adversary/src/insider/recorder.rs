@@ -34,11 +34,11 @@ pub struct RecordedEntry {
     pub at: u64,
     /// Node that handed it over.
     pub node: NodeId,
-    /// Encoded entry.
+    /// Bytes of the entry.
     pub bytes: Vec<u8>,
 }
 
-/// See the module.
+/// An insider with the recorder's key.
 #[derive(Debug)]
 pub struct InsiderRecorder {
     key: Key,
@@ -47,12 +47,13 @@ pub struct InsiderRecorder {
 }
 
 impl InsiderRecorder {
-    /// One who will do one thing, at a place that the seed draws, with the recorder's own key.
+    /// An insider who makes one change at a place that the seed draws, with the recorder's own key.
     pub fn new(key: Key, does: Tampering, seed: u64) -> Self {
         Self { key, does, seed }
     }
 
-    /// Does it. Gives the place, counted from 1, of the first entry concerned; none without such a place.
+    /// Makes the change. Gives the place, counted from 1, of the first entry concerned; none where there is no such
+    /// place.
     pub fn lay_on(&self, records: &mut Vec<RecordedEntry>) -> Option<usize> {
         let mut rng = stream(self.seed, 0);
         let mut draw = |n: usize| uniform_below(&mut rng, n as u64) as usize;

@@ -18,9 +18,9 @@ pub struct Medium(pub Vec<Stretch>);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stretch {
-    /// Start, ms.
+    /// Start, milliseconds.
     pub from_ms: u64,
-    /// End, ms.
+    /// End, milliseconds.
     pub until_ms: u64,
     /// Time of travel, microseconds.
     pub travel_us: u64,

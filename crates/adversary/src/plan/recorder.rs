@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tampering {
-    /// One bit of one entry is flipped.
+    /// A bit of one entry is flipped.
     Edit,
     /// Two entries that came one after the other change places.
     Swap,
