@@ -370,11 +370,11 @@ pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Pl
 
 /// LiDAR returns from an object.
 struct Met {
-    /// With its size; its place is `centroid`.
+    /// Returns as a cluster, with its size; the place is `centroid`.
     cluster: Cluster,
-    /// Body frame.
+    /// Middle of the returns, body frame, metres.
     centroid: Vector,
-    /// Metres.
+    /// Distance to the returns, metres.
     range: f32,
 }
 
@@ -386,6 +386,7 @@ fn meet(scan: &Scan<'_>, index: usize, object: &Object) -> Option<Met> {
             let centre = scan.world.placements()[index].centre;
             let hit = sight(scan.view, origin, centre, ObjectId(index as u16))?;
             let direction = centre - origin;
+            // LiDAR meets the near side: a quarter of the way from there to the middle.
             let centroid = scan.state.to_body(origin + direction * (0.75 * hit.distance + 0.25));
             let [length, width, height] = object.size;
             Some(Met {

@@ -18,7 +18,7 @@ const HEIGHT: f32 = 0.4;
 /// there, apart from each other: a detector that has learned how large a vehicle is at its distance passes over detections of
 /// another size. Of 32 the shipped one finds 7 to 21 (median of 40 frames: 16); of 32 anywhere, 4 to 10.
 const LINES: [(f32, f32, u16); 5] = [(0.33, 14.0, 8), (0.42, 16.0, 8), (0.5, 18.0, 7), (0.6, 26.0, 5), (0.73, 28.0, 4)];
-/// Their coats.
+/// Colours of the painted vehicles.
 const COATS: [[u8; 3]; 4] = [[150, 60, 50], [60, 80, 150], [200, 200, 200], [80, 40, 40]];
 
 /// Adds up to `count` detections, as far as the list has room: more confident ones come first.

@@ -20,13 +20,13 @@ const WAITS: Span = Span::s(10);
 pub(super) struct Mover {
     pub(super) object: usize,
     pub(super) body: RigidBodyHandle,
-    /// Steps along its path.
+    /// Steps along the path, negative before the departure.
     gone: i64,
-    /// True if it goes back.
+    /// True while the object goes back.
     pub(super) back: bool,
     /// Time for which it has stood before the unit.
     stood: Span,
-    /// Steps before it departs, and the steps of one round, of a path that is closed.
+    /// On a closed path: steps before the departure, and steps of one round.
     round: Option<[i64; 2]>,
 }
 
@@ -43,7 +43,7 @@ impl Mover {
         self.gone.unsigned_abs()
     }
 
-    /// One step of length `passed` on its way from `centre`, or of standing there before the unit.
+    /// Takes one step of length `passed` on the way from `centre`, or stands before the unit.
     pub(super) fn step(
         &mut self,
         object: &Object,
@@ -134,7 +134,8 @@ mod tests {
         assert!((1000..1200).contains(&steps.unwrap()), "{steps:?}");
     }
 
-    /// It is one step behind the first point of its round then, however long before its departure it turned.
+    /// A walker who turns at the start of a closed path goes on one step behind its first point, however long before
+    /// the departure.
     #[test]
     fn walker_goes_on_from_where_it_starts() {
         let (object, unit) = (Object { closed: true, departs: 30.0, ..walker() }, unit());

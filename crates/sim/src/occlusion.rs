@@ -22,7 +22,7 @@ const GAP: usize = 2;
 pub(crate) enum Sight<P> {
     /// No other object is in front of it.
     Whole,
-    /// A part.
+    /// Others cover all but this part.
     Part(P),
     /// Others cover all of it.
     Nothing,
@@ -33,7 +33,7 @@ pub(crate) enum Sight<P> {
 pub(crate) struct Part {
     /// Box around it.
     pub(crate) bounds: PixelBox,
-    /// Share of the object that it is, 0 to 1.
+    /// Share of the object that the part is, 0 to 1.
     pub(crate) share: f32,
     /// Median depth of its surface along the optical axis, metres.
     pub(crate) depth: f32,
@@ -256,7 +256,7 @@ pub(crate) fn bounding_box<'a>(
     clip(camera, low, high)
 }
 
-/// Pixels of a box, every one of a small box and at most [`RAYS`] each way of a large one.
+/// Sample points in a box: each pixel of a small box, at most [`RAYS`] by [`RAYS`] of a large one.
 struct Grid {
     bounds: PixelBox,
     step: [u16; 2],

@@ -25,9 +25,9 @@ const SETTLE: u64 = 40;
 /// An object as a frame shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// Which.
+    /// Number of the object.
     pub object: ObjectId,
-    /// Its class.
+    /// Class of the object.
     pub class: Class,
     /// The smallest box around the pixels that show it.
     pub bounds: PixelBox,
@@ -42,7 +42,7 @@ pub struct Label {
 pub struct Labelled {
     /// Pixels in a row.
     pub width: u16,
-    /// Rows.
+    /// Number of pixel rows.
     pub height: u16,
     /// Row-major, 3 bytes a pixel.
     pub rgb: Vec<u8>,

@@ -43,7 +43,7 @@ pub(crate) struct Witness {
     /// Collisions that are not yet reported, with the speed towards each object, mm/s.
     collided: BTreeMap<ObjectId, i32>,
     faults_active: [bool; MAX_FAULTS],
-    /// True if the step that this fault is the first of is reported to have begun and not to have ended.
+    /// True while the step that begins with this fault is reported as under way.
     steps_open: [bool; MAX_FAULTS],
     /// Time at which a message that this fault changed was reported last.
     told: [Option<Instant>; MAX_FAULTS],
@@ -150,7 +150,7 @@ impl Witness {
         }
     }
 
-    /// Displacement of localisation, while it lasts.
+    /// Logs the displacement that faults impose on localisation, if any.
     pub(crate) fn imposed(&mut self, now: Instant, effect: &Effect, out: &mut VecDeque<Output>) {
         let mm = |axis: i64| axis.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
         let [east_mm, north_mm] = effect.displaced_mm.map(mm);
@@ -160,7 +160,7 @@ impl Witness {
         }
     }
 
-    /// This reading without each of the active faults that are due for a report; `read` makes it.
+    /// Readings as they would be without each active fault that is due for a report; `read` makes one.
     pub(crate) fn counterfactual(
         &self,
         now: Instant,

@@ -28,13 +28,13 @@ const SKID: f32 = 4.0;
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// It follows set-points.
+    /// The aircraft follows set-points.
     Led,
-    /// It circles, for a given number of seconds so far.
+    /// The aircraft circles, for a number of seconds so far.
     Circles(f32),
-    /// It comes down, circling.
+    /// The aircraft descends in circles.
     Lands,
-    /// It is on the ground, motor off.
+    /// The aircraft is on the ground, motor off.
     Landed,
 }
 

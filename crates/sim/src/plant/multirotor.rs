@@ -35,13 +35,13 @@ const STOPPED: f32 = 0.1;
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// It follows set-points.
+    /// The aircraft follows set-points.
     Led,
-    /// It holds its place, for a given number of seconds so far.
+    /// The aircraft holds its place, for a number of seconds so far.
     Loiters(f32),
-    /// It comes down.
+    /// The aircraft descends.
     Lands,
-    /// It stands, rotors off.
+    /// The aircraft stands, rotors off.
     Landed,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Multirotor {
     phase: Phase,
     /// Velocity that the controller tracks, level frame, m/s.
     reference: Vector,
-    /// Its change, m/s².
+    /// Change of the tracked velocity, m/s².
     ahead: Vector,
     integral: Vector,
     /// Energy that is left, joules.

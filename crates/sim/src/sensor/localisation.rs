@@ -66,12 +66,14 @@ impl Navigators {
         let (fix, odometry) = (faults.effect_at(run, Sensor::Localisation), faults.effect_at(run, Sensor::Odometry));
         if fix.refreshes() {
             self.localisation.seek(n);
+            // Without the noise of faults: a deceived receiver states its usual deviation.
             let stated_mm = libm::roundf(f32::from(SIGMA_MM) * faults.own_noise()) as u16;
             self.last_fix = Some(locate(state, &mut self.localisation, &fix, stated_mm));
             let late = self.localisation.normal() * SIGMA_US;
             self.late_us = late as i64;
         }
         let time = self.time(run, &fix);
+        // Of a frozen fix only the place stands still.
         let last_fix = self.last_fix.map(|fix| Fix { time, ..fix });
         if odometry.refreshes() {
             self.odometry.seek(n);
