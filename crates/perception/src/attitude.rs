@@ -31,7 +31,7 @@ const SIGMA_M: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SkyConfig {
-    /// The pass.
+    /// Orbit and region of the pass.
     pub pass: Pass,
     /// The receiver's time at the start of the run, microseconds of its count.
     pub started_us: u64,
@@ -45,13 +45,13 @@ pub struct SkyConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catalogued {
-    /// Its class.
+    /// Class of the place.
     pub class: Class,
     /// East and north, metres of the map.
     pub place_m: [f64; 2],
 }
 
-/// The stage.
+/// The perception stage of a spacecraft.
 #[derive(Clone, Debug)]
 pub struct Watch {
     region: Region,

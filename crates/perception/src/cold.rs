@@ -37,7 +37,7 @@ struct Place {
     cold: Option<Instant>,
 }
 
-/// The memory.
+/// Memory of places at which a claimed vehicle was cold.
 #[derive(Clone, Debug, Default)]
 pub struct Cold {
     places: Vec<Place>,

@@ -19,15 +19,16 @@ use wire::event::wire_hash;
 use wire::sensor::{Candidates, Frames, Modality};
 use wire::track::StageProduct;
 
-/// Number of equal frames in a row that counts as repetition. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so
-/// accepted content would have been accepted with its true stamp.
+/// Number of equal frames in a row that counts as repetition: the smallest number whose content is older than a product
+/// may be (300 ms at 10 Hz). Content accepted before that number is reached would have been accepted with its true
+/// stamp too.
 ///
-/// A false alarm takes as many chance repetitions in a row, all at one distance. Noise by the pixel, and unrendered the number of 32 bits that
-/// represents it, leave no chance to speak of.
+/// A false alarm takes as many chance repetitions in a row, all at one distance in frames. Rendered, the noise of every
+/// pixel would have to repeat; unrendered, the number of 32 bits that represents the noise.
 pub const REPEATS: u8 = 4;
-/// Number of these that have to show something: a sensor of attitude that sees its object hidden shows none now and then, and a late one
-/// shows that late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be empty at the same
-/// distance.
+/// Number of these frames that have to show something. An attitude sensor whose object is hidden shows nothing now and
+/// then, and a delayed one shows that delayed too. One empty frame in four makes a false alarm less likely, since the
+/// frame has to be empty at the same distance.
 const TELLING: u8 = REPEATS - 1;
 /// Number of past frames against which content is compared: 3.2 s.
 pub const REACH: usize = 32;
@@ -107,13 +108,13 @@ struct Shown {
     first: StageProduct,
 }
 
-/// One modality's.
+/// Contents of one modality.
 #[derive(Clone, Debug, Default)]
 struct Memory {
-    /// Newest first, at most [`REACH`].
+    /// Contents shown, newest first, at most [`REACH`].
     shown: VecDeque<Shown>,
-    /// For each distance in frames, less one: how many frames in a row have repeated the one so far back, and how many of them
-    /// with anything to use.
+    /// Runs of repetitions by distance in frames, less one: number of frames in a row that repeat the one so far back,
+    /// and how many of them show something.
     runs: [(u8, u8); REACH],
     state: State,
 }
@@ -125,7 +126,7 @@ impl Memory {
         for (lag, run) in self.runs.iter_mut().enumerate() {
             *run = match (print, self.shown.get(lag).map(|shown| shown.print)) {
                 (Some(now), Some(Some(back))) if now == back => (run.0.saturating_add(1), run.1.saturating_add(1)),
-                // One that shows nothing, as the one so far back did: it neither tells a repetition nor ends one.
+                // A frame without content, like the frame so far back, neither counts as a repetition nor ends a run.
                 (None, Some(None)) => (run.0.saturating_add(1), run.1),
                 (Some(_) | None, _) => (0, 0),
             };
@@ -153,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    /// For a modality with these contents in turn: the frames in which it repeats itself, and its reported state.
+    /// Frames in which a modality with these contents repeats itself, and the reported repetitions.
     fn repeats_reported(contents: impl IntoIterator<Item = u64>) -> (Vec<u64>, Vec<(u64, u64)>) {
         let (mut memory, mut repeats, mut begins) = (Contents::default(), Vec::new(), Vec::new());
         for (frame, print) in (1..).zip(contents) {
@@ -165,7 +166,7 @@ mod tests {
         (repeats, begins)
     }
 
-    /// It is as old as its content, and counts again with new content.
+    /// A stuck sensor is as old as its content, and counts again with new content.
     #[test]
     fn stuck_sensor_is_reported_once_and_recovers() {
         assert_eq!(repeats_reported([1, 2, 3, 3, 3, 3, 3, 3, 4, 5]), (vec![7, 8], vec![(7, 3)]));
@@ -184,7 +185,7 @@ mod tests {
         assert_eq!(repeats_reported(looped).1, [(24, 19)]);
     }
 
-    /// Nor do repetitions out of reach.
+    /// Repetitions out of reach do not count either.
     #[test]
     fn scattered_or_empty_repetitions_do_not_count() {
         assert!(repeats_reported([0; 50]).0.is_empty());

@@ -41,7 +41,7 @@ pub enum DetectorError {
     Input {
         /// Sides that fit.
         wanted: String,
-        /// Its input.
+        /// Input of the model.
         got: String,
     },
     /// The model's output does not suit the head.
@@ -49,7 +49,7 @@ pub enum DetectorError {
     Output {
         /// The shape that fits.
         wanted: String,
-        /// Its output.
+        /// Output of the model.
         got: String,
     },
     /// The process that it runs in ended, was silent, or refused it.
@@ -60,7 +60,7 @@ pub enum DetectorError {
     Image {
         /// Length that fits.
         wanted: usize,
-        /// Its length in bytes.
+        /// Length of the image in bytes.
         got: usize,
     },
 }
@@ -132,6 +132,7 @@ impl Detector {
             return Err(DetectorError::Output { wanted: head.wanted(), got: describe_outlets(session.outputs()) });
         };
         let detector = Detector { session: Mutex::new(session), input, planes, letterbox, head };
+        // Tried once: a model that fails, or gives another output than it states, is refused before the run.
         detector.detect(&vec![0; planes * WIDTH * HEIGHT], 1000)?;
         Ok(detector)
     }
@@ -194,7 +195,7 @@ fn describe_outlets(outlets: &[Outlet]) -> String {
     format!("{} tensors ({})", outlets.len(), each.join(", "))
 }
 
-/// The first of a runtime's words: they may hold whole operators.
+/// First line of a runtime's message: a message may contain whole operators.
 fn one_line(words: &str) -> String {
     words.lines().next().unwrap_or_default().chars().take(300).collect()
 }

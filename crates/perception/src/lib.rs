@@ -289,7 +289,7 @@ impl Perception {
         Ok(())
     }
 
-    /// Tells of more colour detections than there ever were.
+    /// Reports a number of colour detections above any before in this boot.
     fn crowd(&mut self, now: Instant, candidates: &Candidates) {
         let seen = candidates.rgb.as_ref().map_or(0, |found| found.len());
         if seen >= CROWD && seen > self.most {
@@ -299,7 +299,8 @@ impl Perception {
         }
     }
 
-    /// Without the modalities that repeat themselves: they have given no product since their content was new.
+    /// The candidates without modalities that repeat themselves: those have given no product since their content was
+    /// new.
     fn renewed(&mut self, now: Instant, candidates: Candidates, prints: &Prints) -> Candidates {
         let repeats = self.repeats(now, (candidates.frame, candidates.stamp), prints);
         repeats.into_iter().fold(candidates, provenance::without_modality)
@@ -319,7 +320,7 @@ impl Perception {
         Modality::ALL.into_iter().filter(|m| required && self.contents.repeats(*m)).collect()
     }
 
-    /// One frame's candidates, through corroboration and tracking to the message.
+    /// Judges and tracks the candidates of one frame, and sends the tracks.
     fn process(&mut self, now: Instant, candidates: &Candidates, disputed: Disputed, frames: Option<&Frames<'_>>) {
         let (frame, stamp) = (candidates.frame, candidates.stamp);
         self.present(now, (frame, stamp), provenance::present(candidates));
@@ -338,7 +339,7 @@ impl Perception {
         self.send_tracks(now, (frame, stamp), candidates.mode, crops);
     }
 
-    /// Crops of a vehicle in every few frames, of each in its turn.
+    /// Crops of one vehicle, in each [`CROPPED_EVERY`]th frame; several vehicles take turns.
     fn crops(&self, frames: &Frames<'_>) -> List<Crop, CAMERAS> {
         let frame = frames.frame;
         let vehicles: Vec<_> = self.tracker.vehicles_in(frame).collect();

@@ -68,7 +68,7 @@ struct Segment {
 }
 
 impl Scanner {
-    /// For this geometry.
+    /// A scanner for this geometry.
     pub fn new(lidar: &Lidar) -> Self {
         let direction = |degrees: f32| libm::sincosf(degrees.to_radians());
         let rings = (0..lidar.rings).map(|k| direction(lidar.lowest_deg + lidar.ring_step_deg * f32::from(k)));
@@ -151,7 +151,7 @@ impl Segment {
     }
 }
 
-/// For each segment the lowest index of those it is connected to. Segments are in order of azimuth, which comes round.
+/// Lowest index of the segments connected to each segment. Segments are in order of azimuth, which wraps around.
 fn join(segments: &[Segment], azimuths: usize) -> Vec<usize> {
     let mut parents: Vec<usize> = (0..segments.len()).collect();
     let mut first = vec![segments.len(); azimuths + 1];

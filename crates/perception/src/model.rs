@@ -19,7 +19,7 @@ pub struct Networks {
     manifest: &'static str,
 }
 
-/// For views from the ground platform's camera.
+/// Networks for views from the ground platform's camera.
 static GROUND: Networks = Networks {
     detector: include_bytes!("../models/detector.onnx"),
     thermal: include_bytes!("../models/thermal.onnx"),
@@ -27,7 +27,7 @@ static GROUND: Networks = Networks {
     manifest: include_str!("../models/manifest.toml"),
 };
 
-/// For views from the air platform's camera.
+/// Networks for views from the air platform's camera.
 static ALOFT: Networks = Networks {
     detector: include_bytes!("../models/aloft/detector.onnx"),
     thermal: include_bytes!("../models/aloft/thermal.onnx"),
@@ -39,7 +39,7 @@ static ALOFT: Networks = Networks {
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelRef {
-    /// The file.
+    /// Path of the file.
     pub path: std::path::PathBuf,
     /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,
@@ -59,7 +59,7 @@ pub enum ModelError {
     /// Not the pinned bytes.
     #[error("model changed: its SHA-256 is {got}, pinned is {pinned}; restore the file or pin the new hash")]
     Changed {
-        /// Hash that was stated.
+        /// Pinned hash.
         pinned: String,
         /// Hash of the bytes.
         got: String,
@@ -81,6 +81,7 @@ impl<'a> Model<'a> {
     /// # Errors
     /// Too large, or not the pinned bytes.
     pub fn pinned(bytes: &'a [u8], sha256: &str) -> Result<Self, ModelError> {
+        // Before the hash, which takes time in proportion to the length.
         if bytes.len() > MAX_MODEL {
             return Err(ModelError::TooLarge { max: MAX_MODEL, got: bytes.len() });
         }
@@ -91,7 +92,7 @@ impl<'a> Model<'a> {
         Ok(Model { bytes })
     }
 
-    /// The bytes.
+    /// Bytes of the model.
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
     }

@@ -45,17 +45,17 @@ pub enum LoadError {
     /// The file could not be read.
     #[error("{path}: {why}")]
     Read {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Reason.
+        /// Reason of the failure.
         why: std::io::Error,
     },
     /// The file is not the pinned one.
     #[error("{path}: {why}")]
     Pin {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Reason.
+        /// Reason of the refusal.
         why: ModelError,
     },
     /// The runtime was refused.

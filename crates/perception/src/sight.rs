@@ -36,7 +36,7 @@ struct Noted {
     failed: u64,
     /// Number of the first image that it failed on, from 1, and why.
     first: Option<(u64, String)>,
-    /// Its process has ended: it is asked no more in this run.
+    /// True once the detector's process has ended: it is not asked again in this run.
     ended: bool,
 }
 

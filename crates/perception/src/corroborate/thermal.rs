@@ -20,7 +20,7 @@ pub enum Warmth {
     Unknown,
     /// A class without warmth, and none there.
     Neutral,
-    /// As warm as its class.
+    /// As warm as the class.
     Fits,
     /// No warmth where there should be some: a cold object, or a frame that the stage missed.
     Absent,

@@ -32,7 +32,7 @@ const IMAGE: usize = 3 * WIDTH * HEIGHT;
 /// The first message: the detector to load.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct LoadRequest {
-    /// The detector.
+    /// File and decoding of the detector.
     pub brought: Brought,
     /// An ONNX Runtime library in place of the pure-Rust backend.
     pub runtime: Option<ModelRef>,
