@@ -21,7 +21,7 @@ use crate::shown::{Shown, basis_for};
 /// Consequence of an act.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Consequence {
-    /// None further.
+    /// No consequence.
     Nothing,
     /// An order is given.
     Wish(Wish),
@@ -35,7 +35,7 @@ pub struct Hand {
     /// The last act's number.
     last: u64,
     prepared: Option<Prepared>,
-    /// Intents that were confirmed and wait to be staged; at most [`MAX_COMMANDS`].
+    /// Confirmed intents that the gateway has not staged yet; at most [`MAX_COMMANDS`].
     confirmed: VecDeque<IntentHash>,
     answers: VecDeque<Answer>,
 }

@@ -21,14 +21,14 @@ use crate::sidecar::{Image, Sight};
 /// Crops of one unit that wait for a report: crops of two tracks.
 const WAITING: usize = 2 * CAMERAS;
 
-/// One track in the images of its unit's cameras.
+/// Images of one track by the cameras of its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Images {
-    /// The track.
+    /// Track in the images.
     pub track: TrackId,
     /// Pixels of the camera, each way, in one of the images.
     pub scale: u8,
-    /// The images.
+    /// Images, camera by camera.
     pub sights: Arc<[Sight]>,
 }
 
@@ -38,7 +38,7 @@ impl Eq for Images {}
 #[derive(Clone, Debug, Default)]
 pub struct Gallery {
     waiting: VecDeque<(CropHash, Crop)>,
-    /// One of each track that is reported, at most eight, with the boot in which it has its number.
+    /// Images of each reported track, at most eight, with the boot in which the track has its number.
     shown: Vec<((Boot, TrackId), Aged<Images>)>,
 }
 

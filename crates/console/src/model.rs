@@ -94,13 +94,13 @@ struct Link {
     heard: Option<Instant>,
 }
 
-/// The model.
+/// The display's state, from which every picture is drawn.
 #[derive(Clone, Debug)]
 pub struct Model {
     station: Station,
     limits: AgeLimits,
     units: Vec<(UnitId, Option<Heard>)>,
-    /// Unit by unit.
+    /// Images of the tracks, in the order of `units`.
     galleries: Vec<Gallery>,
     links: BTreeMap<PeerId, Link>,
     /// The last answer of the gateway.
@@ -118,9 +118,9 @@ pub struct Model {
 /// Refusals of one kind.
 #[derive(Clone, Copy, Debug)]
 struct Refusals {
-    /// Refusals altogether.
+    /// Number of refusals in all boots of the gateway.
     all: u64,
-    /// As the gateway counted them last, in its boot.
+    /// Number that the gateway stated last, in its present boot.
     counted: u64,
     last: Instant,
 }
@@ -128,11 +128,11 @@ struct Refusals {
 /// Sessions that one peer has lost.
 #[derive(Clone, Copy, Debug, Default)]
 struct Losses {
-    /// Its boot, where that is known.
+    /// Boot of the peer, where it is known.
     boot: Option<Boot>,
-    /// As it counted them last, in that boot.
+    /// Number that the peer stated last, in that boot.
     counted: u32,
-    /// Total.
+    /// Number of losses in all boots.
     total: u32,
 }
 
@@ -181,6 +181,7 @@ impl Model {
         let mut known = self.units.iter_mut().zip(&mut self.galleries);
         let Some(((unit, slot), gallery)) = known.find(|((u, _), _)| Some(*u) == unit) else { return false };
         let peer = unit.peer();
+        // Accepted reports may overtake each other within the replay window: an older one must not replace the display.
         if slot.as_ref().is_some_and(|heard| !newer(report, heard)) {
             return false;
         }
@@ -197,6 +198,7 @@ impl Model {
         gallery.vouched(report, arrived, age);
         let older = |delay: Span| age.map(|age| age.plus(delay));
         let mut skew = match &mut *slot {
+            // A restarted unit has a clock with another zero: stamps of two boots give no rate.
             Some(heard) if heard.report.boot == report.boot => core::mem::take(&mut heard.skew),
             _ => Skew::default(),
         };

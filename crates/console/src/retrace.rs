@@ -36,7 +36,8 @@ impl Console {
         }
     }
 
-    /// It reported this to the instrument plane. Of an act it names the command, which it alone could sign.
+    /// Takes the console's recorded report on its display. The entry of an act names the command, which only the
+    /// console could sign.
     fn apply_display(&mut self, bytes: &[u8]) {
         if let Ok(Event::Act { command: Some(id), .. }) = Entry::decode(bytes).map(|entry| entry.event) {
             self.model.hand().gave(id);

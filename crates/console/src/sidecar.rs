@@ -14,7 +14,7 @@ use wire::time::{Instant, Span};
 pub struct Image {
     /// Pixels in a row.
     pub width: usize,
-    /// Rows.
+    /// Number of pixel rows.
     pub height: usize,
     /// Red, green and blue of each.
     pub rgb: Vec<u8>,
@@ -23,13 +23,13 @@ pub struct Image {
 /// A detection in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Its left, upper, right and lower edge, pixels.
+    /// Left, upper, right and lower edge, pixels.
     pub edges: [f32; 4],
-    /// Its class and confidence.
+    /// Class and confidence of the detection.
     pub says: String,
 }
 
-/// One sensor's product.
+/// Product of one sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sight {
     /// Name of the sensor.

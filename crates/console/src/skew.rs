@@ -12,17 +12,17 @@ use wire::time::{Instant, MAX_DRIFT_PPM, PeerStamp, Span};
 
 /// Period over which the tightest bounds are kept together.
 const WINDOW: Span = Span::s(5);
-/// A given number of these are kept: the rate is one over the last minute.
+/// Windows kept: the rate is one over the last minute.
 const WINDOWS: usize = 13;
-/// A rate is reported once it is one over so long.
+/// Least time over which a reported rate is measured.
 const LEAST: Span = Span::s(5);
 
 /// The mean rate of a unit's clock against the console's, in millionths: 0 is as fast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
-    /// It runs faster by at least this.
+    /// Least rate by which the unit's clock runs faster.
     pub low_ppm: i32,
-    /// And at most this much.
+    /// Greatest rate by which the unit's clock runs faster.
     pub high_ppm: i32,
     /// Over how long.
     pub over: Span,

@@ -58,7 +58,7 @@ pub struct Looks {
 pub struct Tape {
     /// Now, from the recording's beginning.
     pub at: Span,
-    /// Its length.
+    /// Length of the recording.
     pub length: Span,
     /// Offset of the run's start from the recording's beginning: written times are the run's.
     pub lead: Span,
@@ -86,7 +86,7 @@ pub struct Sensed {
     pub sights: Arc<[Sight]>,
     /// Lower bound of their age.
     pub at_least: Span,
-    /// And at most, once that is known.
+    /// Upper bound of their age, once known.
     pub at_most: Option<Span>,
 }
 

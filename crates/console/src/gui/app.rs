@@ -58,7 +58,7 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
     eframe::run_native(&title, options, Box::new(make)).map_err(|error| format!("the window cannot be opened: {error}"))
 }
 
-/// The program.
+/// State of the window's program.
 struct Program {
     window: ConsoleWindow,
     source: Box<dyn Source>,

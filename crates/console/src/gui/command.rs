@@ -62,7 +62,7 @@ pub(super) fn no_repeats(ui: &Ui) {
     ui.input_mut(|input| input.events.retain(|event| !repeated(event)));
 }
 
-/// The column.
+/// Draws the column of commands.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     towards_safe(ui, view_state, shown, wishes);
     ui.add_space(2.0);

@@ -99,7 +99,7 @@ struct Thing {
     chosen: bool,
 }
 
-/// The map.
+/// Draws the map.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: &Shown) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     let all = visible_places(site, shown);
@@ -294,8 +294,8 @@ fn label(name: &str, freshness: Freshness, word: &str, age: Span) -> String {
     if freshness == Freshness::Fresh { name.to_owned() } else { format!("{name} {word} {}", seconds(age)) }
 }
 
-/// Paints all of it, no label over `written` areas; returns the number of labels without room, and whether circles were left
-/// out.
+/// Paints every thing, without a label over `written` areas. Returns the number of labels without room, and whether
+/// circles were left out.
 fn paint(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> (usize, bool) {
     let wide = |thing: &&Thing| thing.may_be > 8.0;
     let crowded = things.iter().filter(wide).count() > MOST_CIRCLES;

@@ -33,7 +33,7 @@ pub(super) enum Tone {
 }
 
 impl Tone {
-    /// Its colour.
+    /// Colour of the tone.
     pub(super) fn color(self, palette: &Palette) -> Color32 {
         match self {
             Tone::Weak => palette.weak,
@@ -46,7 +46,7 @@ impl Tone {
     }
 }
 
-/// A shape.
+/// A shape, drawn beside a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     /// As it should be.

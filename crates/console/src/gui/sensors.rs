@@ -18,7 +18,7 @@ use crate::source::{Sensed, Sensors};
 const GAP: f32 = 8.0;
 /// Most height of the caption below a picture.
 const WORDS: f32 = 22.0;
-/// Pictures beside each other.
+/// Pictures in a row.
 const COLUMNS: usize = 2;
 
 /// The content of the window.
@@ -67,7 +67,7 @@ impl Content {
     }
 }
 
-/// Their age; with a sign where it is unknown, or too old to be called current.
+/// Draws the age of the pictures; with a sign where the age is unknown, or too large for a current picture.
 fn age(ui: &mut Ui, sensed: &Sensed) {
     match sensed.at_most {
         _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", &left(sensed.at_least))),

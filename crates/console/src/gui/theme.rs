@@ -21,7 +21,7 @@ pub const DISABLED: f32 = 0.9;
 /// Height of a row of a table, points.
 pub const ROW: f32 = 20.0;
 
-/// One set of colours.
+/// A set of colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Palette {
     /// Behind everything.

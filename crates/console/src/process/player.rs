@@ -25,7 +25,7 @@ pub const READING: &str = "console.json";
 const MAX_READING: u64 = 1 << 20;
 /// Inputs that are kept: hours of a console that is fed forty times a second.
 const MAX_TURNS: usize = 1 << 20;
-/// Inputs between two copies of the core.
+/// Inputs between two copies of the core, from which a seek starts.
 const APART: usize = 512;
 /// The file of true events, beside it: for viewers of the recording, never for a live console.
 pub const TRUTH: &str = "truth.json";
@@ -36,13 +36,13 @@ pub enum PlayerError {
     /// The file needed to view it is missing.
     #[error("{0}; is this the folder that `run --live --out` was given?")]
     Reading(String),
-    /// Its console's input journal cannot be read.
+    /// The console's input journal cannot be read.
     #[error("the console's input journal: {0}")]
     Journal(#[from] JournalError),
     /// The core cannot be made.
     #[error(transparent)]
     Core(#[from] ConsoleError),
-    /// It has no inputs.
+    /// The journal has no inputs.
     #[error("the recording is empty")]
     Empty,
 }
@@ -226,7 +226,7 @@ impl Player {
         self.turns.first().map_or(self.at, |first| first.now)
     }
 
-    /// One turn on.
+    /// Feeds the next input.
     fn take(&mut self) {
         let Some(turn) = self.turns.get(self.taken) else { return };
         self.console.handle(turn.now, &turn.input);
