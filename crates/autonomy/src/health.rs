@@ -7,7 +7,7 @@
 //!
 //! - a *trust* guard (geofence, lease, teammates): the unit stops;
 //! - a *subsystem* guard (all others): no authority, reduced speed, and a stop if driving depends on the guard for too
-//! long.
+//!   long.
 //!
 //! [`Guard::Designation`] is no part of health: that guard is judged for one track, and only authority depends on it.
 //!

@@ -21,7 +21,7 @@ pub(crate) trait Broker: Sized {
     /// True if it refuses a subscription to a topic that its holder may not read. One that does not has to deliver no message of it.
     const REFUSES_SUBSCRIPTIONS: bool;
 
-    /// Starts one, or says on standard error why there is none here.
+    /// Starts a broker; without one on this host, reports that on standard error.
     async fn start(pki: &RunPki) -> Option<Self>;
 
     /// Address at which it listens.
@@ -30,10 +30,11 @@ pub(crate) trait Broker: Sized {
     /// Gives it this revocation list.
     async fn revoke(&mut self, list_der: Vec<u8>);
 
-    /// Checks that its last refusal is in its log under this name, as far as its log has names.
+    /// Checks that the broker's log has its last refusal under this name, as far as the log names refusals.
     async fn named(&mut self, refusal: &str);
 
-    /// Checks that its last refusal is in its log as beyond the rights of `peer`, as far as its log reports it.
+    /// Checks that the broker's log has its last refusal as beyond the rights of `peer`, as far as the log reports
+    /// that.
     async fn beyond_rights(&mut self, peer: PeerId);
 
     /// Waits until it has ended a session of `peer`.
