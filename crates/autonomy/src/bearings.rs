@@ -1,9 +1,9 @@
-//! Bearings: from how far around a track was borne out.
+//! Bearings: the angle around a track from which it was supported.
 //!
-//! A flat fake, or one that is made for a place from which it is looked at, may be right from there and not from elsewhere. A platform
-//! may therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that lie so far apart. They go from the
-//! unit's own place to the track's. A contradiction adds none, and one that lasts, or a frame without the track, begins the count
-//! again. Fitness itself is judged in [`crate::fitness`].
+//! A flat fake, or one made to be seen from one place, may look right from there and not from elsewhere. A platform may
+//! therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that far apart. A line of sight
+//! goes from the unit's own place to the track's. A contradicted track adds no line. A contradiction that lasts, or a
+//! frame without the track, begins the count again. Fitness itself is judged in [`crate::fitness`].
 
 use arrayvec::ArrayVec;
 use wire::bounds::Bounds;

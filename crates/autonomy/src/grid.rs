@@ -1,8 +1,8 @@
-//! The planning grid: which cells inside the geofence may be driven, and the shortest way between two points of it.
+//! The planning grid: cells inside the geofence that may be driven, and the shortest way between two points of it.
 //!
-//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are passed to each search. Where there is no way
-//! with the clearance that is planned for, a narrower one is searched that the body just fits through. The search is A* of the `pathfinding` crate. Following the
-//! way is left to `navigation`.
+//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are
+//! passed to each search. Where there is no way with the planned clearance, a narrower one is searched that the body
+//! just fits through. The search is A* of the `pathfinding` crate. Following the way is left to `navigation`.
 
 use std::sync::Arc;
 

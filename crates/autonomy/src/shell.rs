@@ -1,11 +1,18 @@
-//! The shell around driving: the fastest speed from which the body, along the arc that it is asked to follow, still stops before the nearest thing.
-//! It brakes as driving plans to (`comfort_mm_s2`): a set-point that falls as fast as the brakes allow is not followed in time.
+//! The shell around driving: the fastest speed at which the body, on the arc that it is to follow, still stops before
+//! the nearest thing.
 //!
-//! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
-//! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
-//! along it and away, not nearer, and within that of a person only away. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
-//! back: at no moment of that may the two meet. Past a person who stands it goes so slowly that it stands before they meet if that one walks off, or creeps. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
-//! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
+//! Things are those of the map and those that were perceived ([`crate::things`]), each with its extent. The body is its
+//! rectangle, grown by a margin. The shell plans with the brakes of driving (`comfort_mm_s2`): a set-point that falls
+//! as fast as the brakes allow is not followed in time.
+//!
+//! - *Within the margin of a thing*: the body may move along the thing and away, not nearer; within the margin of a
+//!   person, only away.
+//! - *A moving thing* may go on, stop or turn back while the unit brakes as hard as it surely can. At no moment may the
+//!   two meet: passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited
+//!   field-of-views in dynamic environments*, Autonomous Robots 32, 2012).
+//! - *A standing person* may walk off. The unit passes so slowly that it stands before the two can meet, or creeps.
+//!
+//! The way is left to `navigation` and to guests. World frame, millimetres.
 
 use config::platform::Limits;
 use wire::bounds::Bounds;

@@ -1,8 +1,9 @@
-//! Things around the unit with their extents: the map's, and those that perception showed, kept in mind until their place was seen empty.
+//! Things around the unit with their extents: those of the map, and those that perception showed, kept until their
+//! place was seen empty.
 //!
-//! A track says where the middle of a thing is and of which class; its extent is the largest that corroboration takes for that class. LiDAR
-//! alone shows the things near on all sides: their places, widths and velocities. For how long a thing that is lost from view is kept is
-//! `kept`'s to say. World frame, millimetres.
+//! A track gives the middle and the class of a thing; its extent is the largest that corroboration takes for that
+//! class. LiDAR alone gives the near things on all sides, with places, widths and velocities. The time for which a
+//! thing out of view is kept is left to `kept`. World frame, millimetres.
 
 mod kept;
 

@@ -1,9 +1,10 @@
-//! Turning in more moves than one: where the way ahead cannot be followed from where the unit stands, it backs up with its wheels the other
-//! way, as a driver turns in a narrow street, and goes on from there.
+//! Turning in more moves than one: where the unit cannot follow the way ahead from where it stands, it backs up with
+//! its wheels turned the other way, as a driver turns in a narrow street, and goes on from there.
 //!
-//! The recovery by backing up is that of Nav2 (Macenski, Martín, White and Ginés Clavero, *The Marathon 2: A Navigation System*, IROS 2020),
-//! on an arc. A move is slow and short, and only while LiDAR looks behind. Where it does not help, the next ones go straight back and farther: who comes to a gate
-//! at an angle needs the way to straighten. The way is left to `mission`, following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
+//! The recovery is that of Nav2 (Macenski, Martín, White and Ginés Clavero, *The Marathon 2: A Navigation System*, IROS
+//! 2020), on an arc. A move is slow and short, and needs LiDAR to look behind. Where one move does not help, the next
+//! ones go straight back and farther: a unit that comes to a gate at an angle needs the way to straighten. The way is
+//! left to `mission`, following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
 
 use wire::time::{Instant, Span};
 

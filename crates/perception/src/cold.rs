@@ -1,9 +1,11 @@
-//! Places where a claimed vehicle was cold: the thermal stage's contradictions, kept for longer than a track keeps them.
+//! Places where a claimed vehicle was cold: the thermal stage's contradictions, kept for longer than a track keeps
+//! them.
 //!
-//! Heat reaches the skin of a vehicle's mass slowly, that of a heated cloth at once. So a place at which the thermal stage contradicted
-//! a vehicle for a second holds no warm vehicle for the next minute, and a heater that is switched on in view is of no use to a
-//! fake. Out of reach are a heater that runs for a minute before the unit looks, a fake that moves away, and one that pulses: a frame of
-//! support ends a count. Judges no single frame: that is corroboration's.
+//! Heat reaches the skin of a vehicle's mass slowly, and that of a heated cloth at once. A place at which the thermal
+//! stage contradicted a vehicle for a second therefore holds no warm vehicle for the next minute, and a fake gains
+//! nothing from a heater that is switched on in view. Not detected: a heater that runs for a minute before the unit
+//! looks, a fake that moves away, and one that pulses, since one frame of support ends a count. Single frames are left
+//! to corroboration.
 
 use wire::sensor::{Class, Modalities, Modality};
 use wire::time::{Instant, Span};

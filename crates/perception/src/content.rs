@@ -1,15 +1,16 @@
-//! Test for new sensor content: a stamp says when a reading was handed on, its content when it was taken.
+//! Test for new sensor content: a stamp says when a reading was handed on, the content when it was taken.
 //!
-//! A live sensor's noise never repeats. So each modality's content is compared, by a short hash, with the content of the frames before it: rendered planes byte for byte, and
-//! where there are no planes the stage's candidates with the number that represents their planes' noise. [`REPEATS`] frames in a
-//! row that are all as many frames old are no chance, and no fresh product:
+//! A live sensor's noise never repeats. Each modality's content is therefore compared, by a short hash, with the
+//! content of earlier frames: rendered, the plane byte for byte; unrendered, the stage's candidates with the number
+//! that represents the noise of their plane. [`REPEATS`] frames in a row that all repeat content from the same number
+//! of frames ago are no chance, and no fresh product:
 //!
-//! - one frame old, again and again: the sensor is *stuck*. It counts again with the first new content.
+//! - one frame ago: the sensor is *stuck*. Its product is valid again with the first new content.
 //! - more: old content is *played back*. No stuck sensor does that, and a source that played old content once can play
-//!   later content as late and as unseen; so the modality does not count again in this boot.
+//!   later content as late and as unseen; so the modality is not valid again in this boot.
 //!
-//! Not detected: content later than [`REACH`] frames, and a lag built up behind gaps, each too short to count as a loss.
-//! There only the other modalities are left (`corroborate`).
+//! Not detected: content later than [`REACH`] frames, and a lag built up behind gaps, each too short to count as a
+//! loss. Against these only the other modalities are left (`corroborate`).
 
 use std::collections::VecDeque;
 

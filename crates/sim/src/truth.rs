@@ -1,11 +1,13 @@
 //! Ground truth for the oracle, on the instrument plane only; no service reads it.
 //!
-//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the margin to its envelope, for a body
-//! that leaves the ground its whole motion and by how much it keeps to its own terms of safety, and objects
-//! that the chassis has come to touch since; once for standing objects, ten times a second for moving ones: where they are; once,
-//! which bear a print. At once: a lease that began or lapsed, an act as received with the true object nearest to the designated place,
-//! and the start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without
-//! it. While a fault displaces localisation, also by how much.
+//! - Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the margin
+//!   to its envelope; of a body that leaves the ground its whole motion and the margins to its own terms of safety;
+//!   objects that the chassis has newly touched; places of moving objects; while a fault displaces localisation, the
+//!   displacement.
+//! - Once: places of standing objects, and the objects that bear a print.
+//! - At once: a lease that began or lapsed; an act as received, with the true object nearest to the designated place;
+//!   start and end of every sensor fault, with the first frame that it touches; messages that would read otherwise
+//!   without a fault.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 

@@ -1,12 +1,12 @@
-//! Delays in the twin: stages, hops over shared memory and over loopback.
+//! Delays in the twin: of stages, and of hops over shared memory and over loopback.
 //!
-//! Uniform over ranges that were fitted by hand to the 5th percentile and the median of live runs (`lab stages
-//! --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the gap that is left. Left out are the
-//! live tails: a reader that waits for a core which the renderer has. A stage's delay is drawn once for each input that
-//! makes it speak.
+//! A delay is uniform over a range. The ranges were fitted by hand to the 5th percentile and the median of live runs
+//! (`lab stages --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the remaining gap. The
+//! tails of live delays are left out: those of a reader that waits for a core while the renderer has it. A stage's
+//! delay is drawn once for each input with an output.
 //!
-//! A delay is a function of the seed, of sender and receiver, and of the time of sending. So one message more or less
-//! changes the delay of no other: two runs of one seed differ by the actions in them, and not by their luck since.
+//! A delay is a function of the seed, of sender and receiver, and of the time of sending. One message more or less
+//! therefore changes the delay of no other: two runs of one seed differ by the actions in them, and by no other chance.
 
 use std::collections::VecDeque;
 use std::hash::Hasher;

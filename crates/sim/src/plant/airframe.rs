@@ -1,5 +1,5 @@
-//! The part that bodies which fly have in common: a box in the world, the distance to the surface below, the energy of the way down, and the envelope.
-//! Forces and motion are left to each kind.
+//! Parts that flying bodies have in common: a box in the world, the distance to the surface below, the energy of the
+//! descent, and the envelope. Forces and motion are left to each kind.
 
 use rapier3d::prelude::*;
 
