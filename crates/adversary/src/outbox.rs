@@ -49,8 +49,8 @@ impl Outbox {
         self.journal.write(now, event, &mut self.out);
     }
 
-    /// Logs the action on these very bytes on their way towards `side`. Logged first and then done, so that no effect is
-    /// logged before its cause.
+    /// Logs the action on these very bytes on their way towards `side`. Logged first and then done, so that no effect
+    /// is logged before its cause.
     pub(crate) fn attack(&mut self, now: Instant, action: Action, side: Side, bytes: &[u8], delay: Span) {
         let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
         self.write(now, Note::Attack { action, side, length, hash: wire_hash(bytes), delay });

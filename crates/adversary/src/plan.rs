@@ -1,9 +1,8 @@
 //! Plan of an adversary: timed actions, fixed before the run, every magnitude bounded.
 //!
-//! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for something
-//! ([`PlanStep`]). A plan without actions is the null
-//! attack: a passive adversary in the path. Turning a scenario into plans is left to `topology`; the effect of
-//! an action on bytes, to `relay` and `insider`.
+//! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for
+//! something ([`PlanStep`]). A plan without actions is the null attack: a passive adversary in the path. Turning a
+//! scenario into plans is left to `topology`; the effect of an action on bytes, to `relay` and `insider`.
 
 use config::setup::NoChannel;
 use schemars::JsonSchema;

@@ -17,8 +17,8 @@ use crate::localisation::wrap;
 
 /// Most tracks with lines of sight: as many as one message of tracks may hold.
 const MOST: usize = 16;
-/// A contradiction that lasts longer begins the count again: two decisions of the tracker. Chosen on one scene, in which the networks
-/// disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).
+/// A contradiction that lasts longer begins the count again: two decisions of the tracker. Chosen on one scene, in
+/// which the networks disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).
 const DOUBT: Span = Span::ms(1000);
 
 /// Lines of sight along which each track was borne out without a break.

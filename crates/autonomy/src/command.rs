@@ -1,9 +1,9 @@
 //! Command intake: the way of an operator's order through the trust boundary, and the unit's signed answer.
 //!
 //! An order is two signed statements of one operator, the intent and, away from safe, its confirmation. The transport,
-//! the broker and the gateway are not asked for its sender or time: the signatures and a nonce that this unit issued are.
-//! An [`Ordered`] is the proof that all of it held; the machine takes no other order. Permission to carry it out is
-//! left to `transition`.
+//! the broker and the gateway are not asked for its sender or time: the signatures and a nonce that this unit issued
+//! are. An [`Ordered`] is the proof that all of it held; the machine takes no other order. Permission to carry it out
+//! is left to `transition`.
 //!
 //! ```compile_fail,E0451
 //! let forged = autonomy::command::Ordered {

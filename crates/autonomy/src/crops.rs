@@ -14,7 +14,8 @@ pub struct Crops {
 }
 
 impl Crops {
-    /// Takes the crops in an accepted message, if there are any, in place of those before. Of a track that is gone none stays.
+    /// Takes the crops in an accepted message, if there are any, in place of those before. Of a track that is gone none
+    /// stays.
     pub fn take(&mut self, tracks: &Tracks) {
         self.newest.take_if(|(newest, _)| tracks.tracks.iter().all(|track| track.id != newest.track));
         let Some(first) = tracks.crops.first() else { return };

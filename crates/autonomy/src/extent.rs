@@ -1,7 +1,8 @@
-//! Extents of things on the ground plane: rectangles with a direction, their distance to a point, and the overlap of two.
+//! Extents of things on the ground plane: rectangles with a direction, their distance to a point, and the overlap of
+//! two.
 //!
-//! World frame, millimetres. Two rectangles are apart where one of their four sides' normals separates them (separating axes). No angle is taken
-//! here: a direction is a unit vector.
+//! World frame, millimetres. Two rectangles are apart where one of their four sides' normals separates them (separating
+//! axes). No angle is taken here: a direction is a unit vector.
 
 use crate::geofence::{Point, distance};
 

@@ -1,8 +1,8 @@
 //! The geofence: a polygon that the unit keeps inside of, with its stopping distance to spare.
 //!
-//! World frame, millimetres. The guard looks at two points: the unit's place, and the one at which it would come to rest if it
-//! began to brake one reaction time from now. Both have to keep the margin. The response to a breach is left to
-//! `transition`, keeping clear of one to `navigation`.
+//! World frame, millimetres. The guard looks at two points: the unit's place, and the one at which it would come to
+//! rest if it began to brake one reaction time from now. Both have to keep the margin. The response to a breach is left
+//! to `transition`, keeping clear of one to `navigation`.
 
 use config::platform::Limits;
 use wire::bounds::Bounds;
@@ -61,8 +61,9 @@ impl Geofence {
         self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
     }
 
-    /// True if a unit inside the fence with this motion comes to rest farther from it, by half of its way at least. Clearance grows by no more
-    /// than the way, so on a shorter way than four times the clearance no side of the fence is crossed.
+    /// True if a unit inside the fence with this motion comes to rest farther from it, by half of its way at least.
+    /// Clearance grows by no more than the way, so on a shorter way than four times the clearance no side of the fence
+    /// is crossed.
     pub(crate) fn leads_away(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> bool {
         let way = stopping_distance(motion.speed, bounds, limits);
         let (clearance, rest) = (self.clearance(motion.at), self.clearance(ahead(motion, way)));

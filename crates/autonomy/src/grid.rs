@@ -110,8 +110,8 @@ impl Grid {
         grid
     }
 
-    /// The way from `from` to `to` without its start, around closed cells and `moving` places, as wide as there is one; `None` where there is
-    /// none. A start inside a closed place can be left.
+    /// The way from `from` to `to` without its start, around closed cells and `moving` places, as wide as there is one;
+    /// `None` where there is none. A start inside a closed place can be left.
     pub fn way(&self, from: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
         [Room::Wide, Room::Narrow].into_iter().find_map(|least| self.search(from, to, moving, least))
     }
@@ -141,7 +141,8 @@ impl Grid {
         if free(&own_cell) { Some(own_cell) } else { nearest() }
     }
 
-    /// True if one may drive straight from `a` to `b`. Where there is just room, a cell's middle does not speak for the whole of it.
+    /// True if one may drive straight from `a` to `b`. Where there is just room, a cell's middle does not speak for the
+    /// whole of it.
     fn clear(&self, a: Point, b: Point, moving: &[Keepout], least: Room) -> bool {
         let steps = libm::ceil(distance(a, b) / (self.cell / 2.0)) as u32;
         let open = (1..=steps).all(|i| {

@@ -311,8 +311,8 @@ impl Autonomy {
 
 impl Core for Autonomy {
     fn handle(&mut self, now: Instant, input: &Input) {
-        // A unit that did not run finds that out before it hears anything: what waited for it is younger than what it has
-        // been driving by.
+        // A unit that did not run finds that out before it hears anything: what waited for it is younger than what it
+        // has been driving by.
         if now >= self.next_control + Span::ms(self.identity.bounds.control_period_ms) {
             self.tick(now);
         }

@@ -1,20 +1,21 @@
 //! Localisation, held against odometry.
 //!
-//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely; the unit
-//! drives and reports by it. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
-//! runs away from it. Three tests, each its own guard:
+//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely; the unit drives and
+//! reports by it. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain, runs
+//! away from it. Three tests, each its own guard:
 //!
 //! - the *gate*: the newest fix lies within reach of the anchor (with silence, [`Guard::Localisation`]);
 //! - the *drift* test: fixes do not lie to one side of it for long ([`Guard::Drift`], `drift`);
 //! - the *receiver's time* runs with this host's clock ([`Guard::TimeBase`], `receiver`).
 //!
 //! While one of them fails, no fix is used: pose and anchor use odometry alone, and only fixes that agree again end
-//! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
+//! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it
+//! over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
 //! that the policy waives still reports its findings, and keeps no fix out.
 //!
-//! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from reading to reading. Where
-//! that is reported ([`Localisation::telling_repeats`]), it counts as silent once it has lasted. A reading faster than the body can go
-//! ([`Localisation::at_most`]) is none either.
+//! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from
+//! reading to reading. Where that is reported ([`Localisation::telling_repeats`]), it counts as silent once it has
+//! lasted. A reading faster than the body can go ([`Localisation::at_most`]) is none either.
 //!
 //! A unit that flies has a height on top (`height`).
 //!
@@ -96,7 +97,8 @@ struct Estimates {
     anchor: Estimate,
     /// Longest distance that the unit may have gone without odometry, millimetres.
     unobserved: f64,
-    /// Time for which the anchor has followed fixes, seconds; until it has done so for its time constant, it is their mean.
+    /// Time for which the anchor has followed fixes, seconds; until it has done so for its time constant, it is their
+    /// mean.
     followed: f64,
 }
 
@@ -113,22 +115,22 @@ impl Localisation {
         Localisation { limits, passed_over, height, ..Localisation::default() }
     }
 
-    /// Localisation that takes odometry as silent once it has repeated one reading for `limit`. For odometry with its own noise;
-    /// readings without any repeat honestly.
+    /// Localisation that takes odometry as silent once it has repeated one reading for `limit`. For odometry with its
+    /// own noise; readings without any repeat honestly.
     #[must_use]
     pub fn telling_repeats(self, limit: Span) -> Self {
         Localisation { repeats: Some(limit), ..self }
     }
 
-    /// Localisation that takes odometry as silent while it says that the unit goes faster than its largest speed and a quarter, mm/s. For
-    /// the readings of a known body.
+    /// Localisation that takes odometry as silent while it says that the unit goes faster than its largest speed and a
+    /// quarter, mm/s. For the readings of a known body.
     #[must_use]
     pub fn at_most(self, max_speed_mm_s: u32) -> Self {
         Localisation { fastest: Some(f64::from(max_speed_mm_s) * CLAIMABLE_SPEED), ..self }
     }
 
-    /// Localisation that takes readings of odometry taken for means of the time since the reading before, in place of values at
-    /// their moment.
+    /// Localisation that takes readings of odometry taken for means of the time since the reading before, in place of
+    /// values at their moment.
     #[must_use]
     pub fn of_means(self) -> Self {
         Localisation { of_means: true, ..self }
@@ -198,7 +200,8 @@ impl Localisation {
             || self.receiver.disagrees() && is_followed(Guard::TimeBase)
     }
 
-    /// Reason that localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
+    /// Reason that localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the
+    /// two.
     pub fn lost(&self, now: Instant, limit: Span) -> Option<Because> {
         let sources = [self.fix, self.odometry.map(|(time, _)| time)];
         let oldest = sources.into_iter().map(Option::unwrap_or_default).min().unwrap_or_default();
@@ -247,7 +250,8 @@ impl Localisation {
         self.waived
     }
 
-    /// True if odometry gives its last reading again, which wheels that turn do not, or at rest none; notes for how long.
+    /// True if odometry gives its last reading again, which wheels that turn do not, or at rest none; notes for how
+    /// long.
     fn repeats_itself(&mut self, reading: &Navigation) -> bool {
         let moves = |odometry: &Odometry| (odometry.speed_mm_s, odometry.yaw_rate_mrad_s) != (0, 0);
         let repeated = self.repeats.is_some() && reading.odometry.filter(moves).is_some_and(|o| self.heard == Some(o));
@@ -262,8 +266,9 @@ impl Localisation {
         self.fastest.is_some_and(|fastest| f64::from(odometry.speed_mm_s).abs() > fastest)
     }
 
-    /// Moves both estimates by the mean of this reading of odometry and the one before (the trapezoidal rule), or by this one alone where there is
-    /// none before: at the end of a turn the heading would then be off by half of the last reading.
+    /// Moves both estimates by the mean of this reading of odometry and the one before (the trapezoidal rule), or by
+    /// this one alone where there is none before: at the end of a turn the heading would then be off by half of the
+    /// last reading.
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64, before: Option<Previous>) {
         let reach = self.speed().abs() * elapsed;
         let left_before = before.and_then(|before| before.left);

@@ -12,7 +12,8 @@ use wire::time::{Instant, Span};
 use crate::geofence::{Motion, Point, distance};
 use crate::localisation::wrap;
 
-/// Angle between the way and the line of sight, radians: within half of the view of a camera of 90°, with 10° to spare for the way that lags behind.
+/// Angle between the way and the line of sight, radians: within half of the view of a camera of 90°, with 10° to spare
+/// for the way that lags behind.
 const SLANT: f64 = 0.6;
 /// Length of way that is planned ahead, millimetres.
 const AHEAD_MM: f64 = 4000.0;

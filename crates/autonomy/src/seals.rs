@@ -52,8 +52,8 @@ impl Seals {
         }
     }
 
-    /// Time for which the own log has been without a seal over all of it, at least since the newest came; none before the first.
-    /// An entry without one for just the limit is so for too long.
+    /// Time for which the own log has been without a seal over all of it, at least since the newest came; none before
+    /// the first. An entry without one for just the limit is so for too long.
     pub fn age(&self, now: Instant) -> Option<Span> {
         let (time, sealed) = self.sealed?;
         let marks = self.behind.iter().chain(&self.marks);

@@ -40,7 +40,8 @@ const CREEPS_MM_S: f64 = 300.0;
 /// Steps in which the speed is lowered until nothing is met.
 const SLOWER: u32 = 8;
 
-/// The two decelerations of a unit, as driving plans it and as it surely can, mm/s², and the time before either begins, seconds.
+/// The two decelerations of a unit, as driving plans it and as it surely can, mm/s², and the time before either begins,
+/// seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Brakes {
     comfort: f64,
@@ -121,7 +122,8 @@ fn within_room<const ARCS: usize>(
     slower.filter(|speed| *speed > creeping).chain([creeping]).find(|speed| may(*speed)).unwrap_or(0.0)
 }
 
-/// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at one time.
+/// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at
+/// one time.
 fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brakes: Brakes, limits: &Limits) -> bool {
     let mut body = body_of(motion, limits);
     let (mut passed, mut left) = (0.0, speed.abs());
@@ -152,7 +154,8 @@ fn body_of(motion: &Motion, limits: &Limits) -> Extent {
     Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) }
 }
 
-/// The body `step` further on an arc. Wheels that do not steer do not slide: their axle follows the heading, and the middle swings about it.
+/// The body `step` further on an arc. Wheels that do not steer do not slide: their axle follows the heading, and the
+/// middle swings about it.
 fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
     let (sin, cos) = libm::sincos(curvature * step);
     let (axis, axle_behind) = (body.axis, f64::from(limits.rear_axle_mm));
@@ -161,7 +164,8 @@ fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
     Extent { at: (axle.0 + axle_behind * axis.0, axle.1 + axle_behind * axis.1), axis, ..*body }
 }
 
-/// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most `reach`.
+/// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most
+/// `reach`.
 fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
     let mut body = body_of(motion, limits);
     let rooms: Vec<Kept> = things.iter().map(|thing| Kept::between(thing, &body)).collect();

@@ -23,10 +23,11 @@ use crate::things::kept::{Kept, half};
 const MOST: usize = NEARBY + 16;
 /// A track this near to something on the map is that thing, unless it is a person.
 const ON_THE_MAP_MM: f64 = 1500.0;
-/// A place that LiDAR shows this near to something on the map is of that: four deviations of a followed place. No farther, for a person may stand beside a wall.
+/// A place that LiDAR shows this near to something on the map is of that: four deviations of a followed place. No
+/// farther, for a person may stand beside a wall.
 const SIDE_OF_THE_MAP_MM: f64 = 250.0;
-/// Speed from which a track is not that thing, mm/s. A slope through places with deviations of 0.4 m, ten a second, has one of 0.24 m/s after
-/// 1.5 s: four of these.
+/// Speed from which a track is not that thing, mm/s. A slope through places with deviations of 0.4 m, ten a second, has
+/// one of 0.24 m/s after 1.5 s: four of these.
 const LEAVES_THE_MAP_MM_S: f64 = 1000.0;
 /// Share of its way by which a thing that moves may be aside of its direction: it turns by 45°.
 const ASIDE: f64 = 0.7;
@@ -63,7 +64,8 @@ impl Obstacle {
         self.velocity != (0.0, 0.0)
     }
 
-    /// The region in which it can be after a given number of seconds: going on, standing still or turning back, and somewhat aside; walking off to any side.
+    /// The region in which it can be after a given number of seconds: going on, standing still or turning back, and
+    /// somewhat aside; walking off to any side.
     pub fn extent_after(&self, seconds: f64) -> Extent {
         let speed = libm::hypot(self.velocity.0, self.velocity.1);
         if speed <= 0.0 {
@@ -179,7 +181,8 @@ impl Things {
     }
 }
 
-/// Distance that a way keeps to a thing that is on no map, from middle to middle: half of both, and the room that the shell and a cut curve take.
+/// Distance that a way keeps to a thing that is on no map, from middle to middle: half of both, and the room that the
+/// shell and a cut curve take.
 pub fn keep_clear(class: Class, body_width: f64) -> f64 {
     half(class) + body_width / 2.0 + ROOM_MM
 }

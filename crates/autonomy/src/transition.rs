@@ -1,14 +1,15 @@
 //! The transitions: the only place where a next state is built.
 //!
-//! [`Machine::step`] takes the machine, one [`Stimulus`] and the [`Context`] it is judged in, and gives the next machine
-//! with its [`Effect`]s. Its arms make no decision themselves: each calls one typed, consuming transition, with
+//! [`Machine::step`] takes the machine, one [`Stimulus`] and the [`Context`] it is judged in, and gives the next
+//! machine with its [`Effect`]s. Its arms make no decision themselves: each calls one typed, consuming transition, with
 //! the proofs that it needs as arguments.
 //!
 //! The diagram and the whole table are drawn from this code by [`table`] and committed as `docs/state-machine.md`.
 //!
 //! Guarantees by construction:
 //! - `Ready` cannot be entered without [`Healthy`], which only `health` gives, and only when no required guard fails.
-//! - `PrepareToAct` cannot be entered without an accepted [`Arm`] order, [`Healthy`] and the ordered track [`Designated`].
+//! - `PrepareToAct` cannot be entered without an accepted [`Arm`] order, [`Healthy`] and the ordered track
+//!   [`Designated`].
 //! - Leaving `PrepareToAct` moves its authority out; there is no state that could hold it elsewhere.
 //! - `HoldSafe` cannot be left without an accepted [`Resume`] order and [`Healthy`].
 //!
@@ -404,7 +405,8 @@ impl Machine {
         }
     }
 
-    /// Values are set before the mission begins and never under way: the limits of the guards do not change beneath them.
+    /// Values are set before the mission begins and never under way: the limits of the guards do not change beneath
+    /// them.
     fn configure(self, order: &Given<'_, Configure>, effects: &mut Effects) -> Next {
         match self {
             Machine::Idle(idle) => {

@@ -74,8 +74,8 @@ impl Turn {
         requested
     }
 
-    /// Begins a move: first on the arc with the most room, of that which turns on, straight back, and that which was come by; then straight back, where there
-    /// is room. None without room or reverse gear.
+    /// Begins a move: first on the arc with the most room, of that which turns on, straight back, and that which was
+    /// come by; then straight back, where there is room. None without room or reverse gear.
     fn begin(&mut self, curvature: f64, motion: &Motion, env: &Surroundings<'_>, now: Instant) {
         if env.limits.reverse_mm_s == 0 {
             return;

@@ -1,5 +1,5 @@
-//! Acts of a person at the console as the display holds them: the order that waits for its confirmation, and the answers.
-//! `hand` judges the acts.
+//! Acts of a person at the console as the display holds them: the order that waits for its confirmation, and the
+//! answers. `hand` judges the acts.
 
 use wire::id::CommandId;
 pub use wire::person::{Act, Alarm, Numbered, Order, Role, Unable};

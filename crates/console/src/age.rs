@@ -90,8 +90,8 @@ impl<T: Clone> Aged<T> {
         Labelled { value: self.value.clone(), age, freshness }
     }
 
-    /// The value as it may be drawn at `now`, its source having dropped it: lost, however young, and its age grows under
-    /// every policy.
+    /// The value as it may be drawn at `now`, its source having dropped it: lost, however young, and its age grows
+    /// under every policy.
     pub fn lost_at(&self, now: Instant) -> Labelled<T> {
         let age = self.before.map_or(Span(u64::MAX), |before| now.since(self.arrived) + before);
         Labelled { value: self.value.clone(), age, freshness: Freshness::Lost }

@@ -1,7 +1,7 @@
 //! Event history of this display: reported modes, given orders, and alarms raised, ended and acknowledged.
 //!
-//! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a recording are
-//! `moment`'s, which compares two pictures.
+//! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a
+//! recording are `moment`'s, which compares two pictures.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Images of tracks: crops that a unit's signed report vouches for, by their hashes.
 //!
-//! Crops may come before the report that names them, so the newest wait for it; those that no report names are never shown.
-//! Drawing is left to `gui`.
+//! Crops may come before the report that names them, so the newest wait for it; those that no report names are never
+//! shown. Drawing is left to `gui`.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -54,7 +54,8 @@ impl Gallery {
         Ok(())
     }
 
-    /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer reports.
+    /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer
+    /// reports.
     pub fn vouched(&mut self, report: &Report, arrived: Instant, age: Option<Age>) {
         let reported = |id: TrackId| report.tracks.iter().any(|track| track.id == id);
         self.shown.retain(|((boot, id), _)| *boot == report.boot && reported(*id));

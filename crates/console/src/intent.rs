@@ -1,8 +1,8 @@
 //! The operator's signature: intents and confirmations, made of displayed values only.
 //!
-//! The operator's key is here and nowhere else. Each intent has its own id, so that it can be executed once at
-//! most, and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is; where it rests on a track,
-//! also the hash of the report that showed it. Deciding when to give one is left to `operator`.
+//! The operator's key is here and nowhere else. Each intent has its own id, so that it can be executed once at most,
+//! and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is; where it rests on a
+//! track, also the hash of the report that showed it. Deciding when to give one is left to `operator`.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! The life of a command as the display knows it, from request to acknowledgement.
 //!
-//! The unit's signature outweighs the gateway's statement, and an executed command stays executed. A command that the unit
-//! does not answer in time is shown so, regardless of the gateway. Verifying acknowledgements is left to `intake`.
+//! The unit's signature outweighs the gateway's statement, and an executed command stays executed. A command that the
+//! unit does not answer in time is shown so, regardless of the gateway. Verifying acknowledgements is left to `intake`.
 
 use std::collections::VecDeque;
 
@@ -18,7 +18,8 @@ use crate::intent::Issued;
 
 /// Most commands with tracked progress; beyond this number the oldest is no longer shown.
 pub const MAX_COMMANDS: usize = 16;
-/// Time limit for an answer before a command is shown as not acknowledged: a person is to learn it within a second of the act.
+/// Time limit for an answer before a command is shown as not acknowledged: a person is to learn it within a second of
+/// the act.
 pub const ACK_WITHIN: Span = Span::ms(900);
 
 /// The source of an order. Both use the operator's name and key.

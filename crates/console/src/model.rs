@@ -166,9 +166,9 @@ impl Model {
         self.units.first().map_or(UnitId::A, |(unit, _)| *unit)
     }
 
-    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes no value: so neither a
-    /// replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen` holds the send
-    /// time of the challenge that the unit repeats, and the time at which the unit says it saw it.
+    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes no value: so
+    /// neither a replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen`
+    /// holds the send time of the challenge that the unit repeats, and the time at which the unit says it saw it.
     pub fn report(
         &mut self,
         accepted: &Accepted<SignedReport<'_>>,
@@ -236,8 +236,8 @@ impl Model {
         gallery.take(bytes)
     }
 
-    /// Count of session losses at the broker that `peer` reports since its `boot`th start, where that is known. A shown loss
-    /// stays shown.
+    /// Count of session losses at the broker that `peer` reports since its `boot`th start, where that is known. A shown
+    /// loss stays shown.
     pub fn sessions_lost(&mut self, peer: PeerId, boot: Option<Boot>, counted: u32) {
         let known = self.losses.entry(peer).or_default();
         // A peer that has started again counts from nothing.
@@ -262,8 +262,8 @@ impl Model {
         self.links.insert(peer, Link { open, since: now, heard });
     }
 
-    /// The gateway refused something; the count of its refusals for this reason and from this peer by then. One that counts
-    /// lower than before has started again.
+    /// The gateway refused something; the count of its refusals for this reason and from this peer by then. One that
+    /// counts lower than before has started again.
     pub fn refused_there(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>, counted: u64) {
         let known = self.refusals.entry((reason, peer, false)).or_insert(Refusals { all: 0, counted: 0, last: now });
         let more = if counted < known.counted { counted } else { counted - known.counted };
@@ -439,7 +439,8 @@ fn origin(heard: &Heard) -> Origin {
     }
 }
 
-/// True if `report` is newer than the shown one: a later boot, or within one boot a higher sequence *and* a later stamp.
+/// True if `report` is newer than the shown one: a later boot, or within one boot a higher sequence *and* a later
+/// stamp.
 fn newer(report: &Report, heard: &Heard) -> bool {
     let later = (report.boot, report.sequence) > (heard.report.boot, heard.report.sequence);
     later && (report.boot > heard.report.boot || report.stamp.minus(heard.stamp) > 0)

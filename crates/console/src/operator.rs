@@ -1,10 +1,10 @@
 //! The headless operator: follows a script and sees only what is displayed.
 //!
 //! A step becomes due at its time, or when the step before it is done; then it waits for its conditions, at most for
-//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A step is done when its
-//! command is executed, or stored by the unit until its time. A command that
-//! is not acknowledged in time, or refused for a condition that may pass, is tried once more under a new id; no id is
-//! ever asked for or confirmed twice. Signing is left to `intent`.
+//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A step is done
+//! when its command is executed, or stored by the unit until its time. A command that is not acknowledged in time, or
+//! refused for a condition that may pass, is tried once more under a new id; no id is ever asked for or confirmed
+//! twice. Signing is left to `intent`.
 
 use serde::{Deserialize, Serialize};
 use wire::command::{CommandKind, IntentHash, TimeTag};
@@ -141,8 +141,8 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much. One with an eye gives no
-    /// order on a track that it sees through.
+    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much. One with an eye
+    /// gives no order on a track that it sees through.
     pub fn new(script: Vec<ScriptStep>, eye: Option<Eye>, confidence: u16, start: Instant) -> Self {
         let waiting = Progress::Waiting { not_before: start, tries: 0 };
         Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence, eye }

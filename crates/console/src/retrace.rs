@@ -1,7 +1,8 @@
 //! Replay of a recording in the same core, from its recorded inputs, without script, issuer or new challenges.
 //!
-//! Its recorded outputs are fed back ([`Console::apply_output`]): the challenges it made, so that ages are reproduced, the commands it gave and the
-//! act that each answered. So a run can be viewed again without a secret, and no signing is possible meanwhile.
+//! Its recorded outputs are fed back ([`Console::apply_output`]): the challenges it made, so that ages are reproduced,
+//! the commands it gave and the act that each answered. So a run can be viewed again without a secret, and no signing
+//! is possible meanwhile.
 
 use config::setup::Setup;
 use sha2::{Digest, Sha256};

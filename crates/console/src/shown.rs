@@ -217,8 +217,8 @@ pub struct Shown {
     pub silent: Vec<UnitId>,
     /// Sessions at the gateway.
     pub links: Vec<ShownLink>,
-    /// Refusals by reason and peer. The gateway tells of some at once and of how many there were with each, so in a flood
-    /// the numbers are at most a second or two behind, and exact after it.
+    /// Refusals by reason and peer. The gateway tells of some at once and of how many there were with each, so in a
+    /// flood the numbers are at most a second or two behind, and exact after it.
     pub refusals: Vec<ShownRefusals>,
     /// Peers with cut or taken-over sessions at the broker, with counts: an alarm.
     pub losses: Vec<(PeerId, u32)>,
@@ -270,9 +270,9 @@ impl Shown {
     }
 }
 
-/// The values that an intent of this kind repeats. Away from safe only intents of a state that is displayed as fresh. Towards safe
-/// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
-/// the unit finds the nonce too old.
+/// The values that an intent of this kind repeats. Away from safe only intents of a state that is displayed as fresh.
+/// Towards safe any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the
+/// lease even if the unit finds the nonce too old.
 pub fn basis_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Basis> {
     if kind.towards_safe() {
         return Some(Basis { nonce: shown.map_or(Nonce::NONE, |unit| unit.state.get().0.nonce), report: None });

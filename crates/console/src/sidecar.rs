@@ -1,8 +1,8 @@
-//! Evidence that a recording holds beside the displayed values, moment by moment: the unit's sensor pictures and the reasons for its mode.
-//! For those who examine evidence.
+//! Evidence that a recording holds beside the displayed values, moment by moment: the unit's sensor pictures and the
+//! reasons for its mode. For those who examine evidence.
 //!
-//! No running console has it, for it does not reach the control domain; and no view of displayed values is built from it. Finding and
-//! reading it in a recording is left to the program that opens the recording.
+//! No running console has it, for it does not reach the control domain; and no view of displayed values is built from
+//! it. Finding and reading it in a recording is left to the program that opens the recording.
 
 use std::borrow::Cow;
 use std::sync::Arc;

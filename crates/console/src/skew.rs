@@ -1,10 +1,10 @@
-//! Rate of a unit's clock against the console's, bounded by the stamps that both have seen: ages of reported values rest on
-//! its staying within [`MAX_DRIFT_PPM`].
+//! Rate of a unit's clock against the console's, bounded by the stamps that both have seen: ages of reported values
+//! rest on its staying within [`MAX_DRIFT_PPM`].
 //!
-//! A message with stamp σ came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at
-//! τ, so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
-//! between them. Delays only widen that: an attacker who holds messages back makes a clock look no faster and no slower
-//! than it is. Bounding ages is left to `wire::time`.
+//! A message with stamp σ came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen
+//! at τ, so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean
+//! rate between them. Delays only widen that: an attacker who holds messages back makes a clock look no faster and no
+//! slower than it is. Bounding ages is left to `wire::time`.
 
 use std::collections::VecDeque;
 
@@ -64,7 +64,8 @@ pub struct Skew {
 }
 
 impl Skew {
-    /// A report stamped `stamp` came at `now`; in it the unit says when it saw the challenge that left at the first of `seen`.
+    /// A report stamped `stamp` came at `now`; in it the unit says when it saw the challenge that left at the first of
+    /// `seen`.
     pub fn heard(&mut self, stamp: PeerStamp, now: Instant, seen: Option<(Instant, PeerStamp)>) {
         let ahead = |stamp: PeerStamp, time: Instant| (i128::from(stamp.0) - i128::from(time.0), time);
         let at_least = ahead(stamp, now);

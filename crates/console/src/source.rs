@@ -1,6 +1,7 @@
 //! Sources of a window's pictures, and the place of a recording: the same with and without a window in the build.
 //!
-//! A running core and a recording are each a [`Source`]; the sensors of a live run are [`Sensors`]. Drawing is left to `gui`.
+//! A running core and a recording are each a [`Source`]; the sensors of a live run are [`Sensors`]. Drawing is left to
+//! `gui`.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,10 +1,11 @@
-//! Cost of 1, 4, 16 and 64 units at one gateway, and of as many at four gateways with a quarter each: CPU time and memory
-//! of the gateways' cores, in memory, in virtual time. Rounds go through all rows, so that each sees the same machine.
+//! Cost of 1, 4, 16 and 64 units at one gateway, and of as many at four gateways with a quarter each: CPU time and
+//! memory of the gateways' cores, in memory, in virtual time. Rounds go through all rows, so that each sees the same
+//! machine.
 //!
 //! Each unit reports ten times a second under its own key, and hears the next three units at its gateway. A second's
-//! records are made before they are delivered; only the cores are timed: admission with signatures, leases, fan-out, feed
-//! and audit log. Memory is the heap that the gateways give back when they are dropped. Gateways do not know each other, so
-//! a unit hears no unit at another one. Sessions are plain bytes here: `lab load` measures DTLS.
+//! records are made before they are delivered; only the cores are timed: admission with signatures, leases, fan-out,
+//! feed and audit log. Memory is the heap that the gateways give back when they are dropped. Gateways do not know each
+//! other, so a unit hears no unit at another one. Sessions are plain bytes here: `lab load` measures DTLS.
 //!
 //! Run with `cargo bench --bench units` (or with `--profile dev`: dependencies are optimised there too).
 

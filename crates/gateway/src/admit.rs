@@ -1,7 +1,8 @@
 //! The trust boundary of the telemetry link: every record that a session delivers is judged here, once, top to bottom.
 //!
-//! DTLS has proved the identity of the *peer* and that the bytes are unchanged. It has not proved that the record is young,
-//! that it is seen for the first time in this session's life, or that its content is the peer's to say. In order:
+//! DTLS has proved the identity of the *peer* and that the bytes are unchanged. It has not proved that the record is
+//! young, that it is seen for the first time in this session's life, or that its content is the peer's to say. In
+//! order:
 //!
 //! | check | of the session record | of the report in it |
 //! |---|---|---|
@@ -21,10 +22,10 @@
 //! A challenge binds the clock of the peer that echoes it, no other. If a report claims another origin than the peer,
 //! its stamp is of a clock that we have not bound, so the only age to judge is that of the *record that carried it*:
 //! how long the peer had held the report before is unknown. Under a policy that requires origin = peer this never
-//! matters, because the report is refused next. Where the policy waives it, a report of any age crosses as fresh, inside an
-//! authenticated session: that is the finding this project reproduces, and the reason why the waiver is named in the
-//! record's evidence from here on. And no check here can tell a report that the peer re-signed as its own from the
-//! truth; that is left to consistency at the receiving unit.
+//! matters, because the report is refused next. Where the policy waives it, a report of any age crosses as fresh,
+//! inside an authenticated session: that is the finding this project reproduces, and the reason why the waiver is named
+//! in the record's evidence from here on. And no check here can tell a report that the peer re-signed as its own from
+//! the truth; that is left to consistency at the receiving unit.
 
 use wire::bounds::Bounds;
 use wire::codec;
@@ -115,7 +116,8 @@ impl Boundary {
                 RecordContent::Crop(RecordId { sequence: Sequence(0), ..record.id() }, bytes)
             }
             SessionBody::Report(report) => RecordContent::Report(self.report(session, evidence, report)?),
-            // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
+            // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not
+            // a unit's.
             SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {
                 return Err(Refusal::Peer { got: session.peer() });
             }

@@ -1,6 +1,7 @@
 //! The command side of the core: requests of the console in, orders out, acknowledgements back.
 //!
-//! Judging intents, confirmations and acknowledgements is left to `stage`, passing the display's challenge on to `telemetry`.
+//! Judging intents, confirmations and acknowledgements is left to `stage`, passing the display's challenge on to
+//! `telemetry`.
 
 use wire::bus;
 use wire::command::{CommandKind, Request};

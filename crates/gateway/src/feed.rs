@@ -1,9 +1,9 @@
 //! The feed to the console: records accepted and refused, sessions opened, orders sent, one sealed message each.
 //!
-//! Refusals can be as many as an adversary likes, so their feed is bounded: a number a second, each with the count
-//! for its reason and from its peer by then. Refusals after the last one fed are reported with the next window's
-//! share, so the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the
-//! oracle uses it.
+//! Refusals can be as many as an adversary likes, so their feed is bounded: a number a second, each with the count for
+//! its reason and from its peer by then. Refusals after the last one fed are reported with the next window's share, so
+//! the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the oracle
+//! uses it.
 
 use std::collections::BTreeMap;
 

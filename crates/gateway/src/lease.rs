@@ -2,8 +2,9 @@
 //!
 //! A unit drives only while it is supervised, and it is supervised only while we hear it: no grant before its first
 //! accepted report, none while its newest one may be older than *Tf*, and none while a HOLD for it is unacknowledged.
-//! So a stop never has to cross the failed link: silence is enough. Where the link carries in planned contacts only, a grant near the end
-//! of one spans the time to the next (`config::contact`). Keeping the lease's time is left to the unit.
+//! So a stop never has to cross the failed link: silence is enough. Where the link carries in planned contacts only, a
+//! grant near the end of one spans the time to the next (`config::contact`). Keeping the lease's time is left to the
+//! unit.
 
 use config::contact::Contacts;
 use wire::bounds::Bounds;

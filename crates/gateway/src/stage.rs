@@ -1,10 +1,10 @@
 //! The command stage: from an operator's signed intent to the order that goes out to the unit.
 //!
 //! Towards safe an intent goes out at once. Away from safe it waits, at most [`STAGED_FOR`], for the operator's signed
-//! confirmation of the very same bytes. The gateway checks schema, rate, role, revocation, signature and reason, and that
-//! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. It
-//! *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
-//! that carried it, on this host. In what order commands follow one another is left to the unit too.
+//! confirmation of the very same bytes. The gateway checks schema, rate, role, revocation, signature and reason, and
+//! that it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again.
+//! It *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the
+//! request that carried it, on this host. In what order commands follow one another is left to the unit too.
 //!
 //! A *station* is the owner of a channel of requests. Each has its own rate and its own room here, so that none is
 //! kept waiting by another's requests, under any operator's key.

@@ -63,8 +63,8 @@ impl Gateway {
         }
     }
 
-    /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again each
-    /// challenge period, because a record may be lost and a unit start again.
+    /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again
+    /// each challenge period, because a record may be lost and a unit start again.
     pub(crate) fn pass_on_revocations(&mut self, now: Instant) {
         let (revoked, policy) = (&self.revoked, &self.policy);
         let heard = |session: &&mut Session| may_receive(revoked, policy, session, now);

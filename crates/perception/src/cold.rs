@@ -19,9 +19,10 @@ const PLACES: usize = 64;
 const ENOUGH: u8 = 10;
 /// Longest time between two contradictions in a row: as long as a track shows an opinion.
 const ROW: Span = Span::ms(500);
-/// Time for which a place is cold after such a row. An engine of 150 kg of iron takes up 68 kJ for each kelvin; an idling one's
-/// 5 kW warm it by less than 5 K in a minute, before any of it reaches the skin, and the bound of a vehicle's warmest part is
-/// 12 K above the ground of the shipped scenes. Figures of a textbook's order, not of a measurement.
+/// Time for which a place is cold after such a row. An engine of 150 kg of iron takes up 68 kJ for each kelvin; an
+/// idling one's 5 kW warm it by less than 5 K in a minute, before any of it reaches the skin, and the bound of a
+/// vehicle's warmest part is 12 K above the ground of the shipped scenes. Figures of a textbook's order, not of a
+/// measurement.
 const MEMORY: Span = Span::ms(60_000);
 /// Sightings nearer to each other than this are of one place, metres: about the half length of a vehicle.
 const SAME_M: f64 = 2.0;
@@ -46,8 +47,8 @@ pub struct Cold {
 }
 
 impl Cold {
-    /// Notes the thermal stage's word on each claimed vehicle, placed by `ego`, and has it contradict those that are warm at a
-    /// cold place. Their support by this frame's warmth stays reported beside the contradiction.
+    /// Notes the thermal stage's word on each claimed vehicle, placed by `ego`, and has it contradict those that are
+    /// warm at a cold place. Their support by this frame's warmth stays reported beside the contradiction.
     pub fn judge(&mut self, stamp: Instant, ego: Option<&Placement>, judged: &mut [Judgement]) {
         self.places.retain(|place| stamp.since(place.last) < MEMORY);
         let Some(ego) = ego else { return };
@@ -126,7 +127,8 @@ pub(crate) fn remembered(supported: Modalities, vetoed: Modalities) -> bool {
 mod tests {
     use super::*;
 
-    /// Statement of the thermal stage on a vehicle a given number of metres ahead in frame `k`; true if the memory contradicts it.
+    /// Statement of the thermal stage on a vehicle a given number of metres ahead in frame `k`; true if the memory
+    /// contradicts it.
     fn seen(cold: &mut Cold, k: u64, ahead: f64, warm: bool) -> bool {
         let (thermal, none) = (Modalities::default().with_modality(Modality::Thermal), Modalities::default());
         let (supported, vetoed) = if warm { (thermal, none) } else { (none, thermal) };

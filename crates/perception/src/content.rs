@@ -42,8 +42,8 @@ pub fn of_frames(frames: &Frames<'_>) -> Prints {
     [frames.rgb, frames.depth, frames.thermal, frames.lidar].map(|plane| plane.map(|bytes| wire_hash(bytes)))
 }
 
-/// Prints of an unrendered frame: each list as it came, with the noise of the plane that it represents. Without that, all empty lists are equal and
-/// carry no information.
+/// Prints of an unrendered frame: each list as it came, with the noise of the plane that it represents. Without that,
+/// all empty lists are equal and carry no information.
 pub fn of_candidates(candidates: &Candidates) -> Prints {
     let Candidates { rgb, depth, thermal, lidar, grain, .. } = candidates;
     let shows = |is_empty: bool| grain.is_some() || !is_empty;

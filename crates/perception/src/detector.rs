@@ -1,10 +1,10 @@
-//! A detector: one ONNX model over `[1, planes, H, W]` in 0..1, and the [`Head`] that reads its output. Colour has three planes, and so
-//! has the thermal stage's image; the fused one ([`crate::fused`]) has seven. A run may bring a custom colour detector in place of
-//! the shipped one.
+//! A detector: one ONNX model over `[1, planes, H, W]` in 0..1, and the [`Head`] that reads its output. Colour has
+//! three planes, and so has the thermal stage's image; the fused one ([`crate::fused`]) has seven. A run may bring a
+//! custom colour detector in place of the shipped one.
 //!
-//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that one
-//! of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on its
-//! image alone.
+//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that
+//! one of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on
+//! its image alone.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -6,8 +6,9 @@
 //! - [`mod@attitude`] makes sightings of attitude sensors, on a platform that looks at stars and not at objects.
 //! - [`sight`] asks a detector in this process or another one, and notes the faults of one of others.
 //! - [`content`] tells new sensor content from repeated; a sensor that repeats itself has given no product.
-//! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`] places it
-//!   in the world, [`nearby`] the things around by LiDAR alone, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
+//! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`]
+//!   places it in the world, [`nearby`] the things around by LiDAR alone, [`provenance`] records the products of each
+//!   stage, [`reasons`] the doubts and the followed objects.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. Consequences are autonomy's to decide.
 
@@ -77,8 +78,8 @@ use crate::reasons::Reasons;
 use crate::stages::{StageClaims, Stages};
 use crate::tracker::{MAX_TRACKS, Tracker};
 
-/// Number of colour detections in a frame from which on their number is reported, so at most 21 times in a boot. No scene
-/// has that many objects in view.
+/// Number of colour detections in a frame from which on their number is reported, so at most 21 times in a boot. No
+/// scene has that many objects in view.
 pub const CROWD: usize = 12;
 /// Frames from one set of crops to the next: half a second's.
 const CROPPED_EVERY: u64 = 5;

@@ -28,8 +28,8 @@ const FEWEST: u32 = 2;
 const LEAST_HEIGHT_M: f32 = 0.2;
 const LARGEST_M: f32 = 8.0;
 
-/// Points of the returns, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is ring-major, u16
-/// little-endian millimetres. A beam without a return is left out, and so is data beyond one scan.
+/// Points of the returns, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is
+/// ring-major, u16 little-endian millimetres. A beam without a return is left out, and so is data beyond one scan.
 pub fn returns(beams: Lidar, plane: &[u8]) -> impl Iterator<Item = [f32; 3]> {
     let azimuths = usize::from(beams.azimuths).max(1);
     let ranges = plane.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 1e3);

@@ -1,13 +1,14 @@
 //! Models pinned by hash: bytes become a [`Model`] only if their SHA-256 is the one that was stated.
 //!
-//! The networks that ship and their manifests are compiled in; an edit to either is refused at start. Reading a model from
-//! a file is the process's business.
+//! The networks that ship and their manifests are compiled in; an edit to either is refused at start. Reading a model
+//! from a file is the process's business.
 
 use config::platform::Sensors;
 use sha2::{Digest, Sha256};
 use wire::sensor::Camera;
 
-/// The largest model, bytes: eight million weights of four bytes; the smallest size of the common detectors has three, the next eleven.
+/// The largest model, bytes: eight million weights of four bytes; the smallest size of the common detectors has three,
+/// the next eleven.
 pub const MAX_MODEL: usize = 32 << 20;
 
 /// Networks that this crate ships for views from one height, with the manifest that pins them.

@@ -1,8 +1,8 @@
 //! Things near the unit by LiDAR alone: where something stands above the ground, how wide it is, and whether it moves.
 //!
-//! The camera looks ahead and sees no feet; LiDAR looks all around. A thing by LiDAR alone is of no class and no
-//! ground for an act, but a body keeps clear of it. The places are followed as sightings are ([`crate::tracker`]); consequences are
-//! autonomy's to decide.
+//! The camera looks ahead and sees no feet; LiDAR looks all around. A thing by LiDAR alone is of no class and no ground
+//! for an act, but a body keeps clear of it. The places are followed as sightings are ([`crate::tracker`]);
+//! consequences are autonomy's to decide.
 
 use wire::codec::List;
 use wire::id::{FrameId, TrackId};
@@ -19,7 +19,8 @@ const NEAR_M: f64 = 12.0;
 /// Most clusters of a frame that are followed, the nearest. Fewer than the things that are reported: a thing no longer
 /// shown keeps its place for a second.
 const NEAREST: usize = 20;
-/// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit passes.
+/// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit
+/// passes.
 const SIGMA_M: f64 = 0.15;
 /// Score of a cluster as a sighting, permille. Only whether it stands counts here.
 const SCORE: u16 = 1000;
@@ -166,7 +167,8 @@ mod tests {
 
     use super::*;
 
-    /// The things that are followed after `frames` of a cluster at `at(seconds)`, metres in the world frame, from a unit at `own(seconds)` on the x axis.
+    /// The things that are followed after `frames` of a cluster at `at(seconds)`, metres in the world frame, from a
+    /// unit at `own(seconds)` on the x axis.
     fn followed(
         frames: u64,
         place_of: impl Fn(f64) -> [f64; 2],

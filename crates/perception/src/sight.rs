@@ -1,7 +1,7 @@
 //! Detection of objects in an image, in this process or in another one, and the faults of a detector of others.
 //!
-//! A core asks a [`Sight`] and knows no process. A network of others runs in a separate process (the crate `live`), since a model can end the
-//! process that it runs in; its faults are noted here, so that a verdict can name them.
+//! A core asks a [`Sight`] and knows no process. A network of others runs in a separate process (the crate `live`),
+//! since a model can end the process that it runs in; its faults are noted here, so that a verdict can name them.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};

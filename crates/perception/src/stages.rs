@@ -71,8 +71,8 @@ impl Stages {
         &self.thermal
     }
 
-    /// Detections of at least `least` permille, best first: the fused network's, or the colour detector's where there is none. `None`
-    /// without a colour image: that is the loss of a modality.
+    /// Detections of at least `least` permille, best first: the fused network's, or the colour detector's where there
+    /// is none. `None` without a colour image: that is the loss of a modality.
     pub fn detections(&self, frames: &Frames<'_>, least: u16) -> Option<Result<List<Detection, 32>, DetectorError>> {
         let plane = frames.rgb?;
         Some(match &self.fused {

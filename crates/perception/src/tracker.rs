@@ -72,8 +72,8 @@ struct Opinion {
 }
 
 impl Opinion {
-    /// Opinion of a sighting that claims the class `own_class`, or another one. Another class is colour's word against the track; the words
-    /// of other modalities on that claim are not on the track.
+    /// Opinion of a sighting that claims the class `own_class`, or another one. Another class is colour's word against
+    /// the track; the words of other modalities on that claim are not on the track.
     fn from_sighting(sighting: &Sighting, own_class: Option<Class>) -> Self {
         let Sighting { supported, vetoed, absent, .. } = *sighting;
         if own_class.is_none_or(|own_class| own_class == sighting.class) {
@@ -256,7 +256,8 @@ impl Hypothesis {
 
     /// Squared Mahalanobis distance, thousandths.
     fn distance(&self, placed: &Placed) -> i64 {
-        // What is observed is the place, the first two of the state: multiplying by the observation matrix only picks them.
+        // What is observed is the place, the first two of the state: multiplying by the observation matrix only picks
+        // them.
         let innovation = placed.at - self.state.state().fixed_rows::<2>(0);
         let spread = self.state.covariance().fixed_view::<2, 2>(0, 0) + placed.seen.noise;
         let Some(inverse) = spread.try_inverse() else { return IMPOSSIBLE };

@@ -1,10 +1,11 @@
 //! Unrendered mode: candidates straight from ground truth, in place of sensors and detector stages.
 //!
 //! **The noise model is uncalibrated.** Its figures ([`NoiseModel`]) are placeholders until they have been fitted to
-//! the rendered pipeline; a result that rests on them is a hypothesis. It models: range, field of view,
-//! partial cover of a vehicle or a decoy (`occlusion`; persons, obstacles and the ground by one ray per object and
-//! viewpoint), misses that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every fault of `fault`.
-//! Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate came from.
+//! the rendered pipeline; a result that rests on them is a hypothesis. It models: range, field of view, partial cover
+//! of a vehicle or a decoy (`occlusion`; persons, obstacles and the ground by one ray per object and viewpoint), misses
+//! that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every
+//! fault of `fault`. Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate
+//! came from.
 
 use ground_truth::Sensor;
 use rapier3d::prelude::Vector;

@@ -1,8 +1,8 @@
 //! Sensor faults as scenario data: sensor, disturbance, start and duration.
 //!
-//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::effect_at`] folds the active
-//! faults into one [`Effect`] for a sensor; `lib` writes start, end and every affected frame to the audit trail, which
-//! is the actor's half of the receipt.
+//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::effect_at`] folds the
+//! active faults into one [`Effect`] for a sensor; `lib` writes start, end and every affected frame to the audit trail,
+//! which is the actor's half of the receipt.
 
 use std::sync::Arc;
 

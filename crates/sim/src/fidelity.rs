@@ -1,7 +1,7 @@
 //! Assumed errors of the models of sensors and plant, for asking which results depend on them.
 //!
-//! These are properties of the world, unknown to services, and no faults: they inject no event and appear in no receipt. Scenarios
-//! choose the values, campaigns compare the results.
+//! These are properties of the world, unknown to services, and no faults: they inject no event and appear in no
+//! receipt. Scenarios choose the values, campaigns compare the results.
 
 use serde::{Deserialize, Serialize};
 

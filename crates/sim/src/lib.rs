@@ -1,14 +1,15 @@
 //! Simulation of one unit: world, plant, sensors, sensor faults and ground truth.
 //!
-//! [`Sim`] is a deterministic core: time in, bytes out. It knows neither perception nor autonomy. It publishes `Navigation` 20 times a
-//! second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); it obeys leased set-points; its reports to the
-//! oracle are in `truth`.
+//! [`Sim`] is a deterministic core: time in, bytes out. It knows neither perception nor autonomy. It publishes
+//! `Navigation` 20 times a second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); it obeys
+//! leased set-points; its reports to the oracle are in `truth`.
 //!
-//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be woken only when
-//! something is due that another can see. The result is a function of the inputs and their times, not of how often the core is woken.
+//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be
+//! woken only when something is due that another can see. The result is a function of the inputs and their times, not
+//! of how often the core is woken.
 //!
-//! Code map: `scene` (the objects, with their `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
-//! → `fault` (spoils) → `truth` (tells). `fidelity`: assumed errors of these models.
+//! Code map: `scene` (the objects, with their `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`,
+//! `candidates` (measure) → `fault` (spoils) → `truth` (tells). `fidelity`: assumed errors of these models.
 
 mod candidates;
 mod chaff;

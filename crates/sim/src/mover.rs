@@ -1,7 +1,7 @@
 //! Objects that move: each along its path at its speed, until the unit is in its way.
 //!
-//! An object stops where its next step would touch the unit, whether that drives or stands. One that yields stops earlier. Who has stood for long turns
-//! back. A touch is then the unit's doing alone.
+//! An object stops where its next step would touch the unit, whether that drives or stands. One that yields stops
+//! earlier. Who has stood for long turns back. A touch is then the unit's doing alone.
 
 use rapier3d::prelude::*;
 
@@ -58,7 +58,8 @@ impl Mover {
             (self.stood, self.back) = (Span(0), !self.back);
         } else if !is_blocked {
             self.gone += if self.back { -1 } else { 1 };
-            // A closed path leads on behind its first point. Without that, one that meets the unit there could go neither way.
+            // A closed path leads on behind its first point. Without that, one that meets the unit there could go
+            // neither way.
             if let Some([departs, steps]) = self.round.filter(|[departs, _]| self.back && self.gone < *departs) {
                 self.gone = departs + steps - 1;
             }

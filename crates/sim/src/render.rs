@@ -70,7 +70,8 @@ pub fn settled(scene: &Scene, pose: StartPose) -> Result<(World, Plant), SceneEr
     Ok((world, plant))
 }
 
-/// The frame that `sensors`, over a vehicle that stands at `pose`, would take of `scene` at the start of a run. `seed` seeds the noise.
+/// The frame that `sensors`, over a vehicle that stands at `pose`, would take of `scene` at the start of a run. `seed`
+/// seeds the noise.
 pub fn render(sensors: &Sensors, scene: &Scene, pose: StartPose, seed: u64) -> Result<Labelled, SceneError> {
     let faults = Faults::new(&[])?;
     let (world, plant) = settled(scene, pose)?;

@@ -277,7 +277,8 @@ impl Object {
         (0..self.legs()).map(|i| length((self.path[i], next(i)))).sum()
     }
 
-    /// Time for which it stands before it departs, and the time of one round; of a path that is not closed there is none. Seconds.
+    /// Time for which it stands before it departs, and the time of one round; of a path that is not closed there is
+    /// none. Seconds.
     pub(crate) fn round(&self) -> Option<[f64; 2]> {
         let goes_round = self.closed && self.moves() && self.way() > 0.0;
         goes_round.then(|| [f64::from(self.departs), self.way() / f64::from(self.speed)])

@@ -115,8 +115,8 @@ impl Witness {
         }
     }
 
-    /// Keeps collisions for the next entry of truth: objects that the chassis touches since this step, each with the greatest speed
-    /// towards it just before.
+    /// Keeps collisions for the next entry of truth: objects that the chassis touches since this step, each with the
+    /// greatest speed towards it just before.
     pub(crate) fn touch(&mut self, touches: &BTreeMap<ObjectId, Vector>, velocity: Vector) {
         for (&object, towards) in touches.iter().filter(|(object, _)| !self.touches.contains(object)) {
             let speed = mm(velocity.dot(*towards));
@@ -209,8 +209,8 @@ impl Witness {
         self.write(now, event, out);
     }
 
-    /// A step is reported once, however many of its faults there are: it begins with the first of them, here `active`, and ends
-    /// when none of them is or will be.
+    /// A step is reported once, however many of its faults there are: it begins with the first of them, here `active`,
+    /// and ends when none of them is or will be.
     fn step(
         &mut self,
         now: Instant,

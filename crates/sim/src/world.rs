@@ -280,7 +280,8 @@ mod tests {
     use crate::fidelity::Fidelity;
     use crate::plant::{Plant, SetPoint};
 
-    /// Distance to the north that a walker gets on a way through a unit that stands or drives off at this speed, metres, and the touches.
+    /// Distance to the north that a walker gets on a way through a unit that stands or drives off at this speed,
+    /// metres, and the touches.
     fn walked(yields: bool, seconds: u64, speed: f32) -> (f32, usize) {
         let start = Scene::default().start;
         let [east, north] = [start.east + 1.0, start.north - 5.0];

@@ -1,8 +1,8 @@
 //! The hostile broker: the holder of the broker's certificate and key, in the broker's place.
 //!
-//! It is handed every publication and delivers to the subscribers as its plan says: fewer, later, in
-//! another order, more often, or others. It reads the publications it carries, for the command plane keeps no secret from the
-//! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
+//! It is handed every publication and delivers to the subscribers as its plan says: fewer, later, in another order,
+//! more often, or others. It reads the publications it carries, for the command plane keeps no secret from the broker,
+//! and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,5 @@
-//! Content that a rogue puts into a message of another producer. The layout is public (`wire::bus`, `docs/reference/telemetry.cddl`);
-//! the right to send it is not decided here.
+//! Content that a rogue puts into a message of another producer. The layout is public (`wire::bus`,
+//! `docs/reference/telemetry.cddl`); the right to send it is not decided here.
 
 use wire::bus::{self, HEADER_LEN};
 use wire::codec;

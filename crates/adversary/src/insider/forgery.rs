@@ -1,7 +1,8 @@
 //! Forgeries without an operator's or a unit's key, made with one's own key from observed messages: orders in the
 //! operator's name and acknowledgements in a unit's.
 //!
-//! All of them are well formed, so that the schema is not the check that refuses them. The time of sending is left to the insiders.
+//! All of them are well formed, so that the schema is not the check that refuses them. The time of sending is left to
+//! the insiders.
 
 use crate::plan::order::command;
 use sha2::{Digest, Sha256};

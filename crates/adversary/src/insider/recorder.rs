@@ -1,8 +1,8 @@
 //! The insider who controls the recorder: its manipulations of a recording before anyone reads it.
 //!
-//! It holds everything that was recorded, and the recorder's own signing key. It may change bytes and hope, or write every
-//! chain again so that it holds together, with seals and signatures of the recorder's to go with it. It cannot sign
-//! for another service, and it cannot reach copies held elsewhere. Detection is not looked at here.
+//! It holds everything that was recorded, and the recorder's own signing key. It may change bytes and hope, or write
+//! every chain again so that it holds together, with seals and signatures of the recorder's to go with it. It cannot
+//! sign for another service, and it cannot reach copies held elsewhere. Detection is not looked at here.
 
 #![expect(
     clippy::wildcard_enum_match_arm,
@@ -116,7 +116,8 @@ impl InsiderRecorder {
         }
     }
 
-    /// Ends the recording at a seal as if the run had ended there: every chain at its last signature, a closing seal behind.
+    /// Ends the recording at a seal as if the run had ended there: every chain at its last signature, a closing seal
+    /// behind.
     fn cut(&self, records: &mut Vec<RecordedEntry>, mut draw: impl FnMut(usize) -> usize) -> Option<usize> {
         let is_seal = |i: &usize| matches!(event(&records[*i]), Some(Any::Service(Event::Sealed { .. })));
         let seals: Vec<usize> = (0..records.len()).filter(is_seal).collect();
@@ -145,7 +146,8 @@ impl InsiderRecorder {
         Some(records.len() + 1)
     }
 
-    /// Writes every chain again, so that each holds together: counters, hashes, the recorder's seals and its signatures.
+    /// Writes every chain again, so that each holds together: counters, hashes, the recorder's seals and its
+    /// signatures.
     pub fn chain_anew(&self, records: &mut [RecordedEntry]) {
         let mut heads: BTreeMap<(NodeId, Boot), (u64, [u8; 32])> = BTreeMap::new();
         let mut running: Vec<[u8; 32]> = vec![[0; 32]];
@@ -183,7 +185,8 @@ impl InsiderRecorder {
     }
 }
 
-/// An earlier life of `author`: its first entries, under the boot before, all at `at`. No signature: that it cannot make.
+/// An earlier life of `author`: its first entries, under the boot before, all at `at`. No signature: that it cannot
+/// make.
 fn feigned(records: &[RecordedEntry], author: NodeId, at: u64) -> Vec<RecordedEntry> {
     let entries = records.iter().filter(|one| one.node == author).filter_map(|one| Entry::decode(&one.bytes).ok());
     let entries = entries.filter(|entry| !matches!(entry.event, Any::Service(Event::Signed { .. }))).take(FEIGNED);

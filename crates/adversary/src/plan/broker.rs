@@ -15,8 +15,8 @@ pub struct InsiderBrokerConfig {
     pub actions: Vec<Timed<BrokerAction>>,
 }
 
-/// Action on publications, or publications added beside them. Down is towards the units (orders), up towards the gateway
-/// (acknowledgements).
+/// Action on publications, or publications added beside them. Down is towards the units (orders), up towards the
+/// gateway (acknowledgements).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum BrokerAction {

@@ -2,7 +2,8 @@
 //!
 //! A stream keeps its order: a piece is never due before the one ahead of it. When a piece may leave is settled when it
 //! comes, by the windows that are known then: one that waits for something does not reach pieces that are already held.
-//! An empty piece is the end of its direction. When the medium stops to carry, every connection ends, and none begins until it carries again.
+//! An empty piece is the end of its direction. When the medium stops to carry, every connection ends, and none begins
+//! until it carries again.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;

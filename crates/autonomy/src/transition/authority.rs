@@ -61,8 +61,8 @@ pub struct ActAuthority {
     waived: Waived,
 }
 
-/// Source of a unit's authority: the serial numbers, the world they belong to, and the admission of authority by the policy
-/// in force. A machine has one.
+/// Source of a unit's authority: the serial numbers, the world they belong to, and the admission of authority by the
+/// policy in force. A machine has one.
 #[derive(Debug)]
 pub struct Mint {
     admitted: bool,
@@ -125,8 +125,8 @@ impl Mint {
 
 impl ActAuthority {
     /// Everything authority rests on, as arguments: an operator's accepted Arm order, all guards holding, the ordered
-    /// track fit for designation where the operator saw it, and a mint whose policy admits it. `None` for another track or
-    /// without admission.
+    /// track fit for designation where the operator saw it, and a mint whose policy admits it. `None` for another track
+    /// or without admission.
     pub(super) fn mint(
         mint: &mut Mint,
         now: Instant,

@@ -2,8 +2,8 @@
 //! table. If it is not installed these tests report it and make no check.
 //!
 //! It keeps `suite` and no more. The embedded broker's further refusals are missing in mosquitto 2.0: it lets a filter
-//! be subscribed that its holder may not read (and delivers no message of it), uses the certificate under any client id,
-//! takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
+//! be subscribed that its holder may not read (and delivers no message of it), uses the certificate under any client
+//! id, takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Obligations of every broker on the command plane, from any author. The form of a refusal is the broker's own business; that no
-//! message passes which the table of rights does not grant is not.
+//! Obligations of every broker on the command plane, from any author. The form of a refusal is the broker's own
+//! business; that no message passes which the table of rights does not grant is not.
 
 use std::time::Duration;
 
@@ -18,7 +18,8 @@ const AGAIN: Duration = Duration::from_millis(50);
 
 /// A running broker with the certificates and rights of a run.
 pub(crate) trait Broker: Sized {
-    /// True if it refuses a subscription to a topic that its holder may not read. One that does not has to deliver no message of it.
+    /// True if it refuses a subscription to a topic that its holder may not read. One that does not has to deliver no
+    /// message of it.
     const REFUSES_SUBSCRIPTIONS: bool;
 
     /// Starts a broker; without one on this host, reports that on standard error.

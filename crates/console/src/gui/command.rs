@@ -198,8 +198,8 @@ fn choice(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut V
     chosen.into_iter().for_each(|order| arm(ui, view_state, shown, &order, wishes));
 }
 
-/// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind a
-/// button.
+/// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind
+/// a button.
 fn revocations(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     if shown.revocable.is_empty() {
         return;

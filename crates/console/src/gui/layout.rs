@@ -250,8 +250,9 @@ fn split_vertical(tiles: &mut Tiles<Pane>, upper: TileId, lower: TileId, share: 
     tiles.insert_container(Linear::new_binary(LinearDir::Vertical, [upper, lower], share))
 }
 
-/// True if every tile but the root is the child of one other existing tile, and each pane is there once and not hidden. With as
-/// many tiles as are reached from the root, there is no cycle. A layout with ids that leave no room for another tile is refused.
+/// True if every tile but the root is the child of one other existing tile, and each pane is there once and not hidden.
+/// With as many tiles as are reached from the root, there is no cycle. A layout with ids that leave no room for another
+/// tile is refused.
 fn holds_together(tree: &Tree<Pane>) -> bool {
     let Some(root) = tree.root() else { return false };
     let (mut seen, mut panes, mut open) = (BTreeSet::new(), BTreeSet::new(), vec![root]);

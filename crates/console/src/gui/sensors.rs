@@ -1,7 +1,7 @@
 //! Live sensor pictures of a unit, in its own window: for the tester, beside the operator's.
 //!
-//! They came over no link and no console accepted them, so they are in no window that can give orders, and report it. Their source and
-//! the bound of their age are for their [`Sensors`] to state.
+//! They came over no link and no console accepted them, so they are in no window that can give orders, and report it.
+//! Their source and the bound of their age are for their [`Sensors`] to state.
 
 use eframe::egui::{self, CentralPanel, Context, Panel, RichText, Ui, vec2};
 use eframe::{App, CreationContext, Frame, NativeOptions};

@@ -1,5 +1,5 @@
-//! Evidence panel of a recording, above its bar: sensor pictures and reasons for the mode. It is labelled as evidence, and exists in a replay
-//! only.
+//! Evidence panel of a recording, above its bar: sensor pictures and reasons for the mode. It is labelled as evidence,
+//! and exists in a replay only.
 
 use std::sync::Arc;
 

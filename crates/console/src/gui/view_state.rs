@@ -1,5 +1,5 @@
-//! State that the window keeps between two pictures: selection, typed text and views. It holds no knowledge of the world
-//! but the plotted ages, which are of pictures that were drawn.
+//! State that the window keeps between two pictures: selection, typed text and views. It holds no knowledge of the
+//! world but the plotted ages, which are of pictures that were drawn.
 
 use std::collections::{BTreeMap, VecDeque};
 

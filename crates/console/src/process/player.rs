@@ -1,8 +1,8 @@
 //! A recording of a console, looked at again: the same core, fed its input journal, to any moment forward and back.
 //!
 //! The picture at a moment is what the core shows then, so ages grow between two inputs as they did. Copies of the core
-//! are kept on the way, so that going back costs no more than a few hundred inputs. The acts of the person and the script
-//! are in the journal; new ones are not possible. Drawing is left to `gui`.
+//! are kept on the way, so that going back costs no more than a few hundred inputs. The acts of the person and the
+//! script are in the journal; new ones are not possible. Drawing is left to `gui`.
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -208,7 +208,8 @@ impl Player {
         self.at = to;
     }
 
-    /// Goes a given number of inputs on, or back. Inputs of one instant are passed together, for the picture is of an instant.
+    /// Goes a given number of inputs on, or back. Inputs of one instant are passed together, for the picture is of an
+    /// instant.
     pub fn step(&mut self, steps: i32) {
         let last = self.turns.len().saturating_sub(1);
         let index = if steps < 0 {

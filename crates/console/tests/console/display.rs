@@ -281,7 +281,8 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
 /// The reference: claimed send time of each report, and required label of an age.
 #[derive(Default)]
 struct Reference {
-    /// Each report's signed bytes, the latest instant at which its content can have been true, and whether it was accepted.
+    /// Each report's signed bytes, the latest instant at which its content can have been true, and whether it was
+    /// accepted.
     told: Vec<(Vec<u8>, Instant, bool)>,
 }
 

@@ -191,8 +191,8 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     prop::collection::vec(some, 1..40).prop_map(|some| some.concat())
 }
 
-/// An order away from safe on its whole way to the unit's answer, now and then withdrawn on it, repeated by a key that is
-/// held down, or given when the picture is old: by itself that much hardly ever comes together.
+/// An order away from safe on its whole way to the unit's answer, now and then withdrawn on it, repeated by a key that
+/// is held down, or given when the picture is old: by itself that much hardly ever comes together.
 fn order() -> impl Strategy<Value = Vec<Move>> {
     let union = prop_oneof![
         6 => Just(vec![Does::PrepareFitting, Does::Confirm(true)]),

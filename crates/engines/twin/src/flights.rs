@@ -72,8 +72,8 @@ impl Flights {
         bytes
     }
 
-    /// Number of the flight, of the handshake `number`, that a datagram is, at any numbers of its records: all of one flight, and
-    /// no other bytes.
+    /// Number of the flight, of the handshake `number`, that a datagram is, at any numbers of its records: all of one
+    /// flight, and no other bytes.
     pub(super) fn which(secret: &[u8; 32], number: u32, datagram: &[u8]) -> Option<u8> {
         // Nearly all datagrams carry data, and are distinguished by their first byte.
         if !matches!(datagram.first(), Some(&(HANDSHAKE | CHANGE_CIPHER_SPEC))) {

@@ -376,7 +376,8 @@ impl Twin {
         self.release_all();
         (0..self.nodes.len() as NodeIndex).for_each(|node| self.feed(node, Input::Quiesce));
         self.run_until(self.now + grace);
-        // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
+        // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends
+        // count.
         for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND] {
             self.index(relay).into_iter().for_each(|relay| self.part_with(relay));
         }

@@ -1,8 +1,8 @@
 //! The model of the secure telemetry link: DTLS associations as bytes on a wire, without sockets.
 //!
-//! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; without a key only lengths, epochs
-//! and sequence numbers can be seen. The record filter is the real one's judgement (`link::guard`). The model behind it acts
-//! as the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
+//! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; without a key only lengths, epochs and sequence
+//! numbers can be seen. The record filter is the real one's judgement (`link::guard`). The model behind it acts as the
+//! real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
 //! `docs/developer/link-model.md` lists where they still differ, and in which direction.
 
 use ground_truth::GuardVerdict;
@@ -189,7 +189,8 @@ impl Association {
         }
     }
 
-    /// Time at which a record last came out at the end `at`, or its session opened, if that stands on the handshake `number`.
+    /// Time at which a record last came out at the end `at`, or its session opened, if that stands on the handshake
+    /// `number`.
     pub fn heard(&self, at: usize, number: u32) -> Option<Micros> {
         self.ends[at].open.as_ref().filter(|open| open.number == number).map(|open| open.heard)
     }
@@ -275,7 +276,8 @@ impl Association {
         Arrival::Delivered(plain)
     }
 
-    /// A flight of the handshake under way came whole to the end `at`: its answer, and whether the session opens with it.
+    /// A flight of the handshake under way came whole to the end `at`: its answer, and whether the session opens with
+    /// it.
     fn advance(&mut self, at: usize, flight: u8, now: Micros) -> (Option<Spoken>, bool) {
         let Some(shaking) = self.ends[at].shaking.as_mut() else { return (None, false) };
         let number = shaking.number;
@@ -316,7 +318,8 @@ fn plaintext(raw: &RawRecord<'_>) -> Arrival {
     if matches!(raw.content, ALERT | APPLICATION_DATA) { Arrival::Ended } else { Arrival::Handshake }
 }
 
-/// True if a plaintext handshake record is in a datagram: to an end that has completed, a sign that its last flight was lost.
+/// True if a plaintext handshake record is in a datagram: to an end that has completed, a sign that its last flight was
+/// lost.
 fn asks(datagram: &[u8]) -> bool {
     split(datagram).any(|piece| matches!(piece, Split::Record(raw) if raw.epoch == 0 && raw.content == HANDSHAKE))
 }

@@ -1,5 +1,5 @@
-//! Process faults of a twin: processes end, are kept from running, find their disk full, are started again; and the calls to steps that
-//! wait for an event on the instrument plane.
+//! Process faults of a twin: processes end, are kept from running, find their disk full, are started again; and the
+//! calls to steps that wait for an event on the instrument plane.
 //!
 //! A process that does not run is fed no input and wakes at no deadline, while its host's clock goes on. Inputs for it
 //! wait as they would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that

@@ -1,6 +1,8 @@
-//! Record layer of one handshake at one end of an association: its keys, its window, and the records that it seals and opens.
+//! Record layer of one handshake at one end of an association: its keys, its window, and the records that it seals and
+//! opens.
 //!
-//! A record has the DTLS 1.2 header, a ciphertext and a tag, as long as the real ones. Its result at its end is [`super::net`]'s.
+//! A record has the DTLS 1.2 header, a ciphertext and a tag, as long as the real ones. Its result at its end is
+//! [`super::net`]'s.
 
 use link::guard::SEAL;
 use link::guard::record::{HEADER, RawRecord};

@@ -1,9 +1,10 @@
-//! Signatures that are known to be good, for several cores in one process: the twin verifies those that none of them made.
+//! Signatures that are known to be good, for several cores in one process: the twin verifies those that none of them
+//! made.
 //!
-//! The validity of a signature depends on key, message and signature alone, so an answer may be remembered; and a key's own
-//! signature verifies under it (RFC 8032 §5.1). All three are kept, byte for byte, only where a core
-//! signed it or [`PublicKey::verifies`] said yes, and the newest `KEPT` only. Public keys are decompressed once. Live there
-//! is none of this: a [`Verifier`] does not travel in a setup.
+//! The validity of a signature depends on key, message and signature alone, so an answer may be remembered; and a key's
+//! own signature verifies under it (RFC 8032 §5.1). All three are kept, byte for byte, only where a core signed it or
+//! [`PublicKey::verifies`] said yes, and the newest `KEPT` only. Public keys are decompressed once. Live there is none
+//! of this: a [`Verifier`] does not travel in a setup.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};

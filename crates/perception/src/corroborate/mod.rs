@@ -77,8 +77,8 @@ pub struct Judgement {
     pub sighting: Option<Sighting>,
 }
 
-/// Judges every detection of a frame, in the order of the detections. One that is `disputed` between the networks is vetoed by colour.
-/// Objections of `unheard` modalities are passed over: their contradictions count as support.
+/// Judges every detection of a frame, in the order of the detections. One that is `disputed` between the networks is
+/// vetoed by colour. Objections of `unheard` modalities are passed over: their contradictions count as support.
 pub fn corroborate(
     camera: &Camera,
     limits: &CorroborationLimits,

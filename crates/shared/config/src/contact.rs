@@ -1,8 +1,8 @@
 //! Contacts of a link: the times at which it carries, known to both of its ends beforehand.
 //!
-//! A contact plan follows from an orbit and from the places of ground stations. It is public and proves nothing about a peer; no message is
-//! believed because of it. It bounds a supervision lease that spans the time between two contacts. Carrying the messages is left to the
-//! link, the computation of a plan to `topology`.
+//! A contact plan follows from an orbit and from the places of ground stations. It is public and proves nothing about a
+//! peer; no message is believed because of it. It bounds a supervision lease that spans the time between two contacts.
+//! Carrying the messages is left to the link, the computation of a plan to `topology`.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,12 +11,12 @@ use wire::time::Span;
 /// Most contacts of a plan.
 pub const MAX_CONTACTS: usize = 16;
 
-/// Time before and after the end of a contact in which a lease may span the gap. Clocks of two ends that started a second apart still agree,
-/// and a grant every tenth of a second is given ten times at least.
+/// Time before and after the end of a contact in which a lease may span the gap. Clocks of two ends that started a
+/// second apart still agree, and a grant every tenth of a second is given ten times at least.
 pub const NEAR: Span = Span::s(2);
 
-/// Time that a spanning lease lasts into the next contact: a dialler's longest pause (0.8 s), the repeat of a lost flight (0.25 s), the
-/// handshake, and the periods of a report and of a grant (0.1 s each) take less.
+/// Time that a spanning lease lasts into the next contact: a dialler's longest pause (0.8 s), the repeat of a lost
+/// flight (0.25 s), the handshake, and the periods of a report and of a grant (0.1 s each) take less.
 pub const ACQUISITION: Span = Span::s(2);
 
 /// A time at which the link carries, from the start of the run.

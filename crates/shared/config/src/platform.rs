@@ -1,8 +1,8 @@
 //! The body of a platform and the limits of its guards: numbers of a platform file beside its bounds.
 //!
-//! A file of `platforms/` states them, and the launcher hands each core the part that it needs: the vehicle to `sim`, the sensors'
-//! mounting to `sim` and `perception`, the limits to `autonomy`. Ranges and the numbers' agreement with each other and
-//! with [`wire::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
+//! A file of `platforms/` states them, and the launcher hands each core the part that it needs: the vehicle to `sim`,
+//! the sensors' mounting to `sim` and `perception`, the limits to `autonomy`. Ranges and the numbers' agreement with
+//! each other and with [`wire::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
 
 use serde::{Deserialize, Serialize};
 use spacecraft::orbit::Elements;
@@ -36,7 +36,8 @@ impl Default for Body {
     }
 }
 
-/// A body on four rotors in X, with the loops of a flight controller. Body frame: x forward, y left, z up, origin in the centre of mass.
+/// A body on four rotors in X, with the loops of a flight controller. Body frame: x forward, y left, z up, origin in
+/// the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Multirotor {
@@ -116,7 +117,8 @@ impl Multirotor {
     };
 }
 
-/// A body on a fixed wing, with an autopilot for airspeed, bank and climb. Body frame: x forward, y left, z up, origin in the centre of mass.
+/// A body on a fixed wing, with an autopilot for airspeed, bank and climb. Body frame: x forward, y left, z up, origin
+/// in the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixedWing {
@@ -191,8 +193,9 @@ impl FixedWing {
     };
 }
 
-/// A small satellite on three wheels, pointed at places of a region that it passes over. Body frame: principal axes, +z the payload's line of
-/// sight, the solar array on the other side. Speeds apply to the point that the payload looks at, in units of the map.
+/// A small satellite on three wheels, pointed at places of a region that it passes over. Body frame: principal axes, +z
+/// the payload's line of sight, the solar array on the other side. Speeds apply to the point that the payload looks at,
+/// in units of the map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Satellite {
@@ -285,14 +288,16 @@ pub struct Aloft {
     pub floor_ceiling_mm: [u32; 2],
     /// Greatest climb and descent that is asked for, mm/s.
     pub climb_mm_s: u32,
-    /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
+    /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain,
+    /// millimetres.
     pub height_gate_mm: u32,
     /// Room that set-points leave below the largest speed, for the part that gusts add, mm/s.
     #[serde(default)]
     pub gust_spare_mm_s: u32,
 }
 
-/// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
+/// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the
+/// chassis centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicle {
@@ -412,8 +417,8 @@ pub struct Limits {
     pub odometry_permille: u32,
     /// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
     pub unobserved_mm: u32,
-    /// Distance of the rear axle behind the body's origin, millimetres: half of the wheelbase. Wheels that do not steer do not slide, so in a
-    /// curve the origin moves sideways by this times the rate of turn.
+    /// Distance of the rear axle behind the body's origin, millimetres: half of the wheelbase. Wheels that do not steer
+    /// do not slide, so in a curve the origin moves sideways by this times the rate of turn.
     pub rear_axle_mm: u32,
     /// Greatest curvature that is asked of the plant, 1/km.
     pub curvature_per_km: u32,
@@ -436,7 +441,8 @@ pub struct Limits {
     pub corridor_mm: u32,
     /// Distance kept to an obstacle that is seen in the corridor, millimetres.
     pub standoff_mm: u32,
-    /// Clearance that driving keeps beyond the fence guard's margin, so that driving does not trip the guard, millimetres.
+    /// Clearance that driving keeps beyond the fence guard's margin, so that driving does not trip the guard,
+    /// millimetres.
     pub fence_spare_mm: u32,
     /// Clearance of planned ways to the fence beyond its margin, and to obstacles on the map, millimetres.
     pub plan_clearance_mm: u32,

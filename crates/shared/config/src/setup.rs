@@ -47,8 +47,8 @@ pub struct Setup {
     pub channels: Vec<Channel>,
     /// The scenario loader's consent to a policy with waivers; without it such a policy admits no authority.
     pub ablation: Option<Ablation>,
-    /// Verifier of signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live service
-    /// verifies everything itself.
+    /// Verifier of signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live
+    /// service verifies everything itself.
     #[serde(skip)]
     pub verifier: Option<SharedVerifier>,
 }
@@ -102,7 +102,8 @@ impl Setup {
         Ok(BusGate::new(topic, channel.producer, channel.key.clone(), freshness))
     }
 
-    /// The gates in front of `topic`, one for each station that may write there; a message may be at most `freshness` old.
+    /// The gates in front of `topic`, one for each station that may write there; a message may be at most `freshness`
+    /// old.
     pub fn gates(&self, topic: Topic, freshness: Span) -> Result<Vec<BusGate>, NoChannel> {
         let of_topic = self.channels.iter().filter(|c| c.topic == topic);
         let gates: Vec<BusGate> = of_topic.map(|c| BusGate::new(topic, c.producer, c.key.clone(), freshness)).collect();

@@ -1,7 +1,8 @@
-//! The sensors in the places of the modalities, by the names that people have for them: one list for each kind of platform.
+//! The sensors in the places of the modalities, by the names that people have for them: one list for each kind of
+//! platform.
 //!
-//! Tracks, guards and faults know four places ([`Modality`]) on every platform. Logs, files and policies keep the names of the places;
-//! words for people name the sensor that is mounted there.
+//! Tracks, guards and faults know four places ([`Modality`]) on every platform. Logs, files and policies keep the names
+//! of the places; words for people name the sensor that is mounted there.
 
 use wire::mode::{Cause, Guard};
 use wire::motion::ReportedMotion;

@@ -1,8 +1,8 @@
 //! The audit log: each node chains its own events and signs its chain once a second; the recorder seals them all.
 //!
 //! An entry holds the SHA-256 of the entry before it, so that an edit, a deletion or a swap breaks the chain at a known
-//! place. A chain does not depend on which events there are: services write [`Event`]s, others may write their own. Writing
-//! files is left to `link`; judging the meaning of the events, to the oracle.
+//! place. A chain does not depend on which events there are: services write [`Event`]s, others may write their own.
+//! Writing files is left to `link`; judging the meaning of the events, to the oracle.
 
 use core::marker::PhantomData;
 
@@ -49,8 +49,8 @@ pub struct Entry<E = Event> {
 }
 
 impl<E> Entry<E> {
-    /// Bytes that the signature in this entry covers: the entry itself, its signature's 64 bytes zero. So it covers its own time too, behind
-    /// which no other entry stands where it is the last, and by `previous` everything before it.
+    /// Bytes that the signature in this entry covers: the entry itself, its signature's 64 bytes zero. So it covers its
+    /// own time too, behind which no other entry stands where it is the last, and by `previous` everything before it.
     pub fn signed_as(&self) -> Vec<u8> {
         let Entry { node, boot, counter, at, event: _, previous } = *self;
         codec::encode(&Entry { node, boot, counter, at, event: Event::Signed { signature: [0; 64] }, previous })
@@ -237,7 +237,8 @@ pub struct SealedHead {
     pub counter: u64,
 }
 
-/// The recorder's core: follows every chain, seals four times a second and reports it on the bus. `E` is any event that it is sent.
+/// The recorder's core: follows every chain, seals four times a second and reports it on the bus. `E` is any event that
+/// it is sent.
 #[derive(Clone, Debug)]
 pub struct Recorder<E = Event> {
     chains: Chains,

@@ -1,4 +1,5 @@
-//! Readings of attitude sensors, sim to perception, in place of frames and candidates on a platform that looks at stars and not at objects.
+//! Readings of attitude sensors, sim to perception, in place of frames and candidates on a platform that looks at stars
+//! and not at objects.
 
 use minicbor::{Decode, Encode};
 

@@ -18,8 +18,8 @@ pub const MAX_ORDER: usize = 1024;
 /// Furthest that a time tag may lie ahead.
 pub const MAX_AHEAD: Span = Span::s(86_400);
 
-/// Time at which a command is carried out, on the clock of its unit alone: both are counted from the issue of the nonce that the
-/// intent repeats, so a delay on the way moves neither.
+/// Time at which a command is carried out, on the clock of its unit alone: both are counted from the issue of the nonce
+/// that the intent repeats, so a delay on the way moves neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, serde::Deserialize)]
 pub struct TimeTag {
     /// Time from the nonce's issue until the command is due.
@@ -84,7 +84,8 @@ impl CommandKind {
         }
     }
 
-    /// True if the kind may wait for a time. An arming and its confirmation rest on the display of the moment, settings on IDLE.
+    /// True if the kind may wait for a time. An arming and its confirmation rest on the display of the moment, settings
+    /// on IDLE.
     pub fn may_wait(self) -> bool {
         match self {
             CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable | CommandKind::Resume => true,

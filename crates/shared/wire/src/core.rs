@@ -73,8 +73,8 @@ impl Topic {
         self.into()
     }
 
-    /// Number of readers of one unit for which its producer tags each message, every one under a key that no other reader has: a
-    /// reader of a channel must not be able to write it to another.
+    /// Number of readers of one unit for which its producer tags each message, every one under a key that no other
+    /// reader has: a reader of a channel must not be able to write it to another.
     pub fn readers(self) -> usize {
         match self {
             Topic::Navigation => 2,
@@ -258,7 +258,8 @@ pub enum Input {
     /// connection under the same certificate has taken it over. The dialler of the service dials again.
     #[n(41)]
     SessionLost,
-    /// The host kept a service of the run waiting for a core so long, by the launcher's count (the console only, live only).
+    /// The host kept a service of the run waiting for a core so long, by the launcher's count (the console only, live
+    /// only).
     #[n(42)]
     HostWait {
         /// Length of the wait.

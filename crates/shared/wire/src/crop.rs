@@ -1,7 +1,7 @@
 //! Crops: the part of a camera's image that shows one track, as an operator sees it.
 //!
-//! A crop travels from perception through autonomy and the gateway to the console, unsigned: the unit's signed report names its
-//! hash ([`Pictured`]), and none that no report names is shown. Cutting is left to perception.
+//! A crop travels from perception through autonomy and the gateway to the console, unsigned: the unit's signed report
+//! names its hash ([`Pictured`]), and none that no report names is shown. Cutting is left to perception.
 
 use minicbor::{Decode, Encode, bytes::ByteArray};
 

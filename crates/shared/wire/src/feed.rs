@@ -1,4 +1,5 @@
-//! Messages of the gateway to the console. On arrival they are untrusted again: the console checks tag, schema and signature.
+//! Messages of the gateway to the console. On arrival they are untrusted again: the console checks tag, schema and
+//! signature.
 
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};

@@ -1,8 +1,9 @@
-//! Messages between an autonomy core and a *guest*: a third party's program that takes the place of mission and navigation.
+//! Messages between an autonomy core and a *guest*: a third party's program that takes the place of mission and
+//! navigation.
 //!
-//! A guest is asked once at the start and then once a step, and answers each request with one message. Keys, signatures,
-//! links and the clock stay with the core, so that a guest needs none of them. The form in which a program reads and writes these
-//! messages is left to the crate `guest`; what follows from an answer to `autonomy`.
+//! A guest is asked once at the start and then once a step, and answers each request with one message. Keys,
+//! signatures, links and the clock stay with the core, so that a guest needs none of them. The form in which a program
+//! reads and writes these messages is left to the crate `guest`; what follows from an answer to `autonomy`.
 
 use minicbor::{Decode, Encode};
 use strum::{EnumCount, IntoStaticStr, VariantArray};
@@ -165,7 +166,8 @@ pub struct Reply {
     /// Curvature, 10⁻⁶ per metre, positive to the left.
     #[n(2)]
     pub curvature_um: i32,
-    /// The guest's own name for its state, and its place in the guest's table; none from a guest that declares no states.
+    /// The guest's own name for its state, and its place in the guest's table; none from a guest that declares no
+    /// states.
     #[n(3)]
     pub state: Option<(Declared, Text<MAX_NAME>)>,
     /// The place that the guest drives by; none from a guest that states no place.

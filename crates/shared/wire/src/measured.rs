@@ -1,7 +1,7 @@
 //! Measurements by which a unit's guards are judged: for each a value, in its own unit, and its bound.
 //!
-//! A unit reports both the failing guards (`mode::Guards`) and these values. Some guards fail for a reason without a number, or until a value
-//! has come back further than it had to go: the failing guards are never worked out from here.
+//! A unit reports both the failing guards (`mode::Guards`) and these values. Some guards fail for a reason without a
+//! number, or until a value has come back further than it had to go: the failing guards are never worked out from here.
 
 use minicbor::{Decode, Encode};
 
@@ -13,8 +13,8 @@ use crate::time::Span;
 
 /// The sum of excesses at which fixes are taken to drift, millimetre seconds: half a second of one deviation.
 pub const DRIFT_MM_S: i32 = 20;
-/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times the share of
-/// delivery and of the stamping of a reading.
+/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times the
+/// share of delivery and of the stamping of a reading.
 pub const OFFSET_US: i32 = 5_000;
 
 /// The values, as they were when a report was made.

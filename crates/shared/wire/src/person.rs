@@ -1,8 +1,8 @@
 //! Acts of a person at the console, as data: the one way from a hand to the console's core.
 //!
-//! An act enters the core as an input like any other, so that it is in the input journal and a run with a person in it can be
-//! replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses after a
-//! time, and then confirmed with a reason. Judging acts is left to `console::act`.
+//! An act enters the core as an input like any other, so that it is in the input journal and a run with a person in it
+//! can be replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses
+//! after a time, and then confirmed with a reason. Judging acts is left to `console::act`.
 
 use minicbor::{Decode, Encode};
 use strum::{EnumCount, VariantArray};

@@ -60,7 +60,8 @@ pub enum Check {
     Content,
     /// The network over all cameras shares a detection of the colour detector.
     Fusion,
-    /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where it said.
+    /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where
+    /// it said.
     Shown,
     /// No vehicle is warm within a minute where a claimed one was cold for a second.
     Steady,

@@ -272,7 +272,8 @@ pub enum Refusal {
     /// Stored, and the mode has changed since, a HOLD has come or the session at the broker is lost.
     #[error("interlock: void, since the unit is not as it was when the order was stored")]
     Voided,
-    /// The order names none of the unit's newest reports, or one without the track: its operator was shown something else.
+    /// The order names none of the unit's newest reports, or one without the track: its operator was shown something
+    /// else.
     #[error("shown: one of the last {kept} reports, with {track:?} in it, expected, got another or none")]
     Shown {
         /// Number of reports remembered.

@@ -157,8 +157,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// The report of a unit that stands in READY at the origin of its plane, with no track, order or measurement: a start for
-    /// reports that state more.
+    /// The report of a unit that stands in READY at the origin of its plane, with no track, order or measurement: a
+    /// start for reports that state more.
     pub fn bare(id: RecordId, stamp: PeerStamp) -> Self {
         Self {
             origin: id.node,

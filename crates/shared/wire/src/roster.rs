@@ -1,8 +1,8 @@
 //! The table of one run: the identities that take part in it, each with its public key.
 //!
-//! The wire has a number for every identity that there can be ([`crate::id`]); a run names a few of them. A core is made
-//! only of a sound table, and only for roles that the table names: its units, teammates and operators. From then on a
-//! record that claims an identity outside the table has no key to be verified under, and is refused by that name
+//! The wire has a number for every identity that there can be ([`crate::id`]); a run names a few of them. A core is
+//! made only of a sound table, and only for roles that the table names: its units, teammates and operators. From then
+//! on a record that claims an identity outside the table has no key to be verified under, and is refused by that name
 //! ([`Refusal::Signer`](crate::refusal::Refusal::Signer)). Who may do what is left to the core's configuration.
 
 use crate::id::NodeId;
@@ -55,7 +55,8 @@ impl Keyring {
         Ok(self)
     }
 
-    /// Checks that the run names each of `nodes`, which the configuration has in `field`, and `field` each of them once.
+    /// Checks that the run names each of `nodes`, which the configuration has in `field`, and `field` each of them
+    /// once.
     pub fn cast(&self, field: &'static str, nodes: impl IntoIterator<Item = NodeId>) -> Result<(), RosterError> {
         let mut seen = Vec::new();
         for got in nodes {

@@ -63,8 +63,8 @@ pub struct StageProduct {
     pub stamp: Instant,
 }
 
-/// Something that stands above the ground near the unit, by LiDAR alone: of no class, and no ground for an act. A body that must not touch things
-/// keeps clear of it.
+/// Something that stands above the ground near the unit, by LiDAR alone: of no class, and no ground for an act. A body
+/// that must not touch things keeps clear of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Nearby {
     /// Number within perception's boot, of its own count: no track.

@@ -77,7 +77,8 @@ impl Airframe {
         fence.min(self.numbers.ceiling_m - self.rigid(world).translation().z)
     }
 
-    /// Distance to the surface below beyond the least, as a part of that. Unled, a body comes down to the ground, slowly.
+    /// Distance to the surface below beyond the least, as a part of that. Unled, a body comes down to the ground,
+    /// slowly.
     pub(super) fn clearance(&self, below: f32, led: bool) -> f32 {
         if led { (below - self.numbers.clearance_m) / self.numbers.clearance_m } else { 1.0 }
     }

@@ -1,9 +1,9 @@
 //! The plant: a body in the world that follows leased set-points, and the contract that every kind of body fulfils.
 //!
-//! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the body changes to its
-//! safe motion by itself, and the plant reports it once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
-//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor`,
-//! `fixed_wing` and `satellite` are such.
+//! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the
+//! body changes to its safe motion by itself, and the plant reports it once. No message is needed for that. A kind of
+//! body ([`Moves`]) gives the motions that it is able to, the way it is driven, its state, and its own terms of safety,
+//! if these are not to stand still. `wheeled`, `multirotor`, `fixed_wing` and `satellite` are such.
 
 mod air;
 mod airframe;
@@ -249,8 +249,8 @@ impl Plant {
         Ok(Plant { kind, set_point: None })
     }
 
-    /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to [`MAX_LEASE`] from `now`. False, and
-    /// the last one kept, where it is in the terms of another kind of body.
+    /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to
+    /// [`MAX_LEASE`] from `now`. False, and the last one kept, where it is in the terms of another kind of body.
     pub fn accept(&mut self, now: Instant, requested: SetPoint) -> bool {
         let able = self.moves().able(requested.motion);
         // A sender that states a longer lease, or a stamp ahead, must not keep a dead autonomy's set-point in force.

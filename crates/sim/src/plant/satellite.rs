@@ -1,10 +1,11 @@
 //! A small satellite on three reaction wheels, pointed at places of a region that it passes over.
 //!
-//! Its numbers are the platform's ([`Numbers`]), its physics the `spacecraft` crate's. The unit's place is where its payload looks, on the map of the
-//! region: set-points move that point. Its attitude controller knows attitude and rates as it does from its own sensors.
+//! Its numbers are the platform's ([`Numbers`]), its physics the `spacecraft` crate's. The unit's place is where its
+//! payload looks, on the map of the region: set-points move that point. Its attitude controller knows attitude and
+//! rates as it does from its own sensors.
 //!
-//! Its safe motion needs no message: it shuts the payload, keeps looking at its place for a time, so that contact is not lost, and then turns the
-//! array to the sun, slowly.
+//! Its safe motion needs no message: it shuts the payload, keeps looking at its place for a time, so that contact is
+//! not lost, and then turns the array to the sun, slowly.
 
 use config::platform::Satellite as Numbers;
 use rapier3d::prelude::*;
@@ -60,8 +61,9 @@ pub(super) struct Satellite {
     steps: u64,
     /// Heading of the body's x axis on the map, which stays.
     along: f64,
-    /// Place on the map that the controller looks at, direction of its way there, and speed that it tracks along and across that. Only the line of sight
-    /// follows the way: to turn the body about it would take ten times the wheels' momentum.
+    /// Place on the map that the controller looks at, direction of its way there, and speed that it tracks along and
+    /// across that. Only the line of sight follows the way: to turn the body about it would take ten times the wheels'
+    /// momentum.
     aim: [f64; 2],
     heading: f64,
     turn: f64,
@@ -410,8 +412,8 @@ mod tests {
         assert!(flown.safety_margins().safe > 0.0, "{:?}", flown.safety_margins());
     }
 
-    /// A lead can ask for ways of the line of sight alone. Reversed again and again at the greatest speed and turn, they stay far from a
-    /// tumble: 0.17 rad/s, which a wheel at its greatest torque reaches in 2.6 s (`spacecraft`).
+    /// A lead can ask for ways of the line of sight alone. Reversed again and again at the greatest speed and turn,
+    /// they stay far from a tumble: 0.17 rad/s, which a wheel at its greatest torque reaches in 2.6 s (`spacecraft`).
     #[test]
     fn no_lead_makes_it_tumble() {
         let fastest = |half_s: f64| {

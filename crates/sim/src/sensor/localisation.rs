@@ -1,8 +1,9 @@
 //! Localisation and wheel odometry: two readings of the plant's motion with their own noise.
 //!
-//! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time that
-//! does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has without a fault,
-//! as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
+//! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time
+//! that does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has
+//! without a fault, as a deceived receiver would. The receiver's time is true time, from which this host's clock
+//! drifts.
 
 use ground_truth::Sensor;
 use wire::sensor::{Fix, Odometry, Pose, ReceiverTime};

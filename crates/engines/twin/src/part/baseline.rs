@@ -18,7 +18,8 @@ use super::make::{AssemblyError, part};
 use crate::verified::Verified;
 use crate::{JournalEntry, Twin};
 
-/// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than one of them.
+/// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than
+/// one of them.
 const SNAPSHOTS: u64 = 64;
 
 /// A known run.

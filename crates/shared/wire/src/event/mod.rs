@@ -1,10 +1,11 @@
 //! Events that services write to the instrument plane: their decisions, their observations and their accounts.
 //!
-//! The oracle judges from these and from what others write beside them about the world, the plant and the links (`ground_truth`),
-//! so that no service is the only witness of its own conduct. The numbers that are missing here are of those others' notes.
+//! The oracle judges from these and from what others write beside them about the world, the plant and the links
+//! (`ground_truth`), so that no service is the only witness of its own conduct. The numbers that are missing here are
+//! of those others' notes.
 //!
-//! The enum stays one, since its numbers are the wire's; the terms that its events are reported in are beside it: `account`,
-//! `seen`.
+//! The enum stays one, since its numbers are the wire's; the terms that its events are reported in are beside it:
+//! `account`, `seen`.
 
 use minicbor::{Decode, Encode};
 use sha2::{Digest, Sha256};
@@ -163,8 +164,8 @@ pub enum Event {
     },
     /// Perception: a track is believed, or is taken for something else than before.
     #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
-    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
-    /// [`PICTURED_EVERY`]th frame.
+    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a
+    /// pattern or a print in it. Of every [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
     /// Autonomy: a guest drives, by this name.
     #[n(93)] GuestEngaged {
@@ -187,8 +188,8 @@ pub enum Event {
 /// Every given number of frames the colour image is reported: once a second.
 pub const PICTURED_EVERY: u64 = 10;
 
-/// The short hash of bytes on a wire, as [`Event::Pictured`] and the notes of relays and guards carry it: the first eight
-/// bytes of their SHA-256, big endian. Both ends of a receipt have to use this one.
+/// The short hash of bytes on a wire, as [`Event::Pictured`] and the notes of relays and guards carry it: the first
+/// eight bytes of their SHA-256, big endian. Both ends of a receipt have to use this one.
 pub fn wire_hash(bytes: &[u8]) -> u64 {
     let digest: [u8; 32] = Sha256::digest(bytes).into();
     digest.iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))

@@ -1,8 +1,8 @@
 //! Acceptance: the only ways from ordered to accepted.
 //!
-//! Evidence: the mark of live, synthetic or replayed that a sensor product carries under its producer's name. Which messages
-//! are products is a property of their types, and stands here; no caller states it. A statement about an intent needs the intent
-//! in place of order and product (`statement`).
+//! Evidence: the mark of live, synthetic or replayed that a sensor product carries under its producer's name. Which
+//! messages are products is a property of their types, and stands here; no caller states it. A statement about an
+//! intent needs the intent in place of order and product (`statement`).
 
 use super::{Attributed, BusMessage, Ordered, Record, SessionRecord, SignedReport, Statement};
 use crate::audit::Seal;

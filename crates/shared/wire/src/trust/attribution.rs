@@ -1,4 +1,5 @@
-//! Attribution: the only way from fresh to attributed, and the only place where a session's peer and a record's origin meet.
+//! Attribution: the only way from fresh to attributed, and the only place where a session's peer and a record's origin
+//! meet.
 //!
 //! Evidence, by subject: a session record is its session peer's, by the handshake; a report is its
 //! origin's, if the session's peer *is* the origin and the origin's signature verifies; a shared-memory message is its
@@ -139,8 +140,8 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
 }
 
 impl<S: Screened> Record<S, Intent> {
-    /// The intent is that of the operator that it names, by its signature. The dearest check, and so the last before order
-    /// is judged.
+    /// The intent is that of the operator that it names, by its signature. The dearest check, and so the last before
+    /// order is judged.
     pub fn by_operator(
         self,
         policy: &Policy,

@@ -1,5 +1,5 @@
-//! The whole ways of a session record and of a shared-memory message: the order in which the checks stand is the order in
-//! which they are read here.
+//! The whole ways of a session record and of a shared-memory message: the order in which the checks stand is the order
+//! in which they are read here.
 
 use minicbor::Decode;
 

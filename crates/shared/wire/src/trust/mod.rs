@@ -2,9 +2,10 @@
 //!
 //! `Received → Framed → Decoded → Fresh → Attributed → Ordered → Accepted`
 //!
-//! Each check is the only way to the next stage. A stage is a token that no file can make but the one with the check that
-//! earns it; none of the types serialises, because a message that crosses a process is untrusted again on arrival. A check either
-//! gives the next stage or one [`Refusal`]. A waived check gives the stage by waiver and the record carries that from then on.
+//! Each check is the only way to the next stage. A stage is a token that no file can make but the one with the check
+//! that earns it; none of the types serialises, because a message that crosses a process is untrusted again on arrival.
+//! A check either gives the next stage or one [`Refusal`]. A waived check gives the stage by waiver and the record
+//! carries that from then on.
 //!
 //! | stage | earned in | evidence |
 //! |---|---|---|
@@ -15,9 +16,9 @@
 //! | `Ordered` | `ordering`, and `orders` in it for commands | boot, sequence, command id |
 //! | `Accepted` | `acceptance` | the product's own mark, or the intent that a statement is about |
 //!
-//! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `revocation`, `orders`
-//! and `rate` earn them, `intent` gives their order for each service. Deciding about an accepted record
-//! is left to the services.
+//! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `revocation`,
+//! `orders` and `rate` earn them, `intent` gives their order for each service. Deciding about an accepted record is
+//! left to the services.
 
 mod acceptance;
 mod attribution;

@@ -1,8 +1,8 @@
 //! Ordering: the only way from attributed to ordered.
 //!
-//! Evidence: the receiver's own session nonce, a boot counter that only rises, and a sequence that was not seen
-//! before. State changes only when every judgement has passed, so a refused record leaves no trace in a window. The order
-//! of commands is `orders`'.
+//! Evidence: the receiver's own session nonce, a boot counter that only rises, and a sequence that was not seen before.
+//! State changes only when every judgement has passed, so a refused record leaves no trace in a window. The order of
+//! commands is `orders`'.
 
 pub(super) mod orders;
 

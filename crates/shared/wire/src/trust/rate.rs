@@ -1,7 +1,7 @@
 //! Rates: the number of commands needed from one sender, with a rate class for each need.
 //!
-//! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for a message that passed
-//! (or came over a channel that already attributes it), so that no sender can empty another's. Reasons for the
+//! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for a message that
+//! passed (or came over a channel that already attributes it), so that no sender can empty another's. Reasons for the
 //! numbers are in `docs/reference/bounds.md`.
 
 use core::marker::PhantomData;
@@ -123,8 +123,8 @@ impl Rates {
         *full = class.allowance().charged(*full, now);
     }
 
-    /// Checks that one more of this class is to be verified at `now`, after failed verifications. Only a HOLD always is:
-    /// forgeries of others must not keep one out.
+    /// Checks that one more of this class is to be verified at `now`, after failed verifications. Only a HOLD always
+    /// is: forgeries of others must not keep one out.
     fn room_to_verify(&self, class: RateClass, now: Instant) -> Result<(), Refusal> {
         if class == RateClass::Hold || UNPROVEN.room(self.unproven, now) {
             Ok(())

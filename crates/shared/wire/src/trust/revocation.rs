@@ -1,9 +1,9 @@
-//! Revocation: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's signature
-//! over a revocation, and this host's clock.
+//! Revocation: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's
+//! signature over a revocation, and this host's clock.
 //!
-//! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
-//! the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only revoke
-//! that identity, permanently.
+//! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone
+//! before the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only
+//! revoke that identity, permanently.
 
 use core::marker::PhantomData;
 use std::collections::{BTreeMap, BTreeSet};
@@ -67,8 +67,8 @@ impl RevocationList {
         RevocationList { ends, revoked: BTreeSet::new() }
     }
 
-    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked before. The
-    /// authority's signature cannot be waived.
+    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked
+    /// before. The authority's signature cannot be waived.
     pub fn revoke(&mut self, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Option<NodeId>, Refusal> {
         let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
         let signed = Signed::parse(framed.message, MAX_ORDER)?;

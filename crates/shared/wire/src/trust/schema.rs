@@ -1,7 +1,7 @@
 //! Schema: the only way from received bytes to a decoded message. Neither length nor schema can be waived.
 //!
-//! Parts of a decoded message that may be read before acceptance are here too: an [`Exchange`], and claims, which serve to choose
-//! the check of a message and are untrusted.
+//! Parts of a decoded message that may be read before acceptance are here too: an [`Exchange`], and claims, which serve
+//! to choose the check of a message and are untrusted.
 
 use minicbor::{Decode, Encode};
 

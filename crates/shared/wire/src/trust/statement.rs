@@ -2,8 +2,8 @@
 //!
 //! Evidence: the signer's signature, and the id and hash of the one signed intent that the statement is about. Such a
 //! statement needs no age and no sequence of its own: it cannot serve for another intent, and saying it twice says no
-//! more than saying it once. Its signer is judged in `attribution`, the binding in `acceptance`; whether the intent itself is young
-//! enough, where its nonce was issued.
+//! more than saying it once. Its signer is judged in `attribution`, the binding in `acceptance`; whether the intent
+//! itself is young enough, where its nonce was issued.
 
 use minicbor::{Decode, Encode};
 

@@ -1,10 +1,11 @@
 //! At most once and in order: memory of each operator's commands.
 //!
-//! A command's id is its operator's own counter. A thief of that operator's key could run the counter to its end and
-//! so lock the operator out; hence three rules. A counter steps at most [`STEP`] ahead, so its end is out of reach and an
-//! operator who goes on above the value in the unit's reports is heard. Each operator has its own counter. And a command
-//! towards safe does not ask the counter: only the very same signed intent is refused, because to hold once more is safe
-//! and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator will give next.
+//! A command's id is its operator's own counter. A thief of that operator's key could run the counter to its end and so
+//! lock the operator out; hence three rules. A counter steps at most [`STEP`] ahead, so its end is out of reach and an
+//! operator who goes on above the value in the unit's reports is heard. Each operator has its own counter. And a
+//! command towards safe does not ask the counter: only the very same signed intent is refused, because to hold once
+//! more is safe and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator
+//! will give next.
 
 use core::marker::PhantomData;
 use std::collections::VecDeque;
@@ -30,8 +31,8 @@ const FIRST: u64 = 1 << 32;
 /// Largest step of a console's boot, and the highest boot with which an operator is accepted for the first time.
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
-/// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`crate::trust::rate`]) let
-/// through in all classes before the nonces that they repeat have run out.
+/// Commands of one operator that are remembered by the hash of their intents: more than the rates
+/// ([`crate::trust::rate`]) let through in all classes before the nonces that they repeat have run out.
 const KEPT: usize = 96;
 
 /// Counters of the operators who have given a command.
@@ -129,8 +130,8 @@ impl Counters {
 }
 
 impl<S> Record<S, Intent> {
-    /// Result of [`Record::accept_once`] in advance, asked before the signature is verified, so that repetitions cost little.
-    /// `hash` is that of its signed bytes. The memory is left unchanged.
+    /// Result of [`Record::accept_once`] in advance, asked before the signature is verified, so that repetitions cost
+    /// little. `hash` is that of its signed bytes. The memory is left unchanged.
     pub fn not_repeated(
         self,
         policy: &Policy,
@@ -166,7 +167,8 @@ impl Record<Attributed<AtUnit>, Intent> {
 }
 
 impl Record<Attributed<AtGateway>, Intent> {
-    /// At most once, without an order among them: for a service that passes commands on and leaves their order to the unit.
+    /// At most once, without an order among them: for a service that passes commands on and leaves their order to the
+    /// unit.
     pub fn unrepeated(
         self,
         policy: &Policy,
