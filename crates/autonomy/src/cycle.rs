@@ -132,7 +132,7 @@ impl Autonomy {
         if self.quiet {
             return Some(Refusal::Interlock { mode: self.mode() });
         }
-        // The guards of this moment decide: those of the last judgement may be a control period old.
+        // The guards are judged now: the last judgement may be a control period old.
         self.judge(now);
         match order.kind() {
             CommandKind::Resume => self.resume(now, order),

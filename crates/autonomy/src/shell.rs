@@ -1,8 +1,8 @@
 //! The shell around driving: the fastest speed at which the body, on the arc that it is to follow, still stops before
 //! the nearest thing.
 //!
-//! Things are those of the map and those that were perceived ([`crate::things`]), each with its extent. The body is its
-//! rectangle, grown by a margin. The shell plans with the brakes of driving (`comfort_mm_s2`): a set-point that falls
+//! Things come from the map and from perception ([`crate::things`]), each with its extent. The body is its rectangle,
+//! grown by a margin. The shell plans with the brakes of driving (`comfort_mm_s2`): a set-point that falls
 //! as fast as the brakes allow is not followed in time.
 //!
 //! - *Within the margin of a thing*: the body may move along the thing and away, not nearer; within the margin of a

@@ -1,4 +1,4 @@
-//! Things around the unit with their extents: those of the map, and those that perception showed, kept until their
+//! Things around the unit with their extents: from the map, and from perception, which are kept until their
 //! place was seen empty.
 //!
 //! A track gives the middle and the class of a thing; its extent is the largest that corroboration takes for that

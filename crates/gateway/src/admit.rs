@@ -84,7 +84,7 @@ impl Admitted<'_> {
         }
     }
 
-    /// Facts established about the content: those of the report; without a report, those of the session record.
+    /// Facts established about the content. For a record without a report these are the facts about the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
             RecordContent::Exchange(_) | RecordContent::Crop(..) => self.outer,

@@ -174,8 +174,8 @@ impl Gateway {
         let Some(due) = self.tick.filter(|tick| now >= *tick) else { return };
         self.keep_up(now, None);
         let period = Span::ms(self.bounds.grant_period_ms);
-        // A late timer stays on the grid. After a pause of a period or more the grid begins anew: grants for the missed
-        // periods would go out in a burst.
+        // A late timer stays on the grid. A pause of a period or more begins a new grid: grants for the missed periods
+        // would go out in a burst.
         let next = if now.since(due) < period { due + period } else { now + period };
         self.tick = (!self.sessions.is_empty()).then_some(next);
     }

@@ -1,4 +1,4 @@
-//! A session with a unit: nonce and challenges of the gateway, those of the peer, the bound on the peer's ages, and the
+//! A session with a unit: nonces and challenges of gateway and peer, the bound on the peer's ages, and the
 //! table of all sessions.
 //!
 //! A session keeps only values that the *gateway* issued or measured, and those that the peer asked to have repeated to

@@ -365,7 +365,7 @@ impl Effect {
         self
     }
 
-    /// The effect with a place so much further away, millimetres.
+    /// The effect with a place displaced further, millimetres.
     fn strayed(mut self, by_mm: [i32; 2]) -> Effect {
         self.displaced_mm[0] += i64::from(by_mm[0]);
         self.displaced_mm[1] += i64::from(by_mm[1]);

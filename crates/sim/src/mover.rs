@@ -52,7 +52,7 @@ impl Mover {
         passed: Span,
     ) {
         let is_blocked = unit.is_some_and(|unit| unit.stops(object, centre, facing));
-        // Whoever follows a unit that rolls away by millimetres has stood all the same.
+        // A walker who follows a unit that rolls away by millimetres has stood all the same.
         self.stood = if is_blocked { self.stood + passed } else { Span(self.stood.0.saturating_sub(passed.0)) };
         if self.stood >= WAITS {
             (self.stood, self.back) = (Span(0), !self.back);

@@ -57,8 +57,8 @@ impl Rogue {
             Run {
                 plan: *plan,
                 steps: Steps::new(now + Span::ms(plan.at_ms), plan.every_ms, count, None),
-                // One boot later than the producer: the readers' windows then take the rogue's messages for those of a
-                // restarted producer, and refuse the genuine ones as of an old boot.
+                // One boot later than the producer: the readers' windows then accept the rogue as the restarted
+                // producer, and refuse the genuine messages as of an old boot.
                 sender: Sender::new(plan.topic, plan.producer, Boot(setup.boot.0 + 1), key),
                 taken: 0,
             }

@@ -106,7 +106,7 @@ impl InsiderBrokerConfig {
 }
 
 impl BrokerAction {
-    /// Number and spacing in ms of its own publications; `None` for an action on passing ones.
+    /// Number of publications that the action adds, and their spacing in ms; `None` for an action on passing ones.
     pub fn counted(&self) -> Option<(u32, u64)> {
         match *self {
             BrokerAction::Replay { count, every_ms } | BrokerAction::Invent { count, every_ms, .. } => {

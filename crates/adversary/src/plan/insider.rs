@@ -25,7 +25,7 @@ pub struct InsiderTeammateConfig {
     /// Records of one session sent again in the next.
     #[serde(default)]
     pub resend: Option<Resend>,
-    /// Untrue claims of its own place and motion.
+    /// Untrue claims of B's place and motion.
     #[serde(default)]
     pub falsehoods: Vec<Falsehood>,
     /// Reports of another product mode or time base.

@@ -21,7 +21,7 @@ pub enum Tampering {
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,
-    /// A service is given an earlier life that never was, and every seal is written anew.
+    /// A service is given an earlier life that never was, and every seal is rewritten.
     Feign,
     /// An entry is kept under another time than that at which it came.
     Retime,

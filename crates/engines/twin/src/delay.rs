@@ -2,7 +2,7 @@
 //!
 //! A delay is uniform over a range. The ranges were fitted by hand to the 5th percentile and the median of live runs
 //! (`lab stages --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the remaining gap. The
-//! tails of live delays are left out: those of a reader that waits for a core while the renderer has it. A stage's
+//! tails of live delays are left out, such as of a reader that waits for a core while the renderer has it. A stage's
 //! delay is drawn once for each input with an output.
 //!
 //! A delay is a function of the seed, of sender and receiver, and of the time of sending. One message more or less

@@ -256,7 +256,7 @@ fn verdict(event: &Event) -> Option<Option<Reason>> {
 pub(crate) struct Unit {
     pub(crate) node: NodeId,
     pub(crate) boot: Boot,
-    /// Count of its own session records and its own reports.
+    /// Number of the unit's session records, and number of its reports.
     pub(crate) sequence: u64,
     pub(crate) reports: u64,
     /// Session nonce of the unit, that of the gateway, and the echo due to the gateway.

@@ -14,9 +14,9 @@ use crate::sensor::Navigation;
 use crate::time::{Instant, Span};
 use crate::track::Track;
 
-/// Most points of a route, corners of a fence or obstacles of a map that are told as discs.
+/// Most points of a route, corners of a fence, or obstacles of a map that are sent as discs.
 pub const MAX_POINTS: usize = 64;
-/// Most obstacles of a map that are told as blocks.
+/// Most obstacles of a map that are sent as blocks.
 pub const MAX_BLOCKS: usize = 256;
 /// Most places of teammates in a step.
 pub const MAX_TEAMMATES: usize = 4;
@@ -85,7 +85,7 @@ pub struct MissionStart {
     /// Obstacles on the map as discs that reach to their ends, the first [`MAX_POINTS`].
     #[n(7)]
     pub obstacles: List<Disc, MAX_POINTS>,
-    /// The same obstacles by length and width; none in a recording from before they were told.
+    /// Obstacles by length and width; none in a recording from before this field.
     #[n(8)]
     pub blocks: Option<List<Block, MAX_BLOCKS>>,
 }

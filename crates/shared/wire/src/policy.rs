@@ -109,7 +109,7 @@ pub enum Requirement {
     /// The check is made.
     #[default]
     Required,
-    /// The check is passed over, and the record says so.
+    /// The check is passed over, and the record is marked so.
     Waived,
 }
 

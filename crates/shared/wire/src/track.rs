@@ -67,7 +67,7 @@ pub struct StageProduct {
 /// that must not touch things keeps clear of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Nearby {
-    /// Number within perception's boot, of its own count: no track.
+    /// Number within perception's boot, counted apart from the numbers of tracks.
     #[n(0)]
     pub number: u32,
     /// East of the middle of its returns, millimetres, world frame.

@@ -74,7 +74,7 @@ impl Navigators {
             self.late_us = late as i64;
         }
         let time = self.time(run, &fix);
-        // Of a frozen fix only the place stands still.
+        // A freeze stops the place, not the receiver's time.
         let last_fix = self.last_fix.map(|fix| Fix { time, ..fix });
         if odometry.refreshes() {
             self.odometry.seek(n);

@@ -75,7 +75,7 @@ impl Baseline {
         Some(Following { baseline: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
     }
 
-    /// Signatures that the cores of the baseline know to be good, in a memory of its own.
+    /// Signatures that the cores of the baseline know to be good, in a separate memory.
     pub fn verified(&self) -> Verified {
         self.verified.detached()
     }

@@ -116,7 +116,7 @@ impl Counters {
             self.0.len() - 1
         });
         let counter = &mut self.0[index];
-        // A forgotten intent cannot come again: its nonce has run out before so many others have passed (`KEPT`).
+        // A forgotten intent cannot come again: the nonce in it runs out before [`KEPT`] others have passed the rates.
         if counter.kept.len() == KEPT {
             counter.kept.pop_front();
         }
