@@ -71,6 +71,7 @@ impl Mission {
         while self.target(0).is_some_and(|target| distance(place, target) <= REACHED_MM) {
             self.legs += 1;
             self.leg = None;
+            // The next point of such a route is the same point, reached already: the loop would not end.
             if self.looped && self.route.len() == 1 {
                 break;
             }

@@ -235,6 +235,8 @@ impl Console {
                 if let Some((heard, _)) = accepted.message().report.last_command
                     && let Some(issuer) = &mut self.issuer
                 {
+                    // Only from an accepted report: a counter that anyone could state would lead the next ids beyond
+                    // the step that the unit accepts.
                     issuer.skip_past(message.unit, heard);
                 }
                 self.accounts.accepted(interface);

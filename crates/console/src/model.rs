@@ -383,6 +383,7 @@ impl Model {
     }
 
     fn shown_link(&self, now: Instant, peer: PeerId, link: &Link) -> Option<ShownLink> {
+        // As old as the gateway's last message: a gateway that falls silent must not leave its links shown as open.
         let open = self.fed.as_ref()?.with_value(link.open).label_at(now, &self.limits);
         Some(ShownLink { peer, open, since: link.since, heard: link.heard.map(|heard| now.since(heard)) })
     }

@@ -151,6 +151,7 @@ impl Staging {
         let rejected = |refusal| Rejected { command: Some(command), refusal };
         let Rules { policy, keys, operators, freshness, .. } = &self.rules;
         let record = decoded
+            // No echo is involved: the request came over shared memory, and its age is by this host's clock.
             .fresh(policy, age, *freshness, Span::ZERO)
             .and_then(|fresh| fresh.within_rate(policy, &self.rates, station, now))
             .map_err(rejected)?;

@@ -100,6 +100,7 @@ impl DatagramRelay {
                 if !self.actors[i].apply(&timed.action, towards, since, before, &mut passing) {
                     self.tally.dropped[from as usize] += 1;
                     self.outbox.attack(now, Action::Drop, from, bytes, Span::ZERO);
+                    // A datagram that the relay drops is still at hand for a replay.
                     return self.remember(now, towards, bytes);
                 }
             }

@@ -139,6 +139,7 @@ impl ActAuthority {
             return None;
         }
         let serial = mint.next;
+        // A mint at its last serial gives no more authority: no serial may be used twice within a boot.
         mint.next = mint.next.checked_add(1)?;
         Some(ActAuthority {
             serial,

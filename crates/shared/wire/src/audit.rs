@@ -286,6 +286,8 @@ impl<E> Recorder<E> {
             Err(ChainError::Full { node }) => {
                 self.journal.write(now, Event::ChainBroken { node, counter: 1 }, &mut self.out);
             }
+            // An unreadable entry names no chain, so the note has the recorder's own number. Like every entry that
+            // continues no chain, it is in no seal.
             Err(ChainError::Malformed(_)) => {
                 self.journal.write(now, Event::ChainBroken { node: NodeId::RECORDER, counter: 0 }, &mut self.out);
             }
