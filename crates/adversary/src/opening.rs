@@ -12,7 +12,7 @@ use wire::time::{Instant, Span};
 use crate::plan::{Direction, On, PlanStep, Timed};
 use crate::schedule::Steps;
 
-/// See the module.
+/// Beginning and end of one action.
 #[derive(Clone, Debug)]
 pub(crate) struct Opening {
     step: Option<PlanStep>,
@@ -24,13 +24,13 @@ pub(crate) struct Opening {
     passed: u32,
     /// Time at which the last of them passed; the earliest time before that.
     last: Instant,
-    /// True once the journal has its beginning, and its end.
+    /// Whether the beginning and the end were logged.
     told: [bool; 2],
-    /// Repetitions by itself: their number, and their spacing in ms.
+    /// Number of repetitions that the action makes by itself, and their spacing, milliseconds.
     counted: Option<(u32, u64)>,
-    /// After how long that is cut short.
+    /// Duration of the action, which cuts the repetitions short.
     window: Option<Span>,
-    /// The times of that, once its beginning is settled.
+    /// Times of the repetitions, once the beginning is settled.
     times: Option<Steps>,
 }
 
@@ -78,7 +78,7 @@ impl Opening {
         Self { counted, window: window.map(Span::ms), ..opening }
     }
 
-    /// Takes one of its own repetitions, if that is due at `now`.
+    /// Takes one repetition, if one is due at `now`.
     pub(crate) fn take(&mut self, now: Instant) -> bool {
         self.times = self.times.or_else(|| self.due_times());
         self.times.as_mut().is_some_and(|times| times.take(now))
@@ -89,22 +89,22 @@ impl Opening {
         Some(Steps::new(opens, every_ms, n, self.window.map(|window| opens + window)))
     }
 
-    /// Time at which it begins, as far as that is settled.
+    /// Time at which the action begins, once settled.
     pub(crate) fn opens(&self) -> Option<Instant> {
         self.opens
     }
 
-    /// Time at which it ends; an instant before which everything of it happens.
+    /// Time at which the action ends: everything of it happens before.
     pub(crate) fn closes(&self) -> Option<Instant> {
         self.opens.map(|opens| opens + self.lasts)
     }
 
-    /// True if it is open at `now`.
+    /// True if the action is under way at `now`.
     pub(crate) fn is_open(&self, now: Instant) -> bool {
         self.opens.is_some_and(|opens| now >= opens && now < opens + self.lasts)
     }
 
-    /// True if it is open at `now` for traffic towards `side`.
+    /// True if the action applies at `now` to traffic towards `side`.
     pub(crate) fn open(&self, now: Instant, side: Side) -> bool {
         self.direction.covers(side) && self.is_open(now)
     }
@@ -145,7 +145,7 @@ impl Opening {
         }
     }
 
-    /// Time at which it wants to be asked again: for its silence, to be reported, or for its own repetitions.
+    /// Next time of interest: the end of a silence, a boundary to log, or a repetition.
     pub(crate) fn due(&self) -> Option<Instant> {
         if let Some(On::Silence(ms)) = self.waits_for() {
             return Some(self.last + Span::ms(ms));
@@ -221,7 +221,7 @@ mod tests {
         assert_eq!(opening.opens(), Some(at_ms(1030)), "a step begins once");
     }
 
-    /// It does so even if the core was not asked in time.
+    /// A silence counts in full even if the core is asked late.
     #[test]
     fn silence_counts_from_the_last_passage() {
         let mut opening = waiting(On::Silence(100), 0);

@@ -12,7 +12,7 @@ use wire::time::{Instant, Span};
 
 use crate::opening::Opening;
 
-/// See the module.
+/// Log and outputs of an adversary.
 #[derive(Clone, Debug)]
 pub(crate) struct Outbox {
     quiet: bool,
@@ -29,12 +29,12 @@ impl Outbox {
         outbox
     }
 
-    /// True if it was asked to stop.
+    /// True once the run is over, or about to be.
     pub(crate) fn is_quiet(&self) -> bool {
         self.quiet
     }
 
-    /// Heeds the end of a run, of which every core is informed: it stops, and then signs its log. True when all is over.
+    /// Notes the end of a run: `Quiesce` stops the actions, `Finish` has the log signed. True once the run is finished.
     pub(crate) fn heed(&mut self, now: Instant, input: &Input) -> bool {
         let ended = matches!(input, Input::Finish);
         self.quiet |= ended || matches!(input, Input::Quiesce);
@@ -49,8 +49,8 @@ impl Outbox {
         self.journal.write(now, event, &mut self.out);
     }
 
-    /// Logs the action on these very bytes on their way towards `side`. Logged first and then done, so that no effect is
-    /// logged before its cause.
+    /// Logs the action on these very bytes on their way towards `side`. Logged first and then done, so that no effect
+    /// is logged before its cause.
     pub(crate) fn attack(&mut self, now: Instant, action: Action, side: Side, bytes: &[u8], delay: Span) {
         let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
         self.write(now, Note::Attack { action, side, length, hash: wire_hash(bytes), delay });
@@ -61,7 +61,7 @@ impl Outbox {
         self.out.push_back(output);
     }
 
-    /// Next output.
+    /// The next output.
     pub(crate) fn next(&mut self) -> Option<Output> {
         self.out.pop_front()
     }
@@ -79,7 +79,7 @@ impl Outbox {
         self.settle(openings.iter_mut(), now);
     }
 
-    /// Time has passed for these actions: silences are looked at, and beginnings and ends are logged.
+    /// Brings actions up to `now`: ended silences begin actions, and beginnings and ends are logged.
     pub(crate) fn settle<'o>(&mut self, openings: impl Iterator<Item = &'o mut Opening>, now: Instant) {
         for opening in openings {
             opening.silence(now);

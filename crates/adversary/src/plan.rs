@@ -1,9 +1,8 @@
 //! Plan of an adversary: timed actions, fixed before the run, every magnitude bounded.
 //!
-//! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for something
-//! ([`PlanStep`]). A plan without actions is the null
-//! attack: a passive adversary in the path. Turning a scenario into plans is left to `topology`; the effect of
-//! an action on bytes, to `relay` and `insider`.
+//! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for
+//! something ([`PlanStep`]). A plan without actions is the null attack: a passive adversary in the path. Turning a
+//! scenario into plans is left to `topology`; the effect of an action on bytes, to `relay` and `insider`.
 
 use config::setup::NoChannel;
 use schemars::JsonSchema;
@@ -46,7 +45,7 @@ pub const MAX_COPIES: u32 = 64;
 /// Most actions of one plan.
 pub const MAX_ACTIONS: usize = 128;
 
-/// Which role an adversary process plays, and its plan.
+/// Role of an adversary process, and its plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum AdversaryConfig {
@@ -74,11 +73,11 @@ pub enum PlanError {
     /// A magnitude is outside its bounds.
     #[error("{what}: {min} to {max} expected, got {got}")]
     Magnitude {
-        /// Which field.
+        /// Name of the field.
         what: &'static str,
-        /// Smallest.
+        /// Smallest value.
         min: u64,
-        /// Largest.
+        /// Largest value.
         max: u64,
         /// The value in the plan.
         got: u64,
@@ -86,7 +85,7 @@ pub enum PlanError {
     /// More actions than one plan may hold.
     #[error("at most {max} actions expected, got {got}")]
     Actions {
-        /// Bound.
+        /// Most actions of one plan.
         max: usize,
         /// The number in the plan.
         got: usize,
@@ -94,7 +93,7 @@ pub enum PlanError {
     /// The action can only go towards the server.
     #[error("{what} goes up only")]
     UpOnly {
-        /// Which action.
+        /// Name of the action.
         what: &'static str,
     },
     /// The setup lacks a channel that the plan needs.
@@ -103,7 +102,7 @@ pub enum PlanError {
     /// The action goes the other way only.
     #[error("{what} goes the other way only")]
     OneWay {
-        /// Which action.
+        /// Name of the action.
         what: &'static str,
     },
 }
@@ -116,7 +115,7 @@ pub enum Direction {
     Up,
     /// From the gateway to the platform.
     Down,
-    /// Both ways.
+    /// Up and down.
     #[default]
     Both,
 }
@@ -156,7 +155,7 @@ pub struct Timed<A> {
     /// Length of the window; zero only for an action that happens once, or a counted number of times.
     #[serde(default)]
     pub duration_ms: u64,
-    /// Which way.
+    /// Direction of the traffic that the action applies to.
     #[serde(default)]
     pub direction: Direction,
     /// The step it is a part of, where that has a name.

@@ -36,7 +36,7 @@ impl Steps {
     }
 }
 
-/// The random stream of one action of a plan: its own, so that adding an action changes no other's draws.
+/// Random stream of one action of a plan. Each action has its own: adding an action changes no other's draws.
 pub(crate) fn stream(seed: u64, action: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(action as u64);
@@ -48,7 +48,7 @@ pub(crate) fn chance(rng: &mut ChaCha8Rng, permille: u16) -> bool {
     uniform_below(rng, 1000) < u64::from(permille)
 }
 
-/// Uniform below `n` (by multiplication; the bias is below 2⁻³² for the sizes drawn here); zero when `n` is.
+/// Uniform number below `n`, zero when `n` is. By multiplication: the bias is below 2⁻³² for the sizes drawn here.
 pub(crate) fn uniform_below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
     ((u128::from(rng.next_u64()) * u128::from(n)) >> 64) as u64
 }

@@ -1,9 +1,9 @@
-//! Bearings: from how far around a track was borne out.
+//! Bearings: the angle around a track from which it was supported.
 //!
-//! A flat fake, or one that is made for a place from which it is looked at, may be right from there and not from elsewhere. A platform
-//! may therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that lie so far apart. They go from the
-//! unit's own place to the track's. A contradiction adds none, and one that lasts, or a frame without the track, begins the count
-//! again. Fitness itself is judged in [`crate::fitness`].
+//! A flat fake, or one made to be seen from one place, may look right from there and not from elsewhere. A platform may
+//! therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that far apart. A line of sight
+//! goes from the unit's own place to the track's. A contradicted track adds no line. A contradiction that lasts, or a
+//! frame without the track, begins the count again. Fitness itself is judged in [`crate::fitness`].
 
 use arrayvec::ArrayVec;
 use wire::bounds::Bounds;
@@ -15,10 +15,10 @@ use crate::fitness::{Stage, fit};
 use crate::geofence::Point;
 use crate::localisation::wrap;
 
-/// As many as a message of tracks may hold.
+/// Most tracks with lines of sight: as many as one message of tracks may hold.
 const MOST: usize = 16;
-/// A contradiction that lasts longer begins the count again: two decisions of the tracker. Chosen on one scene, in which the networks
-/// disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).
+/// A contradiction that lasts longer begins the count again: two decisions of the tracker. Chosen on one scene, in
+/// which the networks disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).
 const DOUBT: Span = Span::ms(1000);
 
 /// Lines of sight along which each track was borne out without a break.

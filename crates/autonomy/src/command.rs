@@ -1,9 +1,9 @@
 //! Command intake: the way of an operator's order through the trust boundary, and the unit's signed answer.
 //!
 //! An order is two signed statements of one operator, the intent and, away from safe, its confirmation. The transport,
-//! the broker and the gateway are not asked for its sender or time: the signatures and a nonce that this unit issued are.
-//! An [`Ordered`] is the proof that all of it held; the machine takes no other order. Permission to carry it out is
-//! left to `transition`.
+//! the broker and the gateway are not asked for its sender or time: the signatures and a nonce that this unit issued
+//! are. An [`Ordered`] is the proof that all of it held; the machine takes no other order. Permission to carry it out
+//! is left to `transition`.
 //!
 //! ```compile_fail,E0451
 //! let forged = autonomy::command::Ordered {
@@ -50,12 +50,13 @@ pub struct CommandGate {
     rates: Rates,
 }
 
-/// A nonce of ours that an intent may repeat.
+/// A nonce that this unit issued and an intent may repeat.
 #[derive(Clone, Copy, Debug)]
 struct Issued {
     nonce: Nonce,
     at: Instant,
-    /// Only an order towards safe may still repeat it.
+    /// True once the session at the broker was lost after the issue: only an order towards safe may still repeat the
+    /// nonce.
     void: bool,
 }
 
@@ -85,7 +86,7 @@ pub struct Claimed {
 /// An order that was refused, and its claims if it could be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rejected {
-    /// Reason.
+    /// Reason of the refusal.
     pub refusal: Refusal,
     /// Claims of the order.
     pub claimed: Option<Claimed>,
@@ -136,7 +137,7 @@ impl Ordered {
         self.waived
     }
 
-    /// Its claims, now that they may be believed.
+    /// Claims of the intent, proven by the checks.
     pub fn claimed(&self) -> Claimed {
         Claimed { id: self.id, kind: self.kind, intent: self.intent }
     }
@@ -198,6 +199,8 @@ impl CommandGate {
         let claimed = Claimed { id: claim.id, kind: claim.kind, intent: Sha256::digest(&order.intent[..]).into() };
         let judged = self.addressed(&claim).and_then(|()| schedule::tagged(&claim)).and_then(|()| {
             let node = claim.id.operator;
+            // Cheap checks precede the two signatures: an order without a nonce that this unit issued lately costs no
+            // verification.
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
             let consent = Consent::judge(policy, &self.reports, &claim)?;
             let admitted = fresh.by_role(policy, &self.operators)?.admitted(policy, revoked, now)?;
@@ -212,6 +215,8 @@ impl CommandGate {
             let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(class, now))?;
             let before = self.counters.newest(node);
             let ordered = attributed.accept_once(policy, &mut self.counters, &claimed.intent)?;
+            // Only an accepted order is charged: charged before its signature is verified, a forged order would use up
+            // the operator's rate and keep HOLDs out.
             self.rates.charge(node, class, now);
             let moved = self.counters.newest(node).filter(|newest| before != Some(*newest));
             Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, self.issued(&claim), (consent, &confirmed)))

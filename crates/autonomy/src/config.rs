@@ -14,7 +14,7 @@ use wire::trust::Validity;
 pub const MAX_POINTS: usize = 64;
 /// Most obstacles on a map.
 pub const MAX_OBSTACLES: usize = 256;
-/// Most operators.
+/// Most operators of one unit.
 pub const MAX_OPERATORS: usize = 4;
 /// Furthest coordinate from the world's centre, millimetres.
 pub const MAX_COORDINATE: i32 = 1_000_000;
@@ -99,21 +99,21 @@ pub enum ConfigError {
     /// A list has too few or too many items.
     #[error("{field}: {least} to {most} items expected, got {got}")]
     Count {
-        /// Field.
+        /// Name of the list.
         field: &'static str,
-        /// Fewest.
+        /// Fewest items.
         least: usize,
-        /// Most.
+        /// Most items.
         most: usize,
-        /// Items.
+        /// Number of items in the list.
         got: usize,
     },
     /// A coordinate is outside the world.
     #[error("{field}: coordinates within ±{MAX_COORDINATE} mm expected, got {got}")]
     Coordinate {
-        /// Field.
+        /// Name of the coordinate.
         field: &'static str,
-        /// Value.
+        /// Value of the coordinate.
         got: i32,
     },
     /// The setup is another node's.
@@ -121,13 +121,13 @@ pub enum ConfigError {
     Node {
         /// The unit's node.
         expected: NodeId,
-        /// The setup's.
+        /// The node that the setup is for.
         got: NodeId,
     },
     /// A period is zero: the core would never come to rest.
     #[error("{field}: a period above zero expected")]
     Period {
-        /// Field.
+        /// Name of the period.
         field: &'static str,
     },
 }

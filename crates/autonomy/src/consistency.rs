@@ -1,8 +1,8 @@
 //! Consistency of teammates' claims.
 //!
 //! A claim that comes here has passed every check of the trust boundary that the policy requires. Cryptography can tie
-//! it to a key; it cannot tell whether the holder of the key speaks for itself. The remaining question is whether claims agree
-//! with physics, with each other and with their own time base:
+//! it to a key; it cannot tell whether the holder of the key speaks for itself. The remaining question is whether
+//! claims agree with physics, with each other and with their own time base:
 //!
 //! - *kinematics*: a unit moves no further than its claimed speed allows, and claims no speed beyond the platform's;
 //! - *residual*: over many claims it is where its claimed speed and heading lead ([`Reckoning`]);
@@ -29,8 +29,8 @@ const REMEMBERED: Span = Span::s(1);
 /// Share of the platform's speed that a claim may state, or odometry: sensors are noisy.
 pub(crate) const CLAIMABLE_SPEED: f64 = 1.25;
 
-/// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's permanently:
-/// 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/reference/bounds.md`).
+/// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's
+/// permanently: 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/reference/bounds.md`).
 const REMEMBERS_S: f64 = 8.0;
 
 /// Longest gap between claims over which speed and heading still say where a unit went, seconds.
@@ -73,8 +73,8 @@ struct Reckoning {
 pub struct Acquitted(Option<(UnitId, Inconsistency)>);
 
 impl Teammates {
-    /// Takes an accepted report of `unit`, brought by `via`, at most `age` old at `now`; `own_motion` is this unit's motion.
-    /// Gives the inconsistency that it reveals. An inconsistent claim leaves earlier ones in place.
+    /// Takes an accepted report of `unit`, brought by `via`, at most `age` old at `now`; `own_motion` is this unit's
+    /// motion. Gives the inconsistency that it reveals. An inconsistent claim leaves earlier ones in place.
     pub fn take(
         &mut self,
         (unit, via): (UnitId, PeerId),
@@ -108,6 +108,8 @@ impl Teammates {
             .or_else(|| claim.led_elsewhere(bounds))
             .or_else(|| self.excluded(&claim, now, own_motion, bounds));
         match (finding, before) {
+            // The contradicting claim is not stored: it would become the reference for the next one, and make itself
+            // true by being repeated.
             (Some(found), _) => self.found = Some((unit, found)),
             (None, Some(at)) if claim.order() > self.claims[at].order() => self.claims[at] = claim,
             // Overtaken on its way by a later one of the same source.

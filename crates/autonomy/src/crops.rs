@@ -6,7 +6,7 @@ use wire::crop::Pictured;
 use wire::time::{Instant, Span};
 use wire::track::Tracks;
 
-/// See the module.
+/// The newest crops of one track, with those that are still to be sent.
 #[derive(Clone, Debug, Default)]
 pub struct Crops {
     newest: Option<(Pictured, Instant)>,
@@ -14,7 +14,8 @@ pub struct Crops {
 }
 
 impl Crops {
-    /// Takes the crops in an accepted message, if there are any, in place of those before. Of a track that is gone none stays.
+    /// Takes the crops in an accepted message, if there are any, in place of those before. Of a track that is gone none
+    /// stays.
     pub fn take(&mut self, tracks: &Tracks) {
         self.newest.take_if(|(newest, _)| tracks.tracks.iter().all(|track| track.id != newest.track));
         let Some(first) = tracks.crops.first() else { return };
@@ -23,7 +24,7 @@ impl Crops {
         self.newest = Some((Pictured { track: first.track, age: Span::ZERO, crops }, tracks.stamp));
     }
 
-    /// Their hashes, for a report made at `now`.
+    /// Hashes of the newest crops, for a report made at `now`.
     pub fn pictured(&self, now: Instant) -> Option<Pictured> {
         self.newest.as_ref().map(|(pictured, stamp)| Pictured { age: now.since(*stamp), ..pictured.clone() })
     }

@@ -1,4 +1,5 @@
-//! Periodic work of the core: judge the guards, step the machine, drive, report; and the ways in which a step's effects leave it.
+//! Periodic work of the core: judge the guards, step the machine, drive, report; and the ways in which a step's effects
+//! leave it.
 
 use config::platform::Aloft;
 use wire::codec;
@@ -37,7 +38,8 @@ use crate::{Autonomy, plan};
 
 /// Period of new command nonces.
 const NONCE_PERIOD: Span = Span::ms(500);
-/// Distance that the way keeps to a thing that is on no map where there is room for it, from centre to centre, millimetres.
+/// Distance that the way keeps to a thing that is on no map where there is room for it, from centre to centre,
+/// millimetres.
 const KEEP_CLEAR_MM: f64 = 3000.0;
 
 impl Autonomy {
@@ -96,14 +98,15 @@ impl Autonomy {
             .aged(Guard::SealedLog, self.links.seals.age(now))
     }
 
-    /// Motion of the unit, as long as it is known. Without a place there is no distance to the fence; localisation's own guards
-    /// report it.
+    /// Motion of the unit, as long as it is known. Without a place there is no distance to the fence; localisation's
+    /// own guards report it.
     pub(crate) fn placed(&self, now: Instant) -> Option<Motion> {
         let lost = self.view.localisation.lost(now, self.bounds.product_limit()).is_some();
         self.view.localisation.motion().filter(|_| !lost && !self.view.localisation.distrusted())
     }
 
-    /// Clearance to the envelope that is left, margins taken off, mm; negative is a breach. None while the place is not known.
+    /// Clearance to the envelope that is left, margins taken off, mm; negative is a breach. None while the place is not
+    /// known.
     fn room(&self, now: Instant) -> Option<f64> {
         let limits = &self.identity.limits;
         let clearance = self.view.fence.spare(&self.placed(now)?, &self.bounds, limits);
@@ -129,6 +132,7 @@ impl Autonomy {
         if self.quiet {
             return Some(Refusal::Interlock { mode: self.mode() });
         }
+        // The guards are judged now: the last judgement may be a control period old.
         self.judge(now);
         match order.kind() {
             CommandKind::Resume => self.resume(now, order),
@@ -156,7 +160,8 @@ impl Autonomy {
         Some((f64::from(found.x_mm), f64::from(found.y_mm)))
     }
 
-    /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values change.
+    /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values
+    /// change.
     fn configure(&mut self, now: Instant, order: &Ordered, values: &Settings) -> Option<Refusal> {
         let safe = match self.identity.policy.check(Check::Joint) {
             Requirement::Required => settings::jointly_safe(values, &self.identity.bounds, &self.identity.limits),
@@ -186,7 +191,8 @@ impl Autonomy {
         refused
     }
 
-    /// Logs the basis of the unit's judgement, when that has changed: a display's claim of freshness is held against it.
+    /// Logs the basis of the unit's judgement, when that has changed: a display's claim of freshness is held against
+    /// it.
     fn log_basis(&mut self, now: Instant) {
         let fresh = self.identity.bounds.freshness();
         let placed = self.view.localisation.reported(now).is_some_and(|(_, age)| age <= fresh);
@@ -252,8 +258,8 @@ impl Autonomy {
         refused
     }
 
-    /// Values are set, and the plan is made again where they move the margin: else it would lead to where the fence guard
-    /// trips, and no operator could get the unit away from there. In IDLE only, for at most 128 × 128 cells.
+    /// Values are set, and the plan is made again where they move the margin: else it would lead to where the fence
+    /// guard trips, and no operator could get the unit away from there. In IDLE only, for at most 128 × 128 cells.
     fn configured(&mut self, settings: &Settings) {
         let before = self.bounds.fence_margin_mm;
         self.bounds = settings::tighten_bounds(settings, &self.identity.bounds);
@@ -313,8 +319,8 @@ impl Autonomy {
         flight::velocity(SetPoint { speed, curvature }, self.height(), (turning, off))
     }
 
-    /// Velocity off the map's walls at the unit's height, ahead and to the left, mm/s; none towards the fence. What perception shows does not
-    /// push the unit.
+    /// Velocity off the map's walls at the unit's height, ahead and to the left, mm/s; none towards the fence. What
+    /// perception shows does not push the unit.
     fn off_walls(&self) -> Point {
         let (Some((aloft, height)), Some(motion)) = (self.height(), self.view.localisation.motion()) else {
             return (0.0, 0.0);
@@ -379,8 +385,8 @@ impl Autonomy {
         self.view.things.obstacles(now, heights, self.links.teammates.places(now))
     }
 
-    /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own; then, with the
-    /// track borne out, to stand for a while. A look that is done ends.
+    /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own;
+    /// then, with the track borne out, to stand for a while. A look that is done ends.
     fn aside(&mut self, motion: &Motion, seen: &[Keepout], now: Instant) -> Option<Aside> {
         let look = self.driving.look.take().filter(|look| !look.expired(now) && self.mode() == Mode::Ready)?;
         let place = self.fit_at(look.track)?;
@@ -411,7 +417,8 @@ impl Autonomy {
         }
     }
 
-    /// Places to keep clear of that are on no map: between things on the map there may be no room for a distance to their tracks, too.
+    /// Places to keep clear of that are on no map: between things on the map there may be no room for a distance to
+    /// their tracks, too.
     pub(crate) fn seen(&self, now: Instant) -> Vec<Keepout> {
         let width = f64::from(self.identity.limits.body_mm[1]);
         let View { picture, things, .. } = &self.view;
@@ -437,7 +444,7 @@ impl Autonomy {
         }
     }
 
-    /// Says our session nonce until the peer uses it.
+    /// Repeats the Hello with this unit's session nonce until the peer uses the nonce.
     pub(crate) fn introduce(&mut self, now: Instant) {
         if let Some(nonce) = self.links.session.as_ref().and_then(|session| session.introduction()) {
             self.send(now, SessionBody::Hello(nonce));

@@ -1,8 +1,9 @@
 //! Designation: whether one track is fit to be acted on.
 //!
-//! [`Designated`] is the proof: the track is in the newest accepted picture, was updated within the track limit, is a
-//! vehicle, confident enough, supported by at least two modalities of which thermal is one, and vetoed by none; and where the platform
-//! asks for it, it was so from bearings far enough apart ([`crate::bearings`]). It is good for one judgement; the next one judges again.
+//! [`Designated`] is the proof. The track is in the newest accepted picture and was updated within the track limit. The
+//! class is vehicle, and the confidence suffices. At least two modalities support the track, thermal among them, and
+//! none vetoes. Where the platform asks for bearings, the track met all of this from lines of sight far enough apart
+//! ([`crate::bearings`]). A proof holds for one judgement; the next judgement makes a new one.
 
 use wire::bounds::Bounds;
 use wire::id::TrackId;

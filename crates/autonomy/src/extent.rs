@@ -1,7 +1,8 @@
-//! Extents of things on the ground plane: rectangles with a direction, their distance to a point, and the overlap of two.
+//! Extents of things on the ground plane: rectangles with a direction, their distance to a point, and the overlap of
+//! two.
 //!
-//! World frame, millimetres. Two rectangles are apart where one of their four sides' normals separates them (separating axes). No angle is taken
-//! here: a direction is a unit vector.
+//! World frame, millimetres. Two rectangles are apart where one of their four sides' normals separates them (separating
+//! axes). No angle is taken here: a direction is a unit vector.
 
 use crate::geofence::{Point, distance};
 
@@ -102,7 +103,8 @@ mod tests {
         assert_eq!((car.distance((2400.0, 1300.0)), car.distance((100.0, 100.0))), (500.0, 0.0));
     }
 
-    /// Corners that point at a side: the circles around them overlap long before the rectangles do.
+    /// A rectangle turned by 45° with a corner towards a wall: the two circumscribed circles overlap long before the
+    /// rectangles do.
     #[test]
     fn turned_rectangles_overlap_where_they_touch() {
         let wall = Extent::new((0.0, 0.0), 0.0, (5000.0, 100.0));

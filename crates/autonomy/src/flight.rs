@@ -1,7 +1,7 @@
 //! A unit that moves freely: its way in terms of a velocity, and the height that goes with it in the air.
 //!
-//! Direction and speed are `navigation`'s, as on wheels: the unit goes ahead and turns. Standing still is no rest there, so rest is a motion that
-//! the plant has by itself.
+//! Direction and speed are `navigation`'s, as on wheels: the unit goes ahead and turns. Standing still is no rest
+//! there, so rest is a motion that the plant has by itself.
 
 use config::platform::Aloft;
 use wire::drive::SetPoint;
@@ -16,20 +16,23 @@ const CLIMB: f64 = 1.0;
 /// Below this the unit hovers, mm/s: it turns about itself, since a hover has no arc to turn on.
 const HOVERS_MM_S: f64 = 100.0;
 
-/// Room to walls that a body in the air keeps by going sideways, millimetres: that of the narrowest way that is planned.
+/// Room to walls that a body in the air keeps by going sideways, millimetres: that of the narrowest way that is
+/// planned.
 const KEEPS_OFF_MM: f64 = 500.0;
-/// Speed away from a wall by the room that is missing, 1/s: at the shell's margin (250 mm) that with which gusts move a hover (0.5 m/s).
+/// Speed away from a wall by the room that is missing, 1/s: at the shell's margin (250 mm) that with which gusts move a
+/// hover (0.5 m/s).
 const KEEPS_OFF: f64 = 2.0;
 /// Most of it, mm/s.
 const KEEPS_OFF_MM_S: f64 = 500.0;
 /// Deviations of both sources of height in the gate, by two (docs/reference/bounds.md#air).
 const HEIGHT_ERRORS: f64 = 0.5;
 
-/// A thing below the unit counts as in its way down to this distance below its height, millimetres: half of a body, and the error of the height.
+/// A thing below the unit counts as in its way down to this distance below its height, millimetres: half of a body, and
+/// the error of the height.
 const BELOW_MM: f64 = 500.0;
 
-/// The velocity that goes this way; in the air, at this height (mm), towards the height that is flown at, and off the walls with a velocity ahead and
-/// to the left (mm/s). A hover turns on its curvature as at the speed `turning` (mm/s).
+/// The velocity that goes this way; in the air, at this height (mm), towards the height that is flown at, and off the
+/// walls with a velocity ahead and to the left (mm/s). A hover turns on its curvature as at the speed `turning` (mm/s).
 pub fn velocity(way: navigation::SetPoint, height: Option<(&Aloft, f64)>, (turning, off): (f64, Point)) -> SetPoint {
     let climb = height.map_or(0.0, |(limits, height)| {
         let most = f64::from(limits.climb_mm_s);
@@ -40,8 +43,8 @@ pub fn velocity(way: navigation::SetPoint, height: Option<(&Aloft, f64)>, (turni
     SetPoint::Velocity { mm_s: [(way.speed + off.0) as i32, off.1 as i32, climb as i32], turn_mrad_s: turn as i32 }
 }
 
-/// Velocity off the walls that are nearer to a round body than the narrowest way is, ahead and to the left, mm/s. A heading alone holds no place, and gusts
-/// move a hover sideways.
+/// Velocity off the walls that are nearer to a round body than the narrowest way is, ahead and to the left, mm/s. A
+/// heading alone holds no place, and gusts move a hover sideways.
 pub fn off_walls<'a>(motion: &Motion, radius: f64, walls: impl Iterator<Item = &'a Extent>) -> Point {
     let near = walls.filter(|wall| wall.may_reach(motion.at, radius + KEEPS_OFF_MM)).map(|wall| {
         let (east, north) = wall.offset_to(motion.at);
@@ -55,21 +58,21 @@ pub fn off_walls<'a>(motion: &Motion, radius: f64, walls: impl Iterator<Item = &
     (share * (east * cos + north * sin), share * (north * cos - east * sin))
 }
 
-/// Least tops of the things that a unit at `height` must not touch, millimetres: of the map's, so that it stays as far above them as above the ground at the
-/// floor; of others, which have the largest top of their class.
+/// Least tops of the things that a unit at `height` must not touch, millimetres: of the map's, so that it stays as far
+/// above them as above the ground at the floor; of others, which have the largest top of their class.
 pub fn reached(limits: &Aloft, height: f64) -> [f64; 2] {
     [(height - f64::from(limits.floor_ceiling_mm[0])).max(0.0), height - BELOW_MM]
 }
 
-/// Greatest top of a thing that a way may lead over, above the ground, millimetres: the unit is as far above it as above the ground at the floor, four
-/// deviations of the height below the one that is flown at.
+/// Greatest top of a thing that a way may lead over, above the ground, millimetres: the unit is as far above it as
+/// above the ground at the floor, four deviations of the height below the one that is flown at.
 pub fn flown_over(limits: &Aloft) -> f64 {
     let lowest = f64::from(limits.cruise_mm) - HEIGHT_ERRORS * f64::from(limits.height_gate_mm);
     (lowest - f64::from(limits.floor_ceiling_mm[0])).max(0.0)
 }
 
-/// Distance to the limits of height, `margin` (mm) off the ceiling, mm; negative outside. The floor is above the least distance to the ground by
-/// itself.
+/// Distance to the limits of height, `margin` (mm) off the ceiling, mm; negative outside. The floor is above the least
+/// distance to the ground by itself.
 pub fn spare(height: f64, limits: &Aloft, margin: f64) -> f64 {
     let [floor, ceiling] = limits.floor_ceiling_mm.map(f64::from);
     (height - floor).min(ceiling - margin - height)
@@ -95,7 +98,7 @@ pub(crate) mod tests {
         assert_eq!([2500.0, 2400.0, 0.0, 9000.0].map(requested), [fly(0), fly(100), fly(800), fly(-800)]);
     }
 
-    /// It has no reverse gear, and something may stand close ahead.
+    /// A hovering unit has no reverse gear, and something may stand close ahead.
     #[test]
     fn hover_turns_about_itself() {
         let way = navigation::SetPoint { speed: 0.0, curvature: 0.0004 };

@@ -1,8 +1,8 @@
 //! The geofence: a polygon that the unit keeps inside of, with its stopping distance to spare.
 //!
-//! World frame, millimetres. The guard looks at two points: the unit's place, and the one at which it would come to rest if it
-//! began to brake one reaction time from now. Both have to keep the margin. The response to a breach is left to
-//! `transition`, keeping clear of one to `navigation`.
+//! World frame, millimetres. The guard looks at two points: the unit's place, and the one at which it would come to
+//! rest if it began to brake one reaction time from now. Both have to keep the margin. The response to a breach is left
+//! to `transition`, keeping clear of one to `navigation`.
 
 use config::platform::Limits;
 use wire::bounds::Bounds;
@@ -11,7 +11,7 @@ use wire::mode::Because;
 /// A point in the world frame: millimetres east, millimetres north.
 pub type Point = (f64, f64);
 
-/// The fence.
+/// The fence as a polygon.
 #[derive(Clone, Debug)]
 pub struct Geofence {
     corners: Vec<Point>,
@@ -34,7 +34,7 @@ impl Geofence {
         Geofence { corners: corners.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect() }
     }
 
-    /// The corners.
+    /// Corners in order, millimetres east and north.
     pub fn corners(&self) -> &[Point] {
         &self.corners
     }
@@ -61,8 +61,9 @@ impl Geofence {
         self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
     }
 
-    /// True if a unit inside the fence with this motion comes to rest farther from it, by half of its way at least. Clearance grows by no more
-    /// than the way, so on a shorter way than four times the clearance no side of the fence is crossed.
+    /// True if a unit inside the fence with this motion comes to rest farther from it, by half of its way at least.
+    /// Clearance grows by no more than the way, so on a shorter way than four times the clearance no side of the fence
+    /// is crossed.
     pub(crate) fn leads_away(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> bool {
         let way = stopping_distance(motion.speed, bounds, limits);
         let (clearance, rest) = (self.clearance(motion.at), self.clearance(ahead(motion, way)));

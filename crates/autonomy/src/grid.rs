@@ -1,8 +1,8 @@
-//! The planning grid: which cells inside the geofence may be driven, and the shortest way between two points of it.
+//! The planning grid: cells inside the geofence that may be driven, and the shortest way between two points of it.
 //!
-//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are passed to each search. Where there is no way
-//! with the clearance that is planned for, a narrower one is searched that the body just fits through. The search is A* of the `pathfinding` crate. Following the
-//! way is left to `navigation`.
+//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are
+//! passed to each search. Where there is no way with the planned clearance, a narrower one is searched that the body
+//! just fits through. The search is A* of the `pathfinding` crate. Following the way is left to `navigation`.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ const DIAGONAL: u32 = 14;
 /// A place to keep clear of, and how far from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keepout {
-    /// Centre.
+    /// Centre of the circle, millimetres.
     pub at: Point,
     /// Distance that is planned for, millimetres.
     pub radius: f64,
@@ -110,8 +110,8 @@ impl Grid {
         grid
     }
 
-    /// The way from `from` to `to` without its start, around closed cells and `moving` places, as wide as there is one; `None` where there is
-    /// none. A start inside a closed place can be left.
+    /// The way from `from` to `to` without its start, around closed cells and `moving` places, as wide as there is one;
+    /// `None` where there is none. A start inside a closed place can be left.
     pub fn way(&self, from: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
         [Room::Wide, Room::Narrow].into_iter().find_map(|least| self.search(from, to, moving, least))
     }
@@ -141,7 +141,8 @@ impl Grid {
         if free(&own_cell) { Some(own_cell) } else { nearest() }
     }
 
-    /// True if one may drive straight from `a` to `b`. Where there is just room, a cell's middle does not speak for the whole of it.
+    /// True if one may drive straight from `a` to `b`. Where there is just room, a cell's middle does not speak for the
+    /// whole of it.
     fn clear(&self, a: Point, b: Point, moving: &[Keepout], least: Room) -> bool {
         let steps = libm::ceil(distance(a, b) / (self.cell / 2.0)) as u32;
         let open = (1..=steps).all(|i| {

@@ -1,13 +1,15 @@
-//! Health: every guard judged from work product, and the proof that none of the required ones fails.
+//! Health: every guard judged from work product, and the proof that no required guard fails.
 //!
-//! Liveness is a fresh product with the right identity; no heartbeat is read anywhere. The inputs of each guard are described
-//! in the module that answers for it (`picture`, `localisation`, `geofence`, `lease`, `consistency`, `seals`); this one
-//! gathers the findings, applies the policy's waivers, and sorts losses by their consequence:
+//! A stage is alive while its products are fresh and carry the right identity; no heartbeat is read anywhere. The
+//! inputs of each guard are described in the module that judges the guard (`picture`, `localisation`, `geofence`,
+//! `lease`, `consistency`, `seals`). This module gathers the findings, applies the policy's waivers and sorts losses by
+//! their consequence:
 //!
-//! - a *trust* guard (geofence, lease, teammates): the unit may not go on at all;
-//! - a *subsystem* guard (all others): no authority, reduced speed, and a stop if driving depends on it for too long.
+//! - a *trust* guard (geofence, lease, teammates): the unit stops;
+//! - a *subsystem* guard (all others): no authority, reduced speed, and a stop if driving depends on the guard for too
+//!   long.
 //!
-//! [`Guard::Designation`] is no part of health: it is judged for one track, and only authority depends on it.
+//! [`Guard::Designation`] is no part of health: that guard is judged for one track, and only authority depends on it.
 //!
 //! ```compile_fail,E0451
 //! let healthy = autonomy::health::Healthy { waived: Default::default() };
@@ -37,7 +39,7 @@ pub const SUBSYSTEM: [Guard; 9] = [
 /// Guards without which the unit does not know where it is.
 const PLACE: [Guard; 3] = [Guard::Localisation, Guard::Drift, Guard::TimeBase];
 
-/// For each guard, why it fails; absent while it holds.
+/// Reason for which each guard fails; absent while the guard holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Findings([Option<Because>; Guard::ALL.len()]);
 

@@ -11,18 +11,18 @@ use wire::sign::{Key, Keyring};
 
 use crate::config::AutonomyConfig;
 
-/// Shared by every part of a core, and by its forks.
+/// Constants that every part of a core shares, its forks included.
 #[derive(Debug)]
 pub struct Identity {
-    /// The unit.
+    /// The unit that this core decides for.
     pub unit: UnitId,
-    /// Its node.
+    /// Node of the unit.
     pub node: NodeId,
-    /// Number of its starts.
+    /// Number of starts of the node.
     pub boot: Boot,
-    /// Its own key.
+    /// Signing key of the node.
     pub key: Key,
-    /// Everybody's public keys.
+    /// Public keys of every node of the run.
     pub keys: Keyring,
     /// Policy in force.
     pub policy: Policy,

@@ -96,6 +96,8 @@ impl Autonomy {
     /// A session opened. Only the supervisor's is kept; a new one takes the place of the one before.
     pub(crate) fn opened(&mut self, now: Instant, id: SessionId, peer: PeerId) {
         self.write(now, Event::Session { peer, open: true });
+        // A peer with valid credentials may open a session. Only the supervisor's may displace the present one: any
+        // other would end supervision by connecting.
         if peer != self.identity.supervisor {
             return;
         }
@@ -115,7 +117,7 @@ impl Autonomy {
         }
     }
 
-    /// One record of a session.
+    /// Admits one record of a session.
     pub(crate) fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
         let identity = Arc::clone(&self.identity);
         let Some(session) = self.links.session.as_mut().filter(|session| session.id() == id) else {
@@ -214,8 +216,9 @@ impl Autonomy {
         }
     }
 
-    /// Messages to us meanwhile are lost, or another party has them: no trusted source says whether the session was cut or
-    /// taken. So orders given until now that lead away from safe are void, and the operator reads of it in our reports.
+    /// The session at the broker was lost. Messages to this unit meanwhile are lost, or another party has them: no
+    /// trusted source says whether the session was cut or taken over. Orders given until now that lead away from safe
+    /// are therefore void, and reports tell the operator of the loss.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.write(now, Event::SessionLost { peer: self.identity.unit.peer() });
         self.status.sessions_lost = self.status.sessions_lost.saturating_add(1);
@@ -225,8 +228,8 @@ impl Autonomy {
         self.commands.issue(nonce, now);
     }
 
-    /// Refused at the boundary: no participant's word is behind it. It is counted, and written and answered only so often; a flood
-    /// must not make us sign and write as fast as it sends, whatever is wrong with it.
+    /// Refuses a message that no participant's signature vouches for. Each refusal is counted; only some are logged and
+    /// answered, since a flood must not make the unit sign and write at the rate of the flood.
     fn reject(&mut self, now: Instant, claimed: Option<Claimed>, refusal: &Refusal) {
         let event = self.logged.accounts.refused(Interface::Commands, None, refusal);
         if !self.commands.should_report(now) {
@@ -265,8 +268,9 @@ impl Autonomy {
         self.answer(now, claimed, refused.as_ref());
     }
 
-    /// The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far
-    /// ahead, which would lead it to where it is not heard, nor an old one, below which it is not heard either.
+    /// Notes the operator's counter for the report: the console continues above the reported value. Only an order that
+    /// moved the counter is noted. A HOLD from far ahead would lead the console to values that the unit refuses, and so
+    /// would an old order.
     pub(crate) fn heard(&mut self, moved: Option<CommandId>, refused: Option<Reason>) {
         if let Some(newest) = moved {
             self.status.last_command = Some((newest, refused));

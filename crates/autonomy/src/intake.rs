@@ -14,16 +14,16 @@ use wire::sign::Keyring;
 use wire::time::{Age, AgeBound, Echo, Instant};
 use wire::trust::{Accepted, Decoded, Exchange, SessionGate, SessionRecord, SignedReport, Window, Windows};
 
-/// One secure session with the supervisor.
+/// A secure session with the supervisor, seen from the unit.
 #[derive(Clone, Debug)]
 pub struct Session {
     id: SessionId,
     peer: PeerId,
     /// Nonce that the peer is to put into its records.
     nonce: Nonce,
-    /// Nonce that the peer asks us to put into ours.
+    /// Nonce that this unit is to put into its records, on the peer's demand.
     theirs: Option<Nonce>,
-    /// True if an accepted record has used our nonce.
+    /// True once an accepted record has carried the nonce.
     heard: bool,
     ages: AgeBound,
     window: Window,
@@ -52,7 +52,7 @@ impl Session {
         }
     }
 
-    /// Local handle.
+    /// Local handle of the session.
     pub fn id(&self) -> SessionId {
         self.id
     }
@@ -116,12 +116,12 @@ impl Session {
         self.ages.issue(nonce, now);
     }
 
-    /// Our nonce, while the peer has not used it yet: to be said again.
+    /// This unit's nonce, until the peer has used it: to be sent again.
     pub fn introduction(&self) -> Option<Nonce> {
         (!self.heard).then_some(self.nonce)
     }
 
-    /// True if the peer's nonce is known, so that our records can be accepted.
+    /// True if the peer's nonce is known: without it the peer refuses every record but Hello.
     pub fn introduced(&self) -> bool {
         self.theirs.is_some()
     }

@@ -2,8 +2,8 @@
 //!
 //! The gateway grants it over the session, for so long from the moment it wrote the grant. The unit knows that moment
 //! only through the grant's age bound, and takes the earliest it can have been: a delayed grant is worth less, never
-//! more. Only another grant extends a lease, so a stop never has to cross a failed link. Near the end of a planned contact a lease may span the
-//! time to the next one: by the unit's own plan, whatever the grant says.
+//! more. Only another grant extends a lease, so a stop never has to cross a failed link. Near the end of a planned
+//! contact a lease may span the time to the next one: by the unit's own plan, whatever the grant says.
 
 use config::contact::Contacts;
 use wire::mode::Because;
@@ -25,12 +25,14 @@ impl Lease {
         Self { contacts, started, until: None, granted: None }
     }
 
-    /// Takes a grant of `length`, at most `usual` or as long as the contact plan allows, received at `received` and at most `age` old then;
-    /// with no bound of its age (freshness waived) it is taken to be new.
+    /// Takes a grant of `length`, at most `usual` or as long as the contact plan allows, received at `received` and at
+    /// most `age` old then; with no bound of its age (freshness waived) it is taken to be new.
     pub fn grant(&mut self, length: Span, usual: Span, received: Instant, age: Option<Age>) {
         let age = age.map_or(Span::ZERO, Age::upper);
         let longest = self.contacts.lease(received.since(self.started), usual);
         let until = received + Span(length.0.min(longest.0)) - age;
+        // The later end stays: a grant that a relay delayed and that arrives behind a newer one must not shorten the
+        // lease.
         self.until = Some(self.until.map_or(until, |standing| standing.max(until)));
         self.granted = Some(received);
     }

@@ -147,11 +147,12 @@ struct Driving {
     /// Curvature that the plant was asked for last, 1/mm.
     steered: f64,
     mission: Mission,
-    /// A look under way, in place of the mission.
+    /// A look from another side under way, in place of the mission.
     look: Option<Look>,
-    /// Place of the object that was looked at last: the unit came near, and keeps clear of it when it is no longer in view.
+    /// Place of the object of the last look: the unit came near, and keeps clear of the object also when it is out of
+    /// view.
     looked_at: Option<Point>,
-    /// Turning in more moves than one.
+    /// State of turning by backing up.
     turn: Turn,
     /// The guest that drives in place of mission and navigation.
     pilot: Option<Pilot>,
@@ -319,8 +320,8 @@ impl Autonomy {
 
 impl Core for Autonomy {
     fn handle(&mut self, now: Instant, input: &Input) {
-        // A unit that did not run finds that out before it hears anything: what waited for it is younger than what it has
-        // been driving by.
+        // A unit that did not run finds that out before it hears anything: what waited for it is younger than what it
+        // has been driving by.
         if now >= self.next_control + Span::ms(self.identity.bounds.control_period_ms) {
             self.tick(now);
         }

@@ -1,20 +1,21 @@
 //! Localisation, held against odometry.
 //!
-//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely; the unit
-//! drives and reports by it. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
-//! runs away from it. Three tests, each its own guard:
+//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely; the unit drives and
+//! reports by it. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain, runs
+//! away from it. Three tests, each its own guard:
 //!
 //! - the *gate*: the newest fix lies within reach of the anchor (with silence, [`Guard::Localisation`]);
 //! - the *drift* test: fixes do not lie to one side of it for long ([`Guard::Drift`], `drift`);
 //! - the *receiver's time* runs with this host's clock ([`Guard::TimeBase`], `receiver`).
 //!
 //! While one of them fails, no fix is used: pose and anchor use odometry alone, and only fixes that agree again end
-//! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
+//! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it
+//! over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
 //! that the policy waives still reports its findings, and keeps no fix out.
 //!
-//! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from reading to reading. Where
-//! that is reported ([`Localisation::telling_repeats`]), it counts as silent once it has lasted. A reading faster than the body can go
-//! ([`Localisation::at_most`]) is none either.
+//! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from
+//! reading to reading. Where that is reported ([`Localisation::telling_repeats`]), it counts as silent once it has
+//! lasted. A reading faster than the body can go ([`Localisation::at_most`]) is none either.
 //!
 //! A unit that flies has a height on top (`height`).
 //!
@@ -53,19 +54,19 @@ pub struct Localisation {
     newest: Option<Instant>,
     fix: Option<Instant>,
     odometry: Option<(Instant, Odometry)>,
-    /// The reading that the estimates moved by last, and the speed to the left then.
+    /// Time and content of the last odometry that moved the estimates.
     moved_by: Option<(Instant, Previous)>,
-    /// Readings of odometry are means of the time since the one before.
+    /// True if an odometry reading is the mean since the reading before, and not the value at its stamp.
     of_means: bool,
-    /// The newest reading of odometry, new or repeated.
+    /// The newest odometry, also where it repeats the one before.
     heard: Option<Odometry>,
-    /// Time after which repeated readings count as none; never without it.
+    /// Time after which repeated odometry counts as silent; absent: repetition is not judged.
     repeats: Option<Span>,
-    /// Odometry has repeated itself for so long.
+    /// True if odometry has repeated itself for that long.
     stale: bool,
-    /// Greatest speed that odometry is believed, mm/s; any without it.
+    /// Greatest credible speed of odometry, mm/s; absent: no limit.
     fastest: Option<f64>,
-    /// The newest reading of odometry is beyond it.
+    /// True if the newest odometry exceeds that speed.
     impossible: bool,
     track: Option<Estimates>,
     disagrees: bool,
@@ -73,8 +74,7 @@ pub struct Localisation {
     receiver: Receiver,
     /// Height of a unit that flies.
     height: Option<Height>,
-    /// Sideways speed of a unit that leaves the ground: its speed to the left by the newest odometry, mm/s, and the newest of its
-    /// further readings.
+    /// Speed to the left of a unit that leaves the ground, by the newest reading, mm/s.
     slides: Option<f64>,
     spatial: Option<Spatial>,
     limits: Limits,
@@ -83,7 +83,7 @@ pub struct Localisation {
     waived: Waived,
 }
 
-/// The reading before.
+/// Odometry of the last movement.
 #[derive(Clone, Copy, Debug)]
 struct Previous {
     odometry: Odometry,
@@ -97,7 +97,8 @@ struct Estimates {
     anchor: Estimate,
     /// Longest distance that the unit may have gone without odometry, millimetres.
     unobserved: f64,
-    /// Time for which the anchor has followed fixes, seconds; until it has done so for its time constant, it is their mean.
+    /// Time for which the anchor has followed fixes, seconds; until it has done so for its time constant, it is their
+    /// mean.
     followed: f64,
 }
 
@@ -108,28 +109,28 @@ struct Estimate {
 }
 
 impl Localisation {
-    /// With the platform's limits and the tests that the policy waives.
+    /// Localisation under the platform's limits; `passed_over` are the tests that the policy waives.
     pub fn new(limits: Limits, passed_over: Guards) -> Self {
         let height = limits.aloft.as_ref().map(Height::new);
         Localisation { limits, passed_over, height, ..Localisation::default() }
     }
 
-    /// Localisation that takes odometry as silent once it has repeated one reading for `limit`. For odometry with its own noise;
-    /// readings without any repeat honestly.
+    /// Localisation that takes odometry as silent once it has repeated one reading for `limit`. For odometry with its
+    /// own noise; readings without any repeat honestly.
     #[must_use]
     pub fn telling_repeats(self, limit: Span) -> Self {
         Localisation { repeats: Some(limit), ..self }
     }
 
-    /// Localisation that takes odometry as silent while it says that the unit goes faster than its largest speed and a quarter, mm/s. For
-    /// the readings of a known body.
+    /// Localisation that takes odometry as silent while it says that the unit goes faster than its largest speed and a
+    /// quarter, mm/s. For the readings of a known body.
     #[must_use]
     pub fn at_most(self, max_speed_mm_s: u32) -> Self {
         Localisation { fastest: Some(f64::from(max_speed_mm_s) * CLAIMABLE_SPEED), ..self }
     }
 
-    /// Localisation that takes readings of odometry taken for means of the time since the reading before, in place of values at
-    /// their moment.
+    /// Localisation that takes readings of odometry taken for means of the time since the reading before, in place of
+    /// values at their moment.
     #[must_use]
     pub fn of_means(self) -> Self {
         Localisation { of_means: true, ..self }
@@ -143,6 +144,8 @@ impl Localisation {
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
     pub fn take(&mut self, reading: &Navigation, waived: Waived) {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
+        // The trapezoidal rule needs a reading at both ends of the interval: after a gap, and for odometry that is a
+        // mean, the newest reading counts alone.
         let adjacent = |(time, _): &(Instant, Previous)| Some(*time) == self.newest && !self.of_means;
         let before = self.moved_by.filter(adjacent).map(|(_, previous)| previous);
         self.newest = Some(reading.stamp);
@@ -197,7 +200,8 @@ impl Localisation {
             || self.receiver.disagrees() && is_followed(Guard::TimeBase)
     }
 
-    /// Reason that localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
+    /// Reason that localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the
+    /// two.
     pub fn lost(&self, now: Instant, limit: Span) -> Option<Because> {
         let sources = [self.fix, self.odometry.map(|(time, _)| time)];
         let oldest = sources.into_iter().map(Option::unwrap_or_default).min().unwrap_or_default();
@@ -246,7 +250,8 @@ impl Localisation {
         self.waived
     }
 
-    /// True if odometry gives its last reading again, which wheels that turn do not, or at rest none; notes for how long.
+    /// True if odometry gives its last reading again, which wheels that turn do not, or at rest none; notes for how
+    /// long.
     fn repeats_itself(&mut self, reading: &Navigation) -> bool {
         let moves = |odometry: &Odometry| (odometry.speed_mm_s, odometry.yaw_rate_mrad_s) != (0, 0);
         let repeated = self.repeats.is_some() && reading.odometry.filter(moves).is_some_and(|o| self.heard == Some(o));
@@ -261,8 +266,9 @@ impl Localisation {
         self.fastest.is_some_and(|fastest| f64::from(odometry.speed_mm_s).abs() > fastest)
     }
 
-    /// Moves both estimates by the mean of this reading of odometry and the one before (the trapezoidal rule), or by this one alone where there is
-    /// none before: at the end of a turn the heading would then be off by half of the last reading.
+    /// Moves both estimates by the mean of this reading of odometry and the one before (the trapezoidal rule), or by
+    /// this one alone where there is none before: at the end of a turn the heading would then be off by half of the
+    /// last reading.
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64, before: Option<Previous>) {
         let reach = self.speed().abs() * elapsed;
         let left_before = before.and_then(|before| before.left);
@@ -288,6 +294,8 @@ impl Localisation {
         let seen =
             Estimate { at: (f64::from(pose.x_mm), f64::from(pose.y_mm)), yaw: f64::from(pose.yaw_mrad) / 1000.0 };
         let Some(Estimates { anchor, unobserved, .. }) = self.track else {
+            // The first fix is taken as it is: there is nothing yet to hold it against, so a false position before the
+            // start is not detected here.
             self.track = Some(Estimates { pose: seen, anchor: seen, unobserved: 0.0, followed: 0.0 });
             return;
         };
@@ -330,6 +338,8 @@ fn beyond_gate(
 impl Estimates {
     /// Lets a trusted fix correct both. Gives the share of it that the anchor took over.
     fn follow(&mut self, seen: &Estimate, elapsed: f64) -> f64 {
+        // After a way without odometry neither estimate knows better than the fix, so the pose takes the fix over and
+        // the anchor begins a new mean. The gate was widened by that way.
         let regained = self.unobserved > 0.0;
         self.followed = if regained { 0.0 } else { (self.followed + elapsed).min(ANCHOR_S) };
         let share = if self.followed > 0.0 { elapsed / (self.followed + elapsed).min(ANCHOR_S) } else { 1.0 };
@@ -430,7 +440,7 @@ mod tests {
         assert!(followed > 1800.0, "{followed}");
     }
 
-    /// One fix far off is the gate's alone.
+    /// A single fix beyond the gate does not enter the drift test.
     #[test]
     fn single_outlier_is_forgotten_with_the_next_fix() {
         let mut localisation = Localisation::default();
@@ -463,7 +473,7 @@ mod tests {
         assert_eq!(after(|_| (0, 0), true), (false, true), "wheels at rest");
     }
 
-    /// One such reading is of no cost; fixes and the next reading go on.
+    /// A single reading above the body's speed has no effect; fixes and the next reading go on.
     #[test]
     fn odometry_faster_than_the_body_is_silent() {
         let after = |readings: u64, speed_mm_s: i32| {

@@ -1,9 +1,10 @@
-//! A look from another side: a way around a track on which authority was asked for before it was borne out from bearings far enough
-//! apart.
+//! A look from another side: the way around a track for which authority was asked before the track was seen from
+//! bearings far enough apart.
 //!
-//! The unit drives at a slant to the line of sight, so that the track stays in the view of its cameras, and comes nearer by it. With the
-//! bearings it stands and waits for the operator. The look ends with the track or the mode, where the unit is near, and after a time. Fence, obstacles and speed
-//! apply as to any way ([`crate::navigation`]).
+//! The unit drives at a slant to the line of sight: the track stays in view of the cameras, and the unit comes nearer.
+//! With enough bearings the unit stands and waits for the operator. The look ends when the track or the mode ends, when
+//! the unit is near, and after a limited time. Fence, obstacles and speed limits apply as on any way
+//! ([`crate::navigation`]).
 
 use wire::id::TrackId;
 use wire::time::{Instant, Span};
@@ -11,7 +12,8 @@ use wire::time::{Instant, Span};
 use crate::geofence::{Motion, Point, distance};
 use crate::localisation::wrap;
 
-/// Angle between the way and the line of sight, radians: within half of the view of a camera of 90°, with 10° to spare for the way that lags behind.
+/// Angle between the way and the line of sight, radians: within half of the view of a camera of 90°, with 10° to spare
+/// for the way that lags behind.
 const SLANT: f64 = 0.6;
 /// Length of way that is planned ahead, millimetres.
 const AHEAD_MM: f64 = 4000.0;
@@ -24,7 +26,7 @@ const WAIT: Span = Span::s(5);
 /// A look under way.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// The track.
+    /// Track to look at.
     pub track: TrackId,
     /// To which side the unit passes it, as a sign: 1 leaves it on the left.
     side: f64,
@@ -35,7 +37,7 @@ pub struct Look {
 /// Demand of a look on driving.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Aside {
-    /// This way, from where the unit is.
+    /// Drive this way, which begins at the unit.
     Way(Vec<Point>),
     /// To stand: the track is borne out, and the operator may ask again.
     Stand,

@@ -13,7 +13,8 @@ pub(crate) const REACHED_MM: f64 = 1000.0;
 /// Least time between two plans of one leg.
 const REPLAN: Span = Span::s(1);
 
-/// Length by which a way around things that move may be longer than one through their places, millimetres. A longer one is not taken at once.
+/// Length by which a way around things that move may be longer than one through their places, millimetres. A longer one
+/// is not taken at once.
 const DETOUR_MM: f64 = 15_000.0;
 /// Time for which the unit waits for them to go before it takes it.
 const PATIENCE: Span = Span::s(10);
@@ -70,14 +71,15 @@ impl Mission {
         while self.target(0).is_some_and(|target| distance(place, target) <= REACHED_MM) {
             self.legs += 1;
             self.leg = None;
+            // The next point of such a route is the same point, reached already: the loop would not end.
             if self.looped && self.route.len() == 1 {
                 break;
             }
         }
     }
 
-    /// The way from `place` towards the next way point around `moving` places; `None` where the mission is over or there
-    /// is no way now.
+    /// The way from `place` towards the next way point around `moving` places; `None` where the mission is over or
+    /// there is no way now.
     pub fn way(&mut self, place: Point, moving: &[Keepout], now: Instant) -> Option<PlannedWay<'_>> {
         self.pass(place);
         let target = self.target(0)?;
@@ -90,8 +92,9 @@ impl Mission {
         Some(PlannedWay { points, beyond })
     }
 
-    /// The way with its start: around `moving` places, or through them where that saves a long detour for a while, or where there is no way
-    /// around. A unit that follows it stops before them, and backs up: without a way it would stand as long as an actor that waits for it.
+    /// The way with its start: around `moving` places, or through them where that saves a long detour for a while, or
+    /// where there is no way around. A unit that follows it stops before them, and backs up: without a way it would
+    /// stand as long as an actor that waits for it.
     fn plan(&mut self, (start, target): (Point, Point), moving: &[Keepout], now: Instant) -> Option<Vec<Point>> {
         let with_start = |points: Vec<Point>| std::iter::once(start).chain(points).collect::<Vec<_>>();
         let around = self.grid.way(start, target, moving).map(with_start);
@@ -172,8 +175,8 @@ mod tests {
         assert!(way.points.windows(2).all(|ab| to_segment(walker.at, ab[0], ab[1]) >= 2000.0), "{way:?}");
     }
 
-    /// The northernmost place of the way past a wall, where there is a way: at once, before the end of the wait and after it. Something is in the gap at the
-    /// wall's southern end.
+    /// The northernmost place of the way past a wall, where there is a way: at once, before the end of the wait and
+    /// after it. Something is in the gap at the wall's southern end.
     fn northernmost_past(wall: Extent) -> [Option<f64>; 3] {
         let clearance = Clearance { fence: 500.0, wide: 700.0, narrow: 600.0 };
         let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);

@@ -26,9 +26,9 @@ const CREEPING_SHARE: f64 = 0.25;
 /// Request to the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SetPoint {
-    /// Forward, mm/s.
+    /// Forward speed, mm/s.
     pub speed: f64,
-    /// 1/mm, positive to the left.
+    /// Curvature, 1/mm, positive to the left.
     pub curvature: f64,
 }
 
@@ -43,7 +43,7 @@ pub struct Surroundings<'a> {
     pub things: &'a [Obstacle],
     /// Curvature that the plant was asked for last, 1/mm.
     pub steered: f64,
-    /// The fence.
+    /// The mission's fence.
     pub fence: &'a Geofence,
     /// The platform's bounds.
     pub bounds: &'a Bounds,
@@ -84,7 +84,8 @@ pub fn follow(motion: &Motion, way: &PlannedWay<'_>, env: &Surroundings<'_>) -> 
     limit_set_point(SetPoint { speed, curvature }, motion, env)
 }
 
-/// True if a point lies so far within the circle of the sharpest turn towards it that no turn reaches it: the unit would drive around it for ever.
+/// True if a point lies so far within the circle of the sharpest turn towards it that no turn reaches it: the unit
+/// would drive around it for ever.
 fn is_within_turn(motion: &Motion, point: Point, most: f64) -> bool {
     let (sin, cos) = libm::sincos(motion.yaw);
     let (dx, dy) = (point.0 - motion.at.0, point.1 - motion.at.1);
@@ -157,8 +158,9 @@ fn free_ahead(motion: &Motion, env: &Surroundings<'_>) -> f64 {
     stop_within(in_corridor.fold(f64::MAX, f64::min) - f64::from(limits.standoff_mm), limits)
 }
 
-/// The highest speed up to the one that is asked for that leaves the fence guard room. A creeping unit leaves a quarter of it, or less where its arc leads away from the
-/// fence: a wheeled unit turns on no other. A unit without a reverse gear, and one without wheels, creeps in any case.
+/// The highest speed up to the one that is asked for that leaves the fence guard room. A creeping unit leaves a quarter
+/// of it, or less where its arc leads away from the fence: a wheeled unit turns on no other. A unit without a reverse
+/// gear, and one without wheels, creeps in any case.
 pub(crate) fn within_fence(motion: &Motion, requested: SetPoint, env: &Surroundings<'_>) -> f64 {
     let Surroundings { fence, bounds, limits, .. } = *env;
     let creeping = requested.speed.min(f64::from(limits.turning_mm_s) / 2.0);
@@ -180,7 +182,8 @@ fn after_arc(motion: &Motion, distance: f64, curvature: f64) -> Point {
     (motion.at.0 + chord * cos, motion.at.1 + chord * sin)
 }
 
-/// The highest speed up to `speed` that leaves the fence guard room or leads away from the fence; nought where none does.
+/// The highest speed up to `speed` that leaves the fence guard room or leads away from the fence; nought where none
+/// does.
 fn inside_fence(motion: &Motion, speed: f64, env: &Surroundings<'_>) -> f64 {
     let with_speed = |speed: f64| Motion { speed, ..*motion };
     let spare = |speed: f64| env.fence.spare(&with_speed(speed), env.bounds, env.limits);
@@ -231,7 +234,7 @@ mod tests {
         assert!(worst < 1500.0, "{worst}");
     }
 
-    /// It stops before an obstacle ahead, and at once when the mode requires it.
+    /// The unit stops before an obstacle ahead, and at once when the mode requires a stop.
     #[test]
     fn navigation_stops_for_obstacles_and_for_the_mode() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
@@ -246,7 +249,7 @@ mod tests {
         assert_eq!(follow(&motion, &way, &env), SetPoint::default());
     }
 
-    /// It would drive around it for ever; from a stand it backs up (`turn`).
+    /// A point within the turning circle cannot be reached by driving on: the unit stands, and `turn` backs up.
     #[test]
     fn unit_stands_before_a_way_point_within_its_turn() {
         let (fence, bounds) = (fence(), Bounds::GROUND);

@@ -47,7 +47,7 @@ impl Picture {
         self.newest.as_ref()?.nearby.as_deref()
     }
 
-    /// One track.
+    /// The track of this number.
     pub fn track(&self, id: TrackId) -> Option<&Track> {
         self.tracks().iter().find(|track| track.id == id)
     }

@@ -1,10 +1,11 @@
 //! A guest in the place of mission and navigation: when it is asked, and where its set-points go.
 //!
-//! *Bare*, a set-point goes to the plant as it is. *Guarded*, the guest drives inside the guards, the state machine, the fence and the
-//! leases of the platform, as a complex function under run-time assurance does (L. Sha, "Using simplicity to control
-//! complexity", IEEE Software 18(4), 2001; ASTM F3269). Keys, signatures and links stay with the core in both. A guest that
-//! fails drives no more: guarded the unit is stopped, bare the lease of the last set-point ends at the plant. The process, its limits and the form of
-//! its messages are left to others; here are only requests and answers.
+//! *Bare*, a set-point goes to the plant as it is. *Guarded*, the guest drives inside the guards, the state machine,
+//! the fence and the leases of the platform, as a complex function under run-time assurance does (L. Sha, "Using
+//! simplicity to control complexity", IEEE Software 18(4), 2001; ASTM F3269). Keys, signatures and links stay with the
+//! core in both. A guest that fails drives no more: guarded the unit is stopped, bare the lease of the last set-point
+//! ends at the plant. The process, its limits and the form of its messages are left to others; here are only requests
+//! and answers.
 
 use config::setup::Setup;
 use wire::codec::{self, List, Text};
@@ -51,7 +52,8 @@ pub(crate) struct Pilot {
 /// Kind and reason of a guest's failure.
 type Failure = (Fault, Text<MAX_WHY>);
 
-/// Progress of an exchange. A wait is counted in control periods: time in which the core itself did not run is not the guest's.
+/// Progress of an exchange. A wait is counted in control periods: time in which the core itself did not run is not the
+/// guest's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Starting { periods: u32 },
@@ -159,7 +161,8 @@ fn ask(request: Request) -> Output {
 }
 
 impl Autonomy {
-    /// A control period with a guest: asks it, or goes on with its last set-point until it wants to be asked or has another limit.
+    /// A control period with a guest: asks it, or goes on with its last set-point until it wants to be asked or has
+    /// another limit.
     pub(crate) fn pilot(&mut self, now: Instant) {
         let limit = self.guest_limit();
         let Some(pilot) = &mut self.driving.pilot else { return };

@@ -27,7 +27,7 @@ pub struct Seals {
 }
 
 impl Seals {
-    /// For the log of `node` in `boot`; a seal may be at most `limit` old.
+    /// Seals over the log of `node` in `boot`; a seal may be at most `limit` old.
     pub fn new(node: NodeId, boot: Boot, limit: Span) -> Self {
         Seals { node, boot, limit, marks: VecDeque::with_capacity(MARKS), sealed: None, behind: None }
     }
@@ -44,6 +44,7 @@ impl Seals {
 
     /// Takes an accepted seal.
     pub fn take(&mut self, received: Instant, seal: &Seal) {
+        // A head of an earlier boot does not count: its counter belongs to another log.
         let our_head = seal.heads.iter().find(|head| head.node == self.node && head.boot == self.boot);
         if let Some(head) = our_head {
             self.sealed = Some((received, head.counter));
@@ -51,8 +52,8 @@ impl Seals {
         }
     }
 
-    /// Time for which the own log has been without a seal over all of it, at least since the newest came; none before the first.
-    /// An entry without one for just the limit is so for too long.
+    /// Time for which the own log has been without a seal over all of it, at least since the newest came; none before
+    /// the first. An entry without one for just the limit is so for too long.
     pub fn age(&self, now: Instant) -> Option<Span> {
         let (time, sealed) = self.sealed?;
         let marks = self.behind.iter().chain(&self.marks);

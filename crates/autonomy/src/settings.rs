@@ -1,7 +1,7 @@
 //! Joint safety of an operator's settings, and the bounds under them.
 //!
-//! Each value is in its range by the schema (`wire::settings`). Here: that a unit which loses its place at full speed at
-//! the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
+//! Each value is in its range by the schema (`wire::settings`). Here: that a unit which loses its place at full speed
+//! at the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
 //! Derived in `docs/reference/bounds.md`. In which mode settings may change is left to `transition`.
 
 use config::platform::Limits;

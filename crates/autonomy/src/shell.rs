@@ -1,11 +1,18 @@
-//! The shell around driving: the fastest speed from which the body, along the arc that it is asked to follow, still stops before the nearest thing.
-//! It brakes as driving plans to (`comfort_mm_s2`): a set-point that falls as fast as the brakes allow is not followed in time.
+//! The shell around driving: the fastest speed at which the body, on the arc that it is to follow, still stops before
+//! the nearest thing.
 //!
-//! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
-//! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
-//! along it and away, not nearer, and within that of a person only away. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
-//! back: at no moment of that may the two meet. Past a person who stands it goes so slowly that it stands before they meet if that one walks off, or creeps. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
-//! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
+//! Things come from the map and from perception ([`crate::things`]), each with its extent. The body is its rectangle,
+//! grown by a margin. The shell plans with the brakes of driving (`comfort_mm_s2`): a set-point that falls
+//! as fast as the brakes allow is not followed in time.
+//!
+//! - *Within the margin of a thing*: the body may move along the thing and away, not nearer; within the margin of a
+//!   person, only away.
+//! - *A moving thing* may go on, stop or turn back while the unit brakes as hard as it surely can. At no moment may the
+//!   two meet: passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited
+//!   field-of-views in dynamic environments*, Autonomous Robots 32, 2012).
+//! - *A standing person* may walk off. The unit passes so slowly that it stands before the two can meet, or creeps.
+//!
+//! The way is left to `navigation` and to guests. World frame, millimetres.
 
 use config::platform::Limits;
 use wire::bounds::Bounds;
@@ -14,24 +21,27 @@ use crate::extent::Extent;
 use crate::geofence::Motion;
 use crate::things::Obstacle;
 
-/// Room around the body: four deviations of a fix (160 mm) and the way by which steering lags behind.
+/// Room around the body, millimetres: four deviations of a fix (160 mm) and the way by which steering lags behind.
 const SPARE_MM: f64 = 250.0;
-/// Share of the room to something that the unit is beside already, the part that its rear takes when it turns away.
+/// Room given up to something that the unit stands beside already, millimetres: the swing of the rear when the unit
+/// turns away.
 const SWING_MM: f64 = 30.0;
-/// And the least that is left by that.
+/// Least room that is left after [`SWING_MM`], millimetres.
 const LEAST_MM: f64 = 60.0;
-/// Between two places of the body along an arc: less than the thinnest thing that counts, with the margin on both sides.
+/// Distance between two tested places along an arc, millimetres: less than the thinnest thing that counts, with the
+/// margin on both sides.
 const STEP_MM: f64 = 150.0;
-/// Way by which a step away from a person comes away at least: a third of it.
+/// Least gain of distance from a person by one step that counts as leaving, millimetres: a third of the step.
 const LEAVES_MM: f64 = 50.0;
-/// Between two moments of braking, seconds: in 0.1 s the two come nearer by less than the margin.
+/// Time between two tested moments of braking, seconds: in 0.1 s unit and thing come nearer by less than the margin.
 const TICK_S: f64 = 0.1;
 /// Speed with which a person who stands is passed however near, mm/s: the body stands within 0.03 m.
 const CREEPS_MM_S: f64 = 300.0;
 /// Steps in which the speed is lowered until nothing is met.
 const SLOWER: u32 = 8;
 
-/// The two decelerations of a unit, as driving plans it and as it surely can, mm/s², and the time before either begins, seconds.
+/// The two decelerations of a unit, as driving plans it and as it surely can, mm/s², and the time before either begins,
+/// seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Brakes {
     comfort: f64,
@@ -47,8 +57,8 @@ impl Brakes {
     }
 }
 
-/// The fastest forward speed up to `speed` on an arc of `curvature` that leaves room to stop. Steering takes time to follow, so the arc between
-/// is looked at too: from the curvature of now, `before`.
+/// The fastest forward speed, at most `speed`, that leaves room to stop on an arc of `curvature`. Steering lags, so the
+/// present curvature `before` and the mean of the two are tested too.
 pub fn speed_along(
     motion: &Motion,
     (speed, curvature, before): (f64, f64, f64),
@@ -59,7 +69,7 @@ pub fn speed_along(
     within_room(motion, (speed, [curvature, before, (curvature + before) / 2.0]), STEP_MM, things, (brakes, limits))
 }
 
-/// The reversed set-point, the speed without its sign.
+/// The fastest backward speed, at most `speed`, that leaves room to stop on an arc of `curvature`; without a sign.
 pub fn speed_back(
     motion: &Motion,
     (speed, curvature): (f64, f64),
@@ -112,7 +122,8 @@ fn within_room<const ARCS: usize>(
     slower.filter(|speed| *speed > creeping).chain([creeping]).find(|speed| may(*speed)).unwrap_or(0.0)
 }
 
-/// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at one time.
+/// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at
+/// one time.
 fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brakes: Brakes, limits: &Limits) -> bool {
     let mut body = body_of(motion, limits);
     let (mut passed, mut left) = (0.0, speed.abs());
@@ -143,7 +154,8 @@ fn body_of(motion: &Motion, limits: &Limits) -> Extent {
     Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) }
 }
 
-/// The body `step` further on an arc. Wheels that do not steer do not slide: their axle follows the heading, and the middle swings about it.
+/// The body `step` further on an arc. Wheels that do not steer do not slide: their axle follows the heading, and the
+/// middle swings about it.
 fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
     let (sin, cos) = libm::sincos(curvature * step);
     let (axis, axle_behind) = (body.axis, f64::from(limits.rear_axle_mm));
@@ -152,7 +164,8 @@ fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
     Extent { at: (axle.0 + axle_behind * axis.0, axle.1 + axle_behind * axis.1), axis, ..*body }
 }
 
-/// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most `reach`.
+/// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most
+/// `reach`.
 fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
     let mut body = body_of(motion, limits);
     let rooms: Vec<Kept> = things.iter().map(|thing| Kept::between(thing, &body)).collect();

@@ -1,7 +1,8 @@
-//! Time-tagged orders in the core: stored as they come, carried out at their time, void when the unit is no longer as the operator saw it.
+//! Time-tagged orders in the core: stored as they come, carried out at their time, void when the unit is no longer as
+//! the operator saw it.
 //!
-//! An order away from safe was given for the mode that the operator saw: any change of mode voids it, and so does a HOLD, or the loss
-//! of the session at the broker. One towards safe stays. The table is `command::schedule`'s.
+//! An order away from safe was given for the mode that the operator saw: any change of mode voids it, and so does a
+//! HOLD, or the loss of the session at the broker. One towards safe stays. The table is `command::schedule`'s.
 
 use wire::event::{Event, Interface};
 use wire::policy::{Check, Requirement};
@@ -42,8 +43,10 @@ impl Autonomy {
         }
     }
 
-    /// Reason not to carry out a stored order whatever the mode: its window is over, or its operator has been revoked meanwhile.
+    /// Reason not to carry out a stored order whatever the mode: its window is over, or its operator has been revoked
+    /// meanwhile.
     fn unfit(&self, now: Instant, order: &Ordered, excess: Option<Span>) -> Option<Refusal> {
+        // The order was admitted before the revocation came; its operator is asked for again now.
         let required = self.identity.policy.check(Check::Revocation) == Requirement::Required;
         let revoked = || self.revoked.check_admitted(order.id().operator, now).err().filter(|_| required);
         excess.map(|over| Refusal::Missed { over }).or_else(revoked)

@@ -35,9 +35,9 @@ pub struct StatusRecord {
     pub cause: Cause,
     /// The last order that was accepted and, if it was refused, why.
     pub last_command: Option<(CommandId, Option<Reason>)>,
-    /// Checks that were waived on the way of the lease.
+    /// Checks that the newest grant passed by waiver.
     pub lease_waived: Waived,
-    /// Number of times that our session at the broker was lost.
+    /// Number of times that the unit's session at the broker was lost.
     pub sessions_lost: u32,
     /// Values that an operator has set.
     pub settings: Option<Settings>,
@@ -46,9 +46,9 @@ pub struct StatusRecord {
 /// Contents of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct Sources<'a> {
-    /// Reporting unit.
+    /// Identity of the reporting unit.
     pub identity: &'a Identity,
-    /// The machine.
+    /// State machine, with the authority that it holds.
     pub machine: &'a Machine,
     /// Guards that fail now.
     pub failing: Guards,
@@ -58,11 +58,11 @@ pub struct Sources<'a> {
     pub status: &'a StatusRecord,
     /// Pose and speed.
     pub localisation: &'a Localisation,
-    /// Tracks.
+    /// The newest accepted tracks.
     pub picture: &'a Picture,
     /// Lines of sight to them.
     pub bearings: &'a Bearings,
-    /// Progress.
+    /// Mission, for its progress.
     pub mission: &'a Mission,
     /// The command nonce.
     pub commands: &'a CommandGate,
@@ -70,7 +70,7 @@ pub struct Sources<'a> {
     pub watched: Option<Echo>,
     /// Contact by the plan.
     pub contact: Option<ReportedContact>,
-    /// Newest crops.
+    /// Newest crops of a track.
     pub crops: &'a Crops,
 }
 

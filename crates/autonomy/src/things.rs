@@ -1,8 +1,9 @@
-//! Things around the unit with their extents: the map's, and those that perception showed, kept in mind until their place was seen empty.
+//! Things around the unit with their extents: from the map, and from perception, which are kept until their
+//! place was seen empty.
 //!
-//! A track says where the middle of a thing is and of which class; its extent is the largest that corroboration takes for that class. LiDAR
-//! alone shows the things near on all sides: their places, widths and velocities. For how long a thing that is lost from view is kept is
-//! `kept`'s to say. World frame, millimetres.
+//! A track gives the middle and the class of a thing; its extent is the largest that corroboration takes for that
+//! class. LiDAR alone gives the near things on all sides, with places, widths and velocities. The time for which a
+//! thing out of view is kept is left to `kept`. World frame, millimetres.
 
 mod kept;
 
@@ -22,10 +23,11 @@ use crate::things::kept::{Kept, half};
 const MOST: usize = NEARBY + 16;
 /// A track this near to something on the map is that thing, unless it is a person.
 const ON_THE_MAP_MM: f64 = 1500.0;
-/// A place that LiDAR shows this near to something on the map is of that: four deviations of a followed place. No farther, for a person may stand beside a wall.
+/// A place that LiDAR shows this near to something on the map is of that: four deviations of a followed place. No
+/// farther, for a person may stand beside a wall.
 const SIDE_OF_THE_MAP_MM: f64 = 250.0;
-/// Speed from which a track is not that thing, mm/s. A slope through places with deviations of 0.4 m, ten a second, has one of 0.24 m/s after
-/// 1.5 s: four of these.
+/// Speed from which a track is not that thing, mm/s. A slope through places with deviations of 0.4 m, ten a second, has
+/// one of 0.24 m/s after 1.5 s: four of these.
 const LEAVES_THE_MAP_MM_S: f64 = 1000.0;
 /// Share of its way by which a thing that moves may be aside of its direction: it turns by 45°.
 const ASIDE: f64 = 0.7;
@@ -39,7 +41,7 @@ const TEAMMATE_MM: f64 = 1000.0;
 /// Something with an extent and a height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thing {
-    /// Its extent.
+    /// Extent on the ground.
     pub extent: Extent,
     /// Height of its top above the ground, millimetres.
     pub top: f64,
@@ -48,9 +50,9 @@ pub struct Thing {
 /// Something that the body must not touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Its extent.
+    /// Extent on the ground.
     pub extent: Extent,
-    /// Its velocity, mm/s; zero of something that stands.
+    /// Velocity, mm/s; zero of something that stands.
     pub velocity: Point,
     /// True if it may walk off from standing: a person, or a thing of such a size by LiDAR.
     pub may_walk: bool,
@@ -62,7 +64,8 @@ impl Obstacle {
         self.velocity != (0.0, 0.0)
     }
 
-    /// The region in which it can be after a given number of seconds: going on, standing still or turning back, and somewhat aside; walking off to any side.
+    /// The region in which it can be after a given number of seconds: going on, standing still or turning back, and
+    /// somewhat aside; walking off to any side.
     pub fn extent_after(&self, seconds: f64) -> Extent {
         let speed = libm::hypot(self.velocity.0, self.velocity.1);
         if speed <= 0.0 {
@@ -74,7 +77,7 @@ impl Obstacle {
     }
 }
 
-/// All of them.
+/// Things of the map and things that perception showed.
 #[derive(Clone, Debug)]
 pub struct Things {
     map: Arc<[Thing]>,
@@ -93,7 +96,7 @@ impl Thing {
 }
 
 impl Things {
-    /// Things of the map included.
+    /// Knowledge of `map` alone, before the first picture.
     pub fn new(map: Arc<[Thing]>, now: Instant) -> Self {
         Things { map, kept: Vec::new(), updated: now }
     }
@@ -178,7 +181,8 @@ impl Things {
     }
 }
 
-/// Distance that a way keeps to a thing that is on no map, from middle to middle: half of both, and the room that the shell and a cut curve take.
+/// Distance that a way keeps to a thing that is on no map, from middle to middle: half of both, and the room that the
+/// shell and a cut curve take.
 pub fn keep_clear(class: Class, body_width: f64) -> f64 {
     half(class) + body_width / 2.0 + ROOM_MM
 }
@@ -328,7 +332,7 @@ mod tests {
         assert_eq!(count(&things), 1);
     }
 
-    /// Which keeps its class, and is one thing.
+    /// A person shown by LiDAR alone keeps the class, and stays one thing.
     #[test]
     fn person_who_leaves_the_view_is_followed_by_lidar() {
         let mut things = Things::new(Arc::from([]), Instant(0));

@@ -1,14 +1,15 @@
 //! The transitions: the only place where a next state is built.
 //!
-//! [`Machine::step`] takes the machine, one [`Stimulus`] and the [`Context`] it is judged in, and gives the next machine
-//! with its [`Effect`]s. Its arms make no decision themselves: each calls one typed, consuming transition, with
+//! [`Machine::step`] takes the machine, one [`Stimulus`] and the [`Context`] it is judged in, and gives the next
+//! machine with its [`Effect`]s. Its arms make no decision themselves: each calls one typed, consuming transition, with
 //! the proofs that it needs as arguments.
 //!
 //! The diagram and the whole table are drawn from this code by [`table`] and committed as `docs/state-machine.md`.
 //!
 //! Guarantees by construction:
 //! - `Ready` cannot be entered without [`Healthy`], which only `health` gives, and only when no required guard fails.
-//! - `PrepareToAct` cannot be entered without an accepted [`Arm`] order, [`Healthy`] and the ordered track [`Designated`].
+//! - `PrepareToAct` cannot be entered without an accepted [`Arm`] order, [`Healthy`] and the ordered track
+//!   [`Designated`].
 //! - Leaving `PrepareToAct` moves its authority out; there is no state that could hold it elsewhere.
 //! - `HoldSafe` cannot be left without an accepted [`Resume`] order and [`Healthy`].
 //!
@@ -58,7 +59,7 @@ pub enum Stimulus<'a> {
 /// Context in which a step is judged.
 #[derive(Debug)]
 pub struct Context<'a> {
-    /// Now.
+    /// Time of the step.
     pub now: Instant,
     /// The guards as judged now.
     pub health: &'a Health,
@@ -99,16 +100,16 @@ pub enum Effect {
         from: Mode,
         /// Mode after.
         to: Mode,
-        /// Cause.
+        /// Cause of the change.
         cause: Cause,
         /// The first link of the chain behind the cause.
         because: Because,
         /// All guards that failed at the time, waived ones too.
         failing: Guards,
     },
-    /// Authority began.
+    /// Authority began, and may be used once.
     Minted {
-        /// Serial.
+        /// Serial of the authority.
         authority: u32,
         /// World it is bound to.
         world: WorldId,
@@ -125,7 +126,7 @@ pub enum Effect {
     Acted(Spent),
     /// The order was not carried out.
     Refused(Refusal),
-    /// These values hold from now on.
+    /// An operator's values hold from now on.
     Configured(Settings),
 }
 
@@ -201,7 +202,7 @@ impl Ready {
         Degraded::from_loss(loss, now)
     }
 
-    /// Stops.
+    /// Stops for a reason.
     pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
         HoldSafe { stopped: Stopped }
     }
@@ -230,7 +231,7 @@ impl PrepareToAct {
         (Degraded::from_loss(loss, now), self.authority.revoke(cause))
     }
 
-    /// Stops.
+    /// Stops, and revokes the authority.
     pub fn hold(self, stop: &Stop<'_>) -> (HoldSafe, Revoked) {
         (HoldSafe { stopped: Stopped }, self.authority.revoke(stop.cause_chain().0))
     }
@@ -258,7 +259,7 @@ impl Degraded {
         Ready { healthy }
     }
 
-    /// Stops.
+    /// Stops for a reason.
     pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
         HoldSafe { stopped: Stopped }
     }
@@ -275,7 +276,7 @@ impl HoldSafe {
 // The step: which transition, from what was judged or ordered.
 
 impl Machine {
-    /// One step. At most one transition; the effects are in the order in which they came about.
+    /// Takes one stimulus: at most one transition. The effects are in the order in which they came about.
     #[must_use]
     pub fn step(self, stimulus: Stimulus<'_>, ctx: &mut Context<'_>) -> (Machine, Effects) {
         let from = self.mode();
@@ -404,7 +405,8 @@ impl Machine {
         }
     }
 
-    /// Values are set before the mission begins and never under way: the limits of the guards do not change beneath them.
+    /// Values are set before the mission begins and never under way: the limits of the guards do not change beneath
+    /// them.
     fn configure(self, order: &Given<'_, Configure>, effects: &mut Effects) -> Next {
         match self {
             Machine::Idle(idle) => {

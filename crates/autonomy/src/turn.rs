@@ -1,9 +1,10 @@
-//! Turning in more moves than one: where the way ahead cannot be followed from where the unit stands, it backs up with its wheels the other
-//! way, as a driver turns in a narrow street, and goes on from there.
+//! Turning in more moves than one: where the unit cannot follow the way ahead from where it stands, it backs up with
+//! its wheels turned the other way, as a driver turns in a narrow street, and goes on from there.
 //!
-//! The recovery by backing up is that of Nav2 (Macenski, Martín, White and Ginés Clavero, *The Marathon 2: A Navigation System*, IROS 2020),
-//! on an arc. A move is slow and short, and only while LiDAR looks behind. Where it does not help, the next ones go straight back and farther: who comes to a gate
-//! at an angle needs the way to straighten. The way is left to `mission`, following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
+//! The recovery is that of Nav2 (Macenski, Martín, White and Ginés Clavero, *The Marathon 2: A Navigation System*, IROS
+//! 2020), on an arc. A move is slow and short, and needs LiDAR to look behind. Where one move does not help, the next
+//! ones go straight back and farther: a unit that comes to a gate at an angle needs the way to straighten. The way is
+//! left to `mission`, following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
 
 use wire::time::{Instant, Span};
 
@@ -15,7 +16,7 @@ use crate::shell;
 const STANDS_MM_S: f64 = 100.0;
 /// Time for which it stands before it backs up.
 const PATIENCE: Span = Span::s(2);
-/// Way of one move, at most and at least, millimetres.
+/// Way of the first move, at most, and of any move, at least, millimetres.
 const BACK_MM: f64 = 2000.0;
 const LEAST_MM: f64 = 300.0;
 /// Factor up to which the way grows from try to try.
@@ -24,7 +25,7 @@ const FARTHER: u32 = 3;
 const AGAIN_MM: f64 = 8000.0;
 /// Speed of a move, mm/s.
 const BACK_MM_S: f64 = 500.0;
-/// A move takes no longer than this, and than its way at half of the speed.
+/// Time that a move may take beyond its way at half of the speed, milliseconds.
 const LONGEST_MS: f64 = 2000.0;
 
 /// State of turning.
@@ -32,7 +33,7 @@ const LONGEST_MS: f64 = 2000.0;
 pub struct Turn {
     stands: Option<Instant>,
     back: Option<Back>,
-    /// Place of the first of the moves that are tries of one, and how many there were.
+    /// Place of the first of several tries of one move, and their number.
     tries: Option<(Point, u32)>,
 }
 
@@ -73,8 +74,8 @@ impl Turn {
         requested
     }
 
-    /// Begins a move: first on the arc with the most room, of that which turns on, straight back, and that which was come by; then straight back, where there
-    /// is room. None without room or reverse gear.
+    /// Begins a move: first on the arc with the most room, of that which turns on, straight back, and that which was
+    /// come by; then straight back, where there is room. None without room or reverse gear.
     fn begin(&mut self, curvature: f64, motion: &Motion, env: &Surroundings<'_>, now: Instant) {
         if env.limits.reverse_mm_s == 0 {
             return;
@@ -157,7 +158,7 @@ mod tests {
         assert_eq!((backs((-1500.0, -500.0)), backs((-5000.0, 3500.0))), (false, true), "behind it and farther away");
     }
 
-    /// It creeps as far as forwards. From the margin it backs away.
+    /// Backwards the unit creeps up to the margin as it does forwards; from the margin it backs away.
     #[test]
     fn unit_does_not_back_over_the_fences_margin() {
         let fence = fence(-2400);

@@ -33,7 +33,7 @@ pub enum Verb {
 }
 
 impl Verb {
-    /// Both verbs.
+    /// Every verb.
     pub const ALL: [Verb; 2] = [Verb::Publish, Verb::Subscribe];
 }
 
@@ -49,16 +49,16 @@ impl fmt::Display for Verb {
 /// The two kinds of subject on the command plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Family {
-    /// `hs/cmd/…`
+    /// Commands to a unit, `hs/cmd/<unit>`.
     Command,
-    /// `hs/ack/…`
+    /// Acknowledgements of a unit, `hs/ack/<unit>`.
     Ack,
 }
 
 /// A topic filter of the closed set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Pattern {
-    /// One subject.
+    /// One unit's subject.
     One(Subject),
     /// Every unit's subject of a family: the filter that ends in `+`.
     Every(Family),
@@ -151,7 +151,7 @@ pub enum Refusal {
     /// Longer than any topic of the command plane.
     #[error("expected a topic of 1 to {MAX_TOPIC_LEN} bytes, got {got}")]
     TopicLength {
-        /// Its length in bytes.
+        /// Length of the topic or filter in bytes.
         got: usize,
     },
 }
@@ -185,7 +185,7 @@ pub fn grant(peer: PeerId, verb: Verb) -> Option<Pattern> {
     }))
 }
 
-/// Asks the table.
+/// Checks that the table grants `got` to `peer` for `verb`.
 pub fn permit(peer: PeerId, verb: Verb, got: Pattern) -> Result<(), Refusal> {
     let expected = grant(peer, verb);
     match expected {
@@ -194,8 +194,8 @@ pub fn permit(peer: PeerId, verb: Verb, got: Pattern) -> Result<(), Refusal> {
     }
 }
 
-/// Answer of the table, if it stands. If the policy waives it (`Check::Rights`), an ungranted topic passes; a topic outside
-/// the command plane never does.
+/// Applies the policy to an answer of the table. If the policy waives the table (`Check::Rights`), an ungranted topic
+/// passes; a topic outside the command plane never does.
 pub fn apply_policy(rights: Requirement, requested: Result<(), Refusal>) -> Result<(), Refusal> {
     match requested {
         Err(Refusal::NotGranted { .. }) if rights == Requirement::Waived => Ok(()),
@@ -205,6 +205,7 @@ pub fn apply_policy(rights: Requirement, requested: Result<(), Refusal>) -> Resu
 
 /// Reads a topic name and asks whether `peer` may publish to it.
 pub fn permit_topic(peer: PeerId, topic: &str) -> Result<Subject, Refusal> {
+    // The length first: later refusals keep the text, which bounds their log lines.
     check_text(topic)?;
     let subject = subject(topic)?;
     permit(peer, Verb::Publish, Pattern::One(subject))?;
@@ -239,7 +240,7 @@ fn family(subject: Subject) -> Family {
     }
 }
 
-/// The vehicle that this certificate is of, when it is of one.
+/// Unit of the certificate; absent where it is no unit's.
 fn vehicle(peer: PeerId) -> Option<UnitId> {
     wire::trust::unit_of(peer)
 }
@@ -252,7 +253,7 @@ fn granted(pattern: &Option<Pattern>) -> String {
 mod tests {
     use super::*;
 
-    /// One of each kind of identity.
+    /// Identities of each kind.
     const PEERS: [&str; 15] = [
         "unit-a",
         "unit-b",

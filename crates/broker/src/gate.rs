@@ -52,18 +52,18 @@ pub enum Event {
 /// Reason that the live broker refused a connection or a packet.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Denial {
-    /// As many connections as are allowed stand already.
+    /// The broker has as many connections as are allowed.
     #[error("expected at most {expected} connections, got one more")]
     Connections {
-        /// The bound.
+        /// Most connections of the broker.
         expected: usize,
     },
-    /// One identity may hold a session and a second connection that takes it over, no more.
+    /// The identity has as many connections as are allowed: its session, and a second one that takes the session over.
     #[error("expected at most {expected} connections of {peer}, got one more")]
     ConnectionsOfPeer {
         /// Peer of the certificate.
         peer: PeerId,
-        /// The bound.
+        /// Most connections of one identity.
         expected: usize,
     },
     /// The TLS handshake was refused: no certificate, a foreign one, a wrong version; the fault has its own name.
@@ -102,7 +102,7 @@ pub enum Denial {
         /// The client id in CONNECT.
         got: String,
     },
-    /// A will would speak for a peer after its session has ended.
+    /// The client has a will, which would be published in the peer's name after its session has ended.
     #[error("expected no will of {peer}, got one for `{got}`")]
     Will {
         /// Peer that the handshake authenticated.
@@ -110,7 +110,7 @@ pub enum Denial {
         /// The topic of the will.
         got: String,
     },
-    /// The table of rights does not grant it to `peer`.
+    /// The table of rights does not grant the topic or filter to `peer`.
     #[error("{refusal} (session of {peer})")]
     Access {
         /// Peer that the handshake authenticated.
@@ -179,7 +179,7 @@ impl Events {
         self.lost.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The count of events that were not reported; lives on when the queue has ended.
+    /// Number of events that were not reported; readable after the queue has ended.
     pub(crate) fn lost(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.lost)
     }
@@ -204,7 +204,7 @@ impl Gate {
         Self { peer, rights, events, open, admitted: AtomicBool::new(false), denials: AtomicU32::new(0) }
     }
 
-    /// The session stands; one of the same identity that stood before is taken over.
+    /// Admits the session; one of the same identity that stood before is taken over.
     fn admit(&self) {
         let first = !self.admitted.swap(true, Ordering::Relaxed);
         if first && self.open[self.peer].fetch_add(1, Ordering::Relaxed) > 0 {
@@ -213,7 +213,7 @@ impl Gate {
         self.events.note(Event::Admitted { peer: self.peer });
     }
 
-    /// Peer that came in by this gate, if it was opened.
+    /// Peer of the session, once admitted.
     pub(crate) fn admitted(&self) -> Option<PeerId> {
         self.admitted.load(Ordering::Relaxed).then_some(self.peer)
     }
@@ -223,6 +223,7 @@ impl Gate {
         if connect.protocol_version != PROTOCOL_LEVEL {
             return Err(Denial::ProtocolLevel { peer, got: connect.protocol_version });
         }
+        // A session belongs to a client id: under another's id a peer would end that session and take its place.
         if connect.client_id != peer.to_string() {
             return Err(Denial::ClientId { expected: peer, got: shown(&connect.client_id) });
         }

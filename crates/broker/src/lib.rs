@@ -5,10 +5,11 @@
 //! `gateway` and `autonomy`.
 //!
 //! - [`acl`] is the table of rights and the one place that reads it.
-//! - [`Broker`], in this file, is the model of the live broker: who receives a publication, without payloads, queues
-//!   or time. The twin routes with it.
-//! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (rights of one connection).
-//!   TLS, identity, rights and bounds are ours; packets, sessions and routing come from the `mqtt5` crate.
+//! - [`Broker`], in this file, is the model of the live broker: who receives a publication, without payloads, queues or
+//!   time. The twin routes with it.
+//! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (rights of one
+//!   connection). TLS, identity, rights and bounds are of this crate; packets, sessions and routing come from the
+//!   `mqtt5` crate.
 //! - [`watched`] runs it between two real clients, for an observer's view of the traffic.
 //! - [`audit`] gives its events in the words of the audit log; [`process`] starts it from a service spec.
 //!

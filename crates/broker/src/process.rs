@@ -47,19 +47,19 @@ pub struct Config {
 /// Reason that the process did not serve.
 #[derive(Debug, Error)]
 pub enum ProcessError {
-    /// The specification.
+    /// The specification cannot be read.
     #[error(transparent)]
     Spec(#[from] SpecError),
     /// The specification has no `broker` part.
     #[error("expected a specification of a broker, got one without a `broker` part")]
     NotBroker,
-    /// The `config` part.
+    /// The `config` part does not parse.
     #[error("broker config does not parse: {0}")]
     Config(#[from] serde_json::Error),
-    /// The runtime or the watch on standard input.
+    /// The runtime or the watch on standard input failed.
     #[error("process: {0}")]
     Io(#[from] io::Error),
-    /// The server.
+    /// The server did not start.
     #[error(transparent)]
     Start(#[from] StartError),
 }

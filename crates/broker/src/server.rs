@@ -1,8 +1,8 @@
-//! The live broker: our own TLS front and bounds around the packet handling and routing of `mqtt5`.
+//! The live broker: TLS front and bounds of this crate around the packet handling and routing of `mqtt5`.
 //!
-//! It listens on a loopback port that the system chooses. Each connection is counted, handshaken under a time limit,
-//! tied to the identity in its certificate, and given its own [`crate::gate`]. All state is in memory and dies with
-//! the session; no message is retained, there are no `$SYS` topics, and every queue has a bound.
+//! The broker listens on a loopback port that the system chooses. Each connection is counted, handshaken under a time
+//! limit, tied to the identity in its certificate, and given its own [`crate::gate`]. All state is in memory and dies
+//! with the session; no message is retained, there are no `$SYS` topics, and every queue has a bound.
 //!
 //! Not used on purpose: the server of `mqtt5` itself, which trusts the client id, accepts TLS 1.2 and handshakes
 //! inside its accept loop. The meaning of a publication is left to the services; the log and the end of the process to
@@ -169,7 +169,7 @@ impl Drop for Server {
     }
 }
 
-/// Whom it takes for whom.
+/// Authority and revocations by which clients are authenticated.
 struct Trust {
     acceptor: TlsAcceptor,
     verifier: CertificateVerifier,
@@ -236,7 +236,8 @@ fn bounds(limits: ServerLimits) -> BrokerConfig {
     }
 }
 
-/// The bounds on rates. The library asks only for the bounds of messages and bytes; connections are counted by our front.
+/// The bounds on rates. The library asks only for the bounds on messages and bytes; connections are counted by
+/// [`admit`].
 fn rates(limits: ServerLimits) -> ResourceLimits {
     ResourceLimits {
         max_connections: limits.connections,
@@ -277,14 +278,14 @@ async fn accept(listener: TcpListener, front: Arc<Front>, mut stop: broadcast::R
     }
 }
 
-/// A task of ours ends by returning; anything else is a defect.
+/// Reports a task that did not end by returning: a defect.
 fn report(ended: Result<(), tokio::task::JoinError>) {
     if let Err(error) = ended {
         tracing::error!(%error, "a task failed");
     }
 }
 
-/// Counts a connection and serves it in its own task, so that a silent peer delays no other.
+/// Counts a connection and serves it in its own task: a silent peer delays no other.
 fn admit(connections: &mut JoinSet<()>, front: &Arc<Front>, stream: TcpStream, from: SocketAddr) {
     let Ok(permit) = Arc::clone(&front.connections).try_acquire_owned() else {
         front.events.note(Event::Denied(Denial::Connections { expected: front.limits.connections }));
@@ -326,6 +327,8 @@ async fn serve(
         },
     };
     let peer = tls::principal(stream.get_ref().1.peer_certificates())?;
+    // Only the certificate tells whose connection this is, so the bound of an identity comes after the handshake; until
+    // then the bound on all connections and the time limit hold.
     let Ok(_slot) = Arc::clone(&front.of_peer[peer]).try_acquire_owned() else {
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
@@ -384,7 +387,7 @@ impl Trust {
     }
 }
 
-/// Reason that a handshake failed; an error without the TLS stack's own word is a broken handshake.
+/// Reason for which a handshake failed. An error that the TLS stack did not name counts as a broken handshake.
 fn refused(error: &io::Error) -> Refused {
     let cause = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
     Refused { fault: cause.map_or(Fault::Handshake, Fault::from_tls), got: error.to_string() }

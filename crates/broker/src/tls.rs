@@ -1,7 +1,7 @@
-//! The TLS front: the proof that a client gives before a byte of MQTT is read, and the identity it then has.
+//! The TLS front: the authentication of a client before a byte of MQTT is read, and the client's identity.
 //!
-//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::certificates` holds it. The rights of the
-//! identity are [`crate::acl`].
+//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption; `link::certificates` enforces
+//! it. Rights of the identity are in [`crate::acl`].
 
 use std::sync::Arc;
 

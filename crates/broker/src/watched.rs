@@ -1,8 +1,8 @@
-//! The live broker between two real clients, with a passive observer on both their paths who reads every byte.
+//! The live broker between two real clients, with a passive observer on the paths of both who reads every byte.
 //!
-//! Broker and clients are as in a live run, over loopback at ports that the system chooses: the MQTT library takes
-//! only a socket. No step waits for time to pass: each publication has come out at its end before the next is made. The reading
-//! that the observer may make is left to the caller (`stacks`).
+//! Broker and clients are as in a live run, over loopback at ports that the system chooses: the MQTT library takes only
+//! a socket. No step waits for time to pass: each publication is delivered before the next is made. Conclusions that
+//! the observer may draw are left to the caller (`stacks`).
 
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -32,7 +32,7 @@ const ROOM: usize = 256;
 /// Sights of the ends' ingress that are kept.
 const SIGHTS: usize = 4096;
 
-/// An exchange that did not come about.
+/// Reason for which an exchange did not come about.
 #[derive(Debug, thiserror::Error)]
 pub enum WatchError {
     /// The broker did not start.
@@ -49,24 +49,24 @@ pub enum WatchError {
     Unfinished,
 }
 
-/// Certificates of those who take part, and which unit it is.
+/// Certificates of the participants, and the unit among them.
 pub struct Papers {
-    /// The broker's.
+    /// Certificate and key of the broker.
     pub broker: Credential,
-    /// The gateway's.
+    /// Certificate and key of the gateway.
     pub gateway: Credential,
-    /// The unit's.
+    /// Certificate and key of the unit.
     pub unit: Credential,
-    /// Which unit.
+    /// The unit that takes part.
     pub who: UnitId,
 }
 
-/// One direction of a connection, as the watcher saw it.
+/// Bytes in one direction of a connection, as the observer saw them.
 #[derive(Clone, Debug)]
 pub struct Seen {
     /// Client of the connection.
     pub client: PeerId,
-    /// Which end of the connection said it.
+    /// End of the connection that sent the bytes.
     pub from: Side,
     /// Every byte, in order.
     pub bytes: Vec<u8>,

@@ -1,5 +1,5 @@
-//! Acts of a person at the console as the display holds them: the order that waits for its confirmation, and the answers.
-//! `hand` judges the acts.
+//! Acts of a person at the console as the display holds them: the order that waits for its confirmation, and the
+//! answers. `hand` judges the acts.
 
 use wire::id::CommandId;
 pub use wire::person::{Act, Alarm, Numbered, Order, Role, Unable};
@@ -15,9 +15,9 @@ pub const MAX_ANSWERS: usize = 16;
 pub struct Prepared {
     /// The number of the act that prepared it.
     pub serial: u64,
-    /// The order.
+    /// Order that waits.
     pub order: Order,
-    /// Since when.
+    /// Time of the preparation.
     pub since: Instant,
     /// Time at which it lapses.
     pub until: Instant,
@@ -28,7 +28,7 @@ pub struct Prepared {
 pub struct Answer {
     /// The act's number; 0 where it could not be read.
     pub serial: u64,
-    /// Time.
+    /// Time of the answer.
     pub at: Instant,
     /// The act, where it could be read.
     pub act: Option<Act>,

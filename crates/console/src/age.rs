@@ -11,7 +11,7 @@ use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::report::ReportedTrack;
 use wire::time::{Age, Instant, Span};
 
-/// A given number of periods without a word, and a source counts as gone: two seconds at ten reports a second.
+/// Periods without a report after which a source counts as gone: two seconds at ten reports a second.
 const LOST_AFTER_PERIODS: u64 = 20;
 
 /// The age from which a unit counts as gone, from the rate at which it reports: never before it is shown as stale.
@@ -90,8 +90,8 @@ impl<T: Clone> Aged<T> {
         Labelled { value: self.value.clone(), age, freshness }
     }
 
-    /// The value as it may be drawn at `now`, its source having dropped it: lost, however young, and its age grows under
-    /// every policy.
+    /// The value as it may be drawn at `now`, its source having dropped it: lost, however young, and its age grows
+    /// under every policy.
     pub fn lost_at(&self, now: Instant) -> Labelled<T> {
         let age = self.before.map_or(Span(u64::MAX), |before| now.since(self.arrived) + before);
         Labelled { value: self.value.clone(), age, freshness: Freshness::Lost }
@@ -116,7 +116,7 @@ impl Aged<()> {
 }
 
 impl Aged<ReportedTrack> {
-    /// Which track it is; that does not age.
+    /// Number of the track, which does not age.
     pub fn id(&self) -> TrackId {
         self.value.id
     }

@@ -41,9 +41,9 @@ impl Priority {
 /// An alarm as drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShownAlarm {
-    /// Which.
+    /// The alarm itself.
     pub alarm: Alarm,
-    /// Urgency.
+    /// Urgency of the alarm.
     pub priority: Priority,
     /// Time at which it was raised.
     pub since: Instant,

@@ -18,7 +18,7 @@ use crate::skew::Rate;
 /// Alarms that are kept. There is room for every unit with every lost track, every link and every command at once.
 pub const MAX_ALARMS: usize = 320;
 
-/// True if it is about something that happened, not about something that is so.
+/// True if the alarm is about a past event, and not about a present condition.
 fn is_event(alarm: &Alarm) -> bool {
     match alarm {
         Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => true,
@@ -73,7 +73,7 @@ impl Alarms {
         self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
     }
 
-    /// True if it stands again.
+    /// Raises an alarm. True if its condition began or began again.
     fn raise(&mut self, now: Instant, (alarm, occurrence): Condition) -> bool {
         let shown = ShownAlarm {
             alarm,
@@ -96,8 +96,8 @@ impl Alarms {
         true
     }
 
-    /// A full list gives its least urgent, oldest alarm up for a more urgent one. Either way one more is not listed. Whether the
-    /// new one is.
+    /// Replaces the least urgent, oldest alarm of a full list by a more urgent one. Either way one more alarm is not
+    /// listed. True if the new one is.
     fn crowd_out(&mut self, new: Raised) -> bool {
         self.more = self.more.saturating_add(1);
         let least = self.raised.iter_mut().max_by_key(|r| (r.shown.priority, core::cmp::Reverse(r.shown.since)));
@@ -105,7 +105,7 @@ impl Alarms {
         least.map(|least| *least = new).is_some()
     }
 
-    /// Takes note of the alarm that was raised then. False where there is none.
+    /// Acknowledges the alarm raised at `since`. False where there is none.
     pub fn acknowledge(&mut self, alarm: &Alarm, since: Instant) -> bool {
         let raised = self.raised.iter_mut().find(|r| r.shown.alarm == *alarm && r.shown.since == since);
         let Some(raised) = raised.filter(|r| !r.shown.acknowledged) else { return false };
@@ -113,7 +113,7 @@ impl Alarms {
         true
     }
 
-    /// As drawn: the most urgent first, of these the newest; and for how many there was no room.
+    /// Alarms as drawn, the most urgent first and of these the newest; and the number of alarms without room.
     pub fn shown(&self) -> (Vec<ShownAlarm>, u32) {
         let listed = self.raised.iter().filter(|raised| !raised.done());
         let mut shown: Vec<ShownAlarm> = listed.map(|raised| raised.shown).collect();

@@ -1,5 +1,5 @@
-//! Words for a unit that leaves the ground, or whose link is planned: height, attitude, sunlight, battery, contact. Their drawing is left to
-//! `text` and to the window.
+//! Words for a unit that leaves the ground, or whose link is planned: height, attitude, sunlight, battery, contact.
+//! Their drawing is left to `text` and to the window.
 
 use wire::motion::{Attitude, ReportedMotion};
 use wire::report::ReportedContact;
@@ -38,7 +38,8 @@ fn height(up_mm: i64) -> String {
     if metres < HIGH_M { format!("height {metres:.1} m") } else { format!("height {:.0} km", metres / 1000.0) }
 }
 
-/// Nose and bank, as in an aircraft; in an orbit the angle of the payload's line of sight, the body's z axis, to the vertical.
+/// Nose and bank, as in an aircraft; in an orbit the angle of the payload's line of sight, the body's z axis, to the
+/// vertical.
 fn turned(attitude: Attitude, orbits: bool) -> String {
     let [w, x, y, z] = attitude.parts();
     if orbits {

@@ -1,9 +1,9 @@
 //! The hand of the person at the console: each act judged here, once, against what is shown.
 //!
-//! An accepted act becomes a [`Wish`], as a step of the script does; from there on both go one way, to a signed intent and
-//! its confirmation. Towards safe one act is enough. Away from safe the order is prepared, which lapses after
-//! [`PREPARED_FOR`] or with the first of its interlocks, and confirmed with a reason. A confirmed order is released to the
-//! unit as soon as the gateway has staged it. Signing is left to `intent`, the conditions to `interlock`.
+//! An accepted act becomes a [`Wish`], as a step of the script does; from there on both go one way, to a signed intent
+//! and its confirmation. Towards safe one act is enough. Away from safe the order is prepared, which lapses after
+//! [`PREPARED_FOR`] or with the first of its interlocks, and confirmed with a reason. A confirmed order is released to
+//! the unit as soon as the gateway has staged it. Signing is left to `intent`, the conditions to `interlock`.
 
 use std::collections::VecDeque;
 
@@ -21,7 +21,7 @@ use crate::shown::{Shown, basis_for};
 /// Consequence of an act.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Consequence {
-    /// None further.
+    /// No consequence.
     Nothing,
     /// An order is given.
     Wish(Wish),
@@ -35,7 +35,7 @@ pub struct Hand {
     /// The last act's number.
     last: u64,
     prepared: Option<Prepared>,
-    /// Intents that were confirmed and wait to be staged; at most [`MAX_COMMANDS`].
+    /// Confirmed intents that the gateway has not staged yet; at most [`MAX_COMMANDS`].
     confirmed: VecDeque<IntentHash>,
     answers: VecDeque<Answer>,
 }

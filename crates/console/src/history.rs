@@ -1,7 +1,7 @@
 //! Event history of this display: reported modes, given orders, and alarms raised, ended and acknowledged.
 //!
-//! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a recording are
-//! `moment`'s, which compares two pictures.
+//! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a
+//! recording are `moment`'s, which compares two pictures.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -21,9 +21,9 @@ pub const MAX_PAST: usize = 256;
 /// An event at the display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incident {
-    /// A unit with these sensors was reported in another mode than before, by this cause.
+    /// A unit reported a change of mode: the unit, its new mode, the cause, and its sensors.
     Mode(UnitId, Mode, Cause, Suite),
-    /// An order was given here, with its source.
+    /// An order was given here, by this source.
     Ordered(Order, Giver),
     /// An alarm was raised.
     Raised(Alarm),
@@ -92,7 +92,7 @@ impl Incident {
 pub struct Past {
     /// On the console's clock.
     pub at: Instant,
-    /// The event.
+    /// Content of the event.
     pub what: Incident,
 }
 
@@ -105,8 +105,8 @@ pub struct History {
 }
 
 impl History {
-    /// Keeps one more. Where there is no room the oldest entry goes of the unit or link with the most entries, so that
-    /// a busy one displaces only its own events.
+    /// Keeps one more event. Where there is no room, the oldest event of the unit or link with the most is dropped: a
+    /// busy one displaces only its own events.
     pub fn note(&mut self, at: Instant, what: Incident) {
         let pasts = Arc::make_mut(&mut self.kept);
         pasts.push_back(Past { at, what });
@@ -119,7 +119,7 @@ impl History {
         }
     }
 
-    /// As drawn: oldest first, and how many are no longer there.
+    /// Events as drawn, oldest first, and the number of events no longer kept.
     pub fn shown(&self) -> (Arc<VecDeque<Past>>, u32) {
         (Arc::clone(&self.kept), self.more)
     }

@@ -1,6 +1,8 @@
-//! Waits of the run's services for a core: on a host with other work what is shown comes late, and a run may be INVALID for it.
+//! Waits of the run's services for a core: on a host with other work what is shown comes late, and a run may be INVALID
+//! for it.
 //!
-//! The launcher counts the waits and tells them. The console cannot count them itself: a sleeper like it is woken first.
+//! The launcher counts the waits and tells them. The console cannot count them itself: a sleeper like it is woken
+//! first.
 
 use wire::time::{Instant, Span};
 

@@ -1,7 +1,7 @@
 //! Images of tracks: crops that a unit's signed report vouches for, by their hashes.
 //!
-//! Crops may come before the report that names them, so the newest wait for it; those that no report names are never shown.
-//! Drawing is left to `gui`.
+//! Crops may come before the report that names them, so the newest wait for it; those that no report names are never
+//! shown. Drawing is left to `gui`.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -21,14 +21,14 @@ use crate::sidecar::{Image, Sight};
 /// Crops of one unit that wait for a report: crops of two tracks.
 const WAITING: usize = 2 * CAMERAS;
 
-/// One track in the images of its unit's cameras.
+/// Images of one track by the cameras of its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Images {
-    /// The track.
+    /// Track in the images.
     pub track: TrackId,
     /// Pixels of the camera, each way, in one of the images.
     pub scale: u8,
-    /// The images.
+    /// Images, camera by camera.
     pub sights: Arc<[Sight]>,
 }
 
@@ -38,7 +38,7 @@ impl Eq for Images {}
 #[derive(Clone, Debug, Default)]
 pub struct Gallery {
     waiting: VecDeque<(CropHash, Crop)>,
-    /// One of each track that is reported, at most eight, with the boot in which it has its number.
+    /// Images of each reported track, at most eight, with the boot in which the track has its number.
     shown: Vec<((Boot, TrackId), Aged<Images>)>,
 }
 
@@ -54,7 +54,8 @@ impl Gallery {
         Ok(())
     }
 
-    /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer reports.
+    /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer
+    /// reports.
     pub fn vouched(&mut self, report: &Report, arrived: Instant, age: Option<Age>) {
         let reported = |id: TrackId| report.tracks.iter().any(|track| track.id == id);
         self.shown.retain(|((boot, id), _)| *boot == report.boot && reported(*id));

@@ -1,9 +1,9 @@
 //! Checks of messages from the gateway, which are untrusted again: tag, schema and order of the feed, then its content.
 //!
 //! A report reaches the model only as `Accepted`, which the unit's own signature earns here; an acknowledgement only
-//! when its unit signed it for the very intent that we gave. The gateway is believed only in what it alone can know:
-//! which peer's session brought a report. We bound the age of a report ourselves, by a challenge that the unit repeats
-//! in it. Folding is left to `model`.
+//! when its unit signed it for the very intent that the console gave. The gateway is believed only in what it alone can
+//! know: which peer's session brought a report. The console itself bounds the age of a report, by a challenge that the
+//! unit repeats in it. Folding is left to `model`.
 
 use std::collections::BTreeMap;
 
@@ -41,25 +41,25 @@ impl Intake {
         Self { policy, display, bounds, keys, gate, reports, ages }
     }
 
-    /// A new challenge of ours is on its way to the units.
+    /// Notes a new challenge of the console, which is on its way to the units.
     pub fn challenge(&mut self, challenge: Nonce, now: Instant) {
         self.ages.values_mut().for_each(|ages| ages.issue(challenge, now));
     }
 
-    /// Send time of this challenge of ours to the unit, if it can still be answered.
+    /// Time at which the console sent this challenge to the unit, if an echo of it is still accepted.
     pub fn sent(&self, unit: UnitId, challenge: Nonce) -> Option<Instant> {
         self.ages.get(&unit)?.sent(challenge)
     }
 
-    /// One message of the feed.
+    /// Judges a message of the feed.
     pub fn feed<'b>(&mut self, now: Instant, bytes: &'b [u8]) -> Result<Accepted<Feed<'b>>, Refusal> {
         self.gate.admit(&self.policy, now, bytes)
     }
 
-    /// The report in it: of the unit that the gateway names, under that unit's signature, younger than the bound beyond
-    /// which a unit is lost, in order. Its age is not required to be below *Tf*: the display shows the age. The age is
-    /// bounded by our own challenge, which the unit repeats under its signature; the gateway's statement can only make
-    /// it older.
+    /// Judges the report in a message: of the unit that the gateway names, under that unit's signature, younger than
+    /// the bound beyond which a unit is lost, in order. An age above *Tf* is accepted: the display shows the age. The
+    /// age is bounded by the console's own challenge, which the unit repeats under its signature; the gateway's
+    /// statement can only make the report older.
     pub fn report<'b>(
         &mut self,
         now: Instant,
@@ -72,7 +72,7 @@ impl Intake {
             Some(got) => return Err(Refusal::Unit { expected: message.unit, got }),
             None => return Err(Refusal::Role { got: origin }),
         }
-        // Both clocks are this host's; a reception that lies ahead of us still cannot make the report younger.
+        // Both clocks are this host's; a stated reception in the future still cannot make the report younger.
         let on_the_way = Age::on_one_host(message.received, now);
         let claimed = message.age.map(|before| on_the_way.plus(before));
         // The echo in the report is the unit's only once the report is; until then it counts for this report alone.

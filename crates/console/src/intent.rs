@@ -1,8 +1,8 @@
 //! The operator's signature: intents and confirmations, made of displayed values only.
 //!
-//! The operator's key is here and nowhere else. Each intent has its own id, so that it can be executed once at
-//! most, and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is; where it rests on a track,
-//! also the hash of the report that showed it. Deciding when to give one is left to `operator`.
+//! The operator's key is here and nowhere else. Each intent has its own id, so that it can be executed once at most,
+//! and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is; where it rests on a
+//! track, also the hash of the report that showed it. Deciding when to give one is left to `operator`.
 
 use std::collections::BTreeMap;
 
@@ -28,16 +28,16 @@ pub struct Issuer {
     operator: NodeId,
     /// The last id given.
     last: (Boot, Sequence),
-    /// Last command id of our name that each unit reports, where it is beyond our own.
+    /// Last command id of this operator that each unit reports, where it is beyond the issuer's own.
     heard: BTreeMap<UnitId, (Boot, Sequence)>,
 }
 
 /// A signed intent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Issued {
-    /// Its idempotency key.
+    /// Id of the command: by it a unit recognises repetitions.
     pub id: CommandId,
-    /// Addressee.
+    /// Unit that the intent is for.
     pub unit: UnitId,
     /// Kind of the command.
     pub kind: CommandKind,
@@ -55,9 +55,10 @@ impl Issuer {
         Self { key, operator, last: (boot, Sequence(0)), heard: BTreeMap::new() }
     }
 
-    /// `unit` reports this as the last command it heard. If it is of our name and beyond our own, another holder of our key
-    /// exists, or we have restarted: we continue above it, because the unit ignores anything below. This holds for this
-    /// unit alone: one unit's report must not shut the operator out of another.
+    /// `unit` reports `heard` as the last command it heard. An id of this operator beyond the issuer's own means that
+    /// another holder of the key exists, or that the console has restarted. The next id for the unit is then above the
+    /// reported one, because the unit refuses any below. Ids for other units do not change: one unit's report must not
+    /// shut the operator out of another.
     pub fn skip_past(&mut self, unit: UnitId, heard: CommandId) {
         let place = (heard.boot, heard.sequence);
         if heard.operator == self.operator && place > self.given_to(unit) {
@@ -91,7 +92,7 @@ impl Issuer {
         Issued { id, unit, kind, tag, intent: Sha256::digest(&bytes).into(), bytes }
     }
 
-    /// Signs the confirmation of an intent of ours.
+    /// Signs the confirmation of an intent of this issuer.
     pub fn confirmation(&self, id: CommandId, intent: IntentHash) -> Vec<u8> {
         self.key.sign(Purpose::Confirmation, &codec::encode(&Confirmation { id, intent }))
     }

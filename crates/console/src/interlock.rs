@@ -21,7 +21,7 @@ use crate::text;
 pub struct Predicate {
     /// Name of the condition.
     pub name: &'static str,
-    /// Present value.
+    /// Present value, as displayed.
     pub value: String,
     /// Required value; empty where the name says it.
     pub limit: String,
@@ -44,7 +44,7 @@ impl Predicate {
         if value.is_empty() || limit.is_empty() { value.clone() } else { format!("{value}, limit {limit}") }
     }
 
-    /// Its name, value and limit.
+    /// Name, value and limit of the condition.
     pub fn describe(&self) -> String {
         if self.value.is_empty() { self.name.to_owned() } else { format!("{} ({})", self.name, self.measured()) }
     }
@@ -55,8 +55,8 @@ impl Predicate {
 }
 
 impl Shown {
-    /// Everything that the order rests on. It may be given when all of it holds. A HOLD asks for no more than a role that
-    /// may give one, a console that is live, and that none is under way: whatever is shown, however old.
+    /// Conditions of an order, which may be given when all hold. A HOLD asks for no more than a role that may give one,
+    /// a live console, and that no other HOLD is under way: whatever is shown, however old.
     pub fn interlocks(&self, order: &Order) -> Vec<Predicate> {
         let needed = needed(order);
         let mut all = vec![

@@ -1,8 +1,10 @@
-//! The supervisory console: messages accepted by the gateway, shown with their present age, and the operator's signed intents.
+//! The supervisory console: messages accepted by the gateway, shown with their present age, and the operator's signed
+//! intents.
 //!
-//! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`shown::Shown`], which is drawn ([`text`]), reported to the
-//! oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts arrive as inputs ([`act`], [`hand`]). The
-//! orders of both are signed in [`intent`]. It knows no transport, and cannot send a command: it asks the gateway to.
+//! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`shown::Shown`], which is drawn ([`text`]),
+//! reported to the oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts arrive as
+//! inputs ([`act`], [`hand`]). The orders of both are signed in [`intent`]. It knows no transport, and cannot send a
+//! command: it asks the gateway to.
 
 pub mod act;
 pub mod age;
@@ -233,6 +235,8 @@ impl Console {
                 if let Some((heard, _)) = accepted.message().report.last_command
                     && let Some(issuer) = &mut self.issuer
                 {
+                    // Only from an accepted report: a counter that anyone could state would lead the next ids beyond
+                    // the step that the unit accepts.
                     issuer.skip_past(message.unit, heard);
                 }
                 self.accounts.accepted(interface);

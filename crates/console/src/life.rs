@@ -1,7 +1,7 @@
 //! The life of a command as the display knows it, from request to acknowledgement.
 //!
-//! The unit's signature outweighs the gateway's statement, and an executed command stays executed. A command that the unit
-//! does not answer in time is shown so, regardless of the gateway. Verifying acknowledgements is left to `intake`.
+//! The unit's signature outweighs the gateway's statement, and an executed command stays executed. A command that the
+//! unit does not answer in time is shown so, regardless of the gateway. Verifying acknowledgements is left to `intake`.
 
 use std::collections::VecDeque;
 
@@ -16,9 +16,10 @@ use wire::time::{Instant, Span};
 
 use crate::intent::Issued;
 
-/// Bound of the commands with tracked progress.
+/// Most commands with tracked progress; beyond this number the oldest is no longer shown.
 pub const MAX_COMMANDS: usize = 16;
-/// Time limit for an answer before a command is shown as not acknowledged: a person is to learn it within a second of the act.
+/// Time limit for an answer before a command is shown as not acknowledged: a person is to learn it within a second of
+/// the act.
 pub const ACK_WITHIN: Span = Span::ms(900);
 
 /// The source of an order. Both use the operator's name and key.
@@ -55,7 +56,7 @@ pub enum Life {
     Requested,
     /// Waits at the gateway for its confirmation.
     Staged,
-    /// Its confirmation has been given.
+    /// The operator has confirmed the command.
     Released,
     /// On its way to the unit.
     Sent,
@@ -68,7 +69,7 @@ pub enum Life {
     /// The gateway refused it, with the reason; `None` where the gateway lost its session, which voids waiting
     /// commands.
     RefusedByGateway(Option<Reason>),
-    /// It waited too long.
+    /// The command waited too long for its confirmation.
     Expired,
     /// No answer came in time.
     NotAcknowledged,
@@ -125,11 +126,11 @@ impl Life {
 /// A command as drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShownCommand {
-    /// Which.
+    /// Id of the command.
     pub id: CommandId,
-    /// Its signed intent, which everything about it names.
+    /// Hash of the signed intent, which every later message names.
     pub intent: IntentHash,
-    /// Addressee.
+    /// Unit that the command is for.
     pub unit: UnitId,
     /// Kind of the command.
     pub kind: CommandKind,
@@ -137,9 +138,9 @@ pub struct ShownCommand {
     pub tag: Option<TimeTag>,
     /// Source of the order.
     pub by: Giver,
-    /// Its progress.
+    /// Progress of the command.
     pub life: Life,
-    /// Since when.
+    /// Beginning of the present progress.
     pub since: Instant,
     /// Time of each stage.
     pub times: Times,
@@ -162,9 +163,9 @@ impl ShownCommand {
 pub struct Times {
     /// Asked of the gateway.
     pub requested: Instant,
-    /// Waiting there.
+    /// Time from which the command waited at the gateway.
     pub staged: Option<Instant>,
-    /// Confirmed.
+    /// Time of the operator's confirmation.
     pub released: Option<Instant>,
     /// On its way to the unit.
     pub sent: Option<Instant>,
@@ -190,11 +191,11 @@ impl Times {
     }
 }
 
-/// A command of ours.
+/// A command of this console.
 #[derive(Clone, Copy, Debug)]
 struct Given {
     shown: ShownCommand,
-    /// Time at which the operator last did something about it; the answer is due from then on, whatever the gateway says.
+    /// Time of the operator's last act on the command; the answer is due from then on, whatever the gateway says.
     asked: Instant,
 }
 
@@ -226,7 +227,7 @@ fn brought_about(kind: CommandKind, report: &Report) -> bool {
 pub struct Commands(VecDeque<Given>);
 
 impl Commands {
-    /// We asked for a command; `by` is its source.
+    /// Adds a command that was requested of the gateway; `by` is its source.
     pub fn requested(&mut self, now: Instant, issued: &Issued, by: Giver) {
         if self.0.len() >= MAX_COMMANDS {
             self.0.pop_front();
@@ -246,12 +247,12 @@ impl Commands {
         self.0.push_back(Given { shown, asked: now });
     }
 
-    /// It was a person who gave this command.
+    /// Notes that a person gave this command.
     pub fn by_person(&mut self, id: CommandId) {
         self.0.iter_mut().filter(|command| command.shown.id == id).for_each(|command| command.shown.by = Giver::Person);
     }
 
-    /// We confirmed a staged command.
+    /// Notes the confirmation of a staged command.
     pub fn released(&mut self, now: Instant, intent: &IntentHash) {
         if self.progress(now, intent, Life::Released)
             && let Some(pending) = self.0.iter_mut().find(|command| command.shown.intent == *intent)
@@ -260,7 +261,7 @@ impl Commands {
         }
     }
 
-    /// The gateway moved a command of ours along.
+    /// Takes the gateway's statement on the progress of a command.
     pub fn staged(&mut self, now: Instant, intent: &IntentHash, stage: CommandStage, reason: Option<Reason>) {
         let life = match stage {
             CommandStage::Staged => Life::Staged,
@@ -271,13 +272,13 @@ impl Commands {
         self.progress(now, intent, life);
     }
 
-    /// The id of the command of ours with this intent, and whom it went to.
+    /// Id and unit of the command with this intent.
     pub fn find_by_intent(&self, intent: &IntentHash) -> Option<(CommandId, UnitId)> {
         let pending = self.0.iter().find(|command| command.shown.intent == *intent)?;
         Some((pending.shown.id, pending.shown.unit))
     }
 
-    /// A verified acknowledgement. False if it adds no information.
+    /// Takes a verified acknowledgement. False if it adds no information.
     pub fn acknowledged(&mut self, now: Instant, ack: &Ack) -> bool {
         let life = match (ack.refused, ack.due) {
             (Some(reason), _) => Life::RefusedByUnit(reason),

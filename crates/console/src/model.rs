@@ -94,13 +94,13 @@ struct Link {
     heard: Option<Instant>,
 }
 
-/// The model.
+/// The display's state, from which every picture is drawn.
 #[derive(Clone, Debug)]
 pub struct Model {
     station: Station,
     limits: AgeLimits,
     units: Vec<(UnitId, Option<Heard>)>,
-    /// Unit by unit.
+    /// Images of the tracks, in the order of `units`.
     galleries: Vec<Gallery>,
     links: BTreeMap<PeerId, Link>,
     /// The last answer of the gateway.
@@ -118,9 +118,9 @@ pub struct Model {
 /// Refusals of one kind.
 #[derive(Clone, Copy, Debug)]
 struct Refusals {
-    /// Refusals altogether.
+    /// Number of refusals in all boots of the gateway.
     all: u64,
-    /// As the gateway counted them last, in its boot.
+    /// Number that the gateway stated last, in its present boot.
     counted: u64,
     last: Instant,
 }
@@ -128,11 +128,11 @@ struct Refusals {
 /// Sessions that one peer has lost.
 #[derive(Clone, Copy, Debug, Default)]
 struct Losses {
-    /// Its boot, where that is known.
+    /// Boot of the peer, where it is known.
     boot: Option<Boot>,
-    /// As it counted them last, in that boot.
+    /// Number that the peer stated last, in that boot.
     counted: u32,
-    /// Total.
+    /// Number of losses in all boots.
     total: u32,
 }
 
@@ -166,9 +166,9 @@ impl Model {
         self.units.first().map_or(UnitId::A, |(unit, _)| *unit)
     }
 
-    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes no value: so neither a
-    /// replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen` holds the send
-    /// time of the challenge that the unit repeats, and the time at which the unit says it saw it.
+    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes no value: so
+    /// neither a replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen`
+    /// holds the send time of the challenge that the unit repeats, and the time at which the unit says it saw it.
     pub fn report(
         &mut self,
         accepted: &Accepted<SignedReport<'_>>,
@@ -181,6 +181,7 @@ impl Model {
         let mut known = self.units.iter_mut().zip(&mut self.galleries);
         let Some(((unit, slot), gallery)) = known.find(|((u, _), _)| Some(*u) == unit) else { return false };
         let peer = unit.peer();
+        // Accepted reports may overtake each other within the replay window: an older one must not replace the display.
         if slot.as_ref().is_some_and(|heard| !newer(report, heard)) {
             return false;
         }
@@ -197,6 +198,7 @@ impl Model {
         gallery.vouched(report, arrived, age);
         let older = |delay: Span| age.map(|age| age.plus(delay));
         let mut skew = match &mut *slot {
+            // A restarted unit has a clock with another zero: stamps of two boots give no rate.
             Some(heard) if heard.report.boot == report.boot => core::mem::take(&mut heard.skew),
             _ => Skew::default(),
         };
@@ -234,8 +236,8 @@ impl Model {
         gallery.take(bytes)
     }
 
-    /// Count of session losses at the broker that `peer` reports since its `boot`th start, where that is known. A shown loss
-    /// stays shown.
+    /// Count of session losses at the broker that `peer` reports since its `boot`th start, where that is known. A shown
+    /// loss stays shown.
     pub fn sessions_lost(&mut self, peer: PeerId, boot: Option<Boot>, counted: u32) {
         let known = self.losses.entry(peer).or_default();
         // A peer that has started again counts from nothing.
@@ -260,8 +262,8 @@ impl Model {
         self.links.insert(peer, Link { open, since: now, heard });
     }
 
-    /// The gateway refused something; the count of its refusals for this reason and from this peer by then. One that counts
-    /// lower than before has started again.
+    /// The gateway refused something; the count of its refusals for this reason and from this peer by then. One that
+    /// counts lower than before has started again.
     pub fn refused_there(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>, counted: u64) {
         let known = self.refusals.entry((reason, peer, false)).or_insert(Refusals { all: 0, counted: 0, last: now });
         let more = if counted < known.counted { counted } else { counted - known.counted };
@@ -381,6 +383,7 @@ impl Model {
     }
 
     fn shown_link(&self, now: Instant, peer: PeerId, link: &Link) -> Option<ShownLink> {
+        // As old as the gateway's last message: a gateway that falls silent must not leave its links shown as open.
         let open = self.fed.as_ref()?.with_value(link.open).label_at(now, &self.limits);
         Some(ShownLink { peer, open, since: link.since, heard: link.heard.map(|heard| now.since(heard)) })
     }
@@ -437,7 +440,8 @@ fn origin(heard: &Heard) -> Origin {
     }
 }
 
-/// True if `report` is newer than the shown one: a later boot, or within one boot a higher sequence *and* a later stamp.
+/// True if `report` is newer than the shown one: a later boot, or within one boot a higher sequence *and* a later
+/// stamp.
 fn newer(report: &Report, heard: &Heard) -> bool {
     let later = (report.boot, report.sequence) > (heard.report.boot, heard.report.sequence);
     later && (report.boot > heard.report.boot || report.stamp.minus(heard.stamp) > 0)

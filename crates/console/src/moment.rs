@@ -12,14 +12,14 @@ use crate::shown::Shown;
 /// Moments of either kind that are kept, at most.
 pub const MAX_MOMENTS: usize = 256;
 
-/// One of them.
+/// A moment of a recording to jump to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moment {
     /// Time since the recording's beginning.
     pub at: Span,
     /// The change or event.
     pub what: String,
-    /// It really happened; else it was shown.
+    /// True if the moment is a true event; false for a change of the display.
     pub truth: bool,
 }
 
@@ -29,7 +29,7 @@ pub struct Moment {
 pub struct Happened {
     /// On the console's clock, microseconds.
     pub at_us: u64,
-    /// The event.
+    /// Description of the event.
     pub what: String,
 }
 

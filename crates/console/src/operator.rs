@@ -1,10 +1,10 @@
 //! The headless operator: follows a script and sees only what is displayed.
 //!
 //! A step becomes due at its time, or when the step before it is done; then it waits for its conditions, at most for
-//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A step is done when its
-//! command is executed, or stored by the unit until its time. A command that
-//! is not acknowledged in time, or refused for a condition that may pass, is tried once more under a new id; no id is
-//! ever asked for or confirmed twice. Signing is left to `intent`.
+//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A step is done
+//! when its command is executed, or stored by the unit until its time. A command that is not acknowledged in time, or
+//! refused for a condition that may pass, is tried once more under a new id; no id is ever asked for or confirmed
+//! twice. Signing is left to `intent`.
 
 use serde::{Deserialize, Serialize};
 use wire::command::{CommandKind, IntentHash, TimeTag};
@@ -28,14 +28,14 @@ const MAX_TRIES: u8 = 2;
 /// Time between two tries.
 const BETWEEN_TRIES: Span = Span::ms(500);
 
-/// One step of the script.
+/// A step of the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScriptStep {
     /// Earliest time, in milliseconds from the console's start; absent: when the step before is done.
     #[serde(default)]
     pub at_ms: Option<u64>,
-    /// Which unit.
+    /// Unit that the step is about.
     pub unit: UnitId,
     /// Display conditions of the step.
     #[serde(default)]
@@ -57,7 +57,7 @@ pub struct ScriptStep {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct When {
-    /// Mode.
+    /// Mode of the unit.
     #[serde(default)]
     pub mode: Option<Mode>,
     /// A track of this kind.
@@ -69,7 +69,7 @@ pub struct When {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackCondition {
-    /// Its class.
+    /// Class of the track.
     pub class: Class,
     /// Least confidence, permille.
     pub confidence: u16,
@@ -79,7 +79,7 @@ pub struct TrackCondition {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
-    /// To HOLD_SAFE.
+    /// Stop the unit: HOLD_SAFE.
     Hold,
     /// Give authority up.
     Disarm,
@@ -104,7 +104,7 @@ pub enum Wish {
     Intend {
         /// Step of the script; none where a person wishes it.
         step: Option<usize>,
-        /// Addressee.
+        /// Unit that the intent is for.
         unit: UnitId,
         /// Kind of the command.
         kind: CommandKind,
@@ -112,7 +112,7 @@ pub enum Wish {
         tag: Option<TimeTag>,
         /// Displayed values that it repeats.
         basis: Basis,
-        /// Reason.
+        /// Reason for the command.
         reason: String,
     },
     /// Confirm a staged command.
@@ -141,8 +141,8 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much. One with an eye gives no
-    /// order on a track that it sees through.
+    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much. One with an eye
+    /// gives no order on a track that it sees through.
     pub fn new(script: Vec<ScriptStep>, eye: Option<Eye>, confidence: u16, start: Instant) -> Self {
         let waiting = Progress::Waiting { not_before: start, tries: 0 };
         Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence, eye }
@@ -228,6 +228,7 @@ fn next_progress(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress
         // The result of a stored command at its time is no reason to ask for it again.
         Life::Stored(_) => false,
         Life::Executed | Life::RefusedByGateway(_) | Life::Expired => false,
+        // These two may pass by themselves: a guard recovers, and a new intent repeats a newer nonce.
         Life::RefusedByUnit(reason) => matches!(reason, Reason::Interlock | Reason::Late),
         Life::NotAcknowledged => true,
     };

@@ -58,9 +58,9 @@ impl Console {
         self.note(now, Event::Act { by, serial, act, command, refused });
     }
 
-    /// The one way from a wish, of the script or of a person, to a request to the gateway. Returns the command, if the wish
-    /// was for one. A replay has no issuer, and of a person's wish only the history is kept here: the requests come from the
-    /// recording (`retrace`).
+    /// The one way from a wish, of the script or of a person, to a request to the gateway. Returns the command, if the
+    /// wish was for one. A replay has no issuer, and of a person's wish only the history is kept here: the requests
+    /// come from the recording (`retrace`).
     fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
             Wish::Intend { step, unit, kind, tag, basis, reason } => {

@@ -73,8 +73,8 @@ pub(crate) fn line(shown: &Shown) -> String {
     .to_string()
 }
 
-/// Ages at which one freshness label gives way to the next; null where values do not age, which is no result of the full
-/// policy.
+/// Ages at which one freshness label gives way to the next; null where values do not age, which is no result of the
+/// full policy.
 fn limits(limits: &AgeLimits) -> Value {
     let AgeLimits { fresh, late, stale, age_out } = *limits;
     if age_out { json!({ "fresh": ms(fresh), "late": ms(late), "stale": ms(stale) }) } else { Value::Null }

@@ -1,5 +1,5 @@
-//! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it; with a window,
-//! on its own thread, for windows want the main one.
+//! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it; with a
+//! window, on its own thread, for windows want the main one.
 
 pub mod open;
 pub mod player;

@@ -1,7 +1,8 @@
 //! Replay of a recording in the same core, from its recorded inputs, without script, issuer or new challenges.
 //!
-//! Its recorded outputs are fed back ([`Console::apply_output`]): the challenges it made, so that ages are reproduced, the commands it gave and the
-//! act that each answered. So a run can be viewed again without a secret, and no signing is possible meanwhile.
+//! Its recorded outputs are fed back ([`Console::apply_output`]): the challenges it made, so that ages are reproduced,
+//! the commands it gave and the act that each answered. So a run can be viewed again without a secret, and no signing
+//! is possible meanwhile.
 
 use config::setup::Setup;
 use sha2::{Digest, Sha256};
@@ -36,7 +37,8 @@ impl Console {
         }
     }
 
-    /// It reported this to the instrument plane. Of an act it names the command, which it alone could sign.
+    /// Takes the console's recorded report on its display. The entry of an act names the command, which only the
+    /// console could sign.
     fn apply_display(&mut self, bytes: &[u8]) {
         if let Ok(Event::Act { command: Some(id), .. }) = Entry::decode(bytes).map(|entry| entry.event) {
             self.model.hand().gave(id);

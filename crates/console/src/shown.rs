@@ -78,7 +78,7 @@ pub enum Origin {
     Relayed(PeerId),
     /// A check was waived on its way.
     Unverified,
-    /// Its content was not made now by the platform's sensors.
+    /// The content was not made now by the platform's sensors.
     NotLive(ProductMode),
 }
 
@@ -101,7 +101,7 @@ impl Origin {
 pub struct LostTrack {
     /// Boot of the unit in which it got its number.
     pub boot: Boot,
-    /// As reported last; lost, however young.
+    /// Track as last reported; labelled lost, however young.
     pub track: Labelled<ReportedTrack>,
     /// Time at which it was first missing.
     pub since: Instant,
@@ -110,7 +110,7 @@ pub struct LostTrack {
 /// A unit as drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShownUnit {
-    /// Which.
+    /// Number of the unit.
     pub unit: UnitId,
     /// The report behind it.
     pub report: RecordId,
@@ -120,11 +120,11 @@ pub struct ShownUnit {
     pub via: PeerId,
     /// Checks that were waived on its way.
     pub waived: Waived,
-    /// Its origin.
+    /// Origin of the report.
     pub origin: Origin,
     /// Time at which the shown mode was first shown.
     pub since: Instant,
-    /// State.
+    /// State by the report.
     pub state: Labelled<State>,
     /// Place; older than the state by the age of its localisation.
     pub pose: Labelled<Pose>,
@@ -155,11 +155,11 @@ impl ShownUnit {
 /// A session at the gateway as drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShownLink {
-    /// The peer.
+    /// Peer of the session.
     pub peer: PeerId,
     /// True if it stands, by the last message of the gateway and as old as that.
     pub open: Labelled<bool>,
-    /// Since when.
+    /// Time of the last change.
     pub since: Instant,
     /// Time since a report that it brought was accepted.
     pub heard: Option<Span>,
@@ -168,13 +168,13 @@ pub struct ShownLink {
 /// Refusals for one reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShownRefusals {
-    /// Reason.
+    /// Reason of the refusals.
     pub reason: Reason,
     /// Peer of the session that brought them, where known.
     pub peer: Option<PeerId>,
     /// Refused by the console itself, not by the gateway.
     pub here: bool,
-    /// Count.
+    /// Number of refusals.
     pub n: u64,
     /// The last one.
     pub last: Instant,
@@ -190,7 +190,7 @@ pub struct Marks {
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
-    /// For how long the host kept a service waiting for a core in the last ten seconds, where that is worth showing.
+    /// Longest wait of a service for a core in the last ten seconds, where it is worth showing.
     pub host_wait: Option<Span>,
     /// Reason for which the shown recording is no evidence; never set on a live picture.
     pub invalid: Option<String>,
@@ -217,8 +217,8 @@ pub struct Shown {
     pub silent: Vec<UnitId>,
     /// Sessions at the gateway.
     pub links: Vec<ShownLink>,
-    /// Refusals by reason and peer. The gateway tells of some at once and of how many there were with each, so in a flood
-    /// the numbers are at most a second or two behind, and exact after it.
+    /// Refusals by reason and peer. The gateway tells of some at once and of how many there were with each, so in a
+    /// flood the numbers are at most a second or two behind, and exact after it.
     pub refusals: Vec<ShownRefusals>,
     /// Peers with cut or taken-over sessions at the broker, with counts: an alarm.
     pub losses: Vec<(PeerId, u32)>,
@@ -270,9 +270,9 @@ impl Shown {
     }
 }
 
-/// The values that an intent of this kind repeats. Away from safe only intents of a state that is displayed as fresh. Towards safe
-/// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
-/// the unit finds the nonce too old.
+/// The values that an intent of this kind repeats. Away from safe only intents of a state that is displayed as fresh.
+/// Towards safe any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the
+/// lease even if the unit finds the nonce too old.
 pub fn basis_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Basis> {
     if kind.towards_safe() {
         return Some(Basis { nonce: shown.map_or(Nonce::NONE, |unit| unit.state.get().0.nonce), report: None });

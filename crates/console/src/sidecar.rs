@@ -1,8 +1,8 @@
-//! Evidence that a recording holds beside the displayed values, moment by moment: the unit's sensor pictures and the reasons for its mode.
-//! For those who examine evidence.
+//! Evidence that a recording holds beside the displayed values, moment by moment: the unit's sensor pictures and the
+//! reasons for its mode. For those who examine evidence.
 //!
-//! No running console has it, for it does not reach the control domain; and no view of displayed values is built from it. Finding and
-//! reading it in a recording is left to the program that opens the recording.
+//! No running console has it, for it does not reach the control domain; and no view of displayed values is built from
+//! it. Finding and reading it in a recording is left to the program that opens the recording.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use wire::time::{Instant, Span};
 pub struct Image {
     /// Pixels in a row.
     pub width: usize,
-    /// Rows.
+    /// Number of pixel rows.
     pub height: usize,
     /// Red, green and blue of each.
     pub rgb: Vec<u8>,
@@ -23,13 +23,13 @@ pub struct Image {
 /// A detection in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Its left, upper, right and lower edge, pixels.
+    /// Left, upper, right and lower edge, pixels.
     pub edges: [f32; 4],
-    /// Its class and confidence.
+    /// Class and confidence of the detection.
     pub says: String,
 }
 
-/// One sensor's product.
+/// Product of one sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sight {
     /// Name of the sensor.

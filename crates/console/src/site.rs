@@ -25,7 +25,7 @@ pub struct Site {
     /// True if the route starts again at its end.
     #[serde(default)]
     pub looped: bool,
-    /// Known obstacles.
+    /// Obstacles on the map.
     #[serde(default)]
     pub blocks: Vec<SiteBox>,
     /// Heights of the ground, where it was surveyed.
@@ -78,9 +78,9 @@ impl Relief {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SiteBox {
-    /// Centre.
+    /// Centre of the box.
     pub at: GroundPoint,
-    /// Half its length and half its width, metres.
+    /// Half of the length and of the width, metres.
     pub half: GroundPoint,
     /// Direction of its length, radians counter-clockwise from east.
     #[serde(default)]

@@ -1,10 +1,10 @@
-//! Rate of a unit's clock against the console's, bounded by the stamps that both have seen: ages of reported values rest on
-//! its staying within [`MAX_DRIFT_PPM`].
+//! Rate of a unit's clock against the console's, bounded by the stamps that both have seen: ages of reported values
+//! rest on its staying within [`MAX_DRIFT_PPM`].
 //!
-//! A message with stamp σ came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at
-//! τ, so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
-//! between them. Delays only widen that: an attacker who holds messages back makes a clock look no faster and no slower
-//! than it is. Bounding ages is left to `wire::time`.
+//! A message with stamp σ came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen
+//! at τ, so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean
+//! rate between them. Delays only widen that: an attacker who holds messages back makes a clock look no faster and no
+//! slower than it is. Bounding ages is left to `wire::time`.
 
 use std::collections::VecDeque;
 
@@ -12,17 +12,17 @@ use wire::time::{Instant, MAX_DRIFT_PPM, PeerStamp, Span};
 
 /// Period over which the tightest bounds are kept together.
 const WINDOW: Span = Span::s(5);
-/// A given number of these are kept: the rate is one over the last minute.
+/// Windows kept: the rate is one over the last minute.
 const WINDOWS: usize = 13;
-/// A rate is reported once it is one over so long.
+/// Least time over which a reported rate is measured.
 const LEAST: Span = Span::s(5);
 
 /// The mean rate of a unit's clock against the console's, in millionths: 0 is as fast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
-    /// It runs faster by at least this.
+    /// Least rate by which the unit's clock runs faster.
     pub low_ppm: i32,
-    /// And at most this much.
+    /// Greatest rate by which the unit's clock runs faster.
     pub high_ppm: i32,
     /// Over how long.
     pub over: Span,
@@ -64,7 +64,8 @@ pub struct Skew {
 }
 
 impl Skew {
-    /// A report stamped `stamp` came at `now`; in it the unit says when it saw the challenge that left at the first of `seen`.
+    /// A report stamped `stamp` came at `now`; in it the unit says when it saw the challenge that left at the first of
+    /// `seen`.
     pub fn heard(&mut self, stamp: PeerStamp, now: Instant, seen: Option<(Instant, PeerStamp)>) {
         let ahead = |stamp: PeerStamp, time: Instant| (i128::from(stamp.0) - i128::from(time.0), time);
         let at_least = ahead(stamp, now);

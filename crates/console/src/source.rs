@@ -1,6 +1,7 @@
 //! Sources of a window's pictures, and the place of a recording: the same with and without a window in the build.
 //!
-//! A running core and a recording are each a [`Source`]; the sensors of a live run are [`Sensors`]. Drawing is left to `gui`.
+//! A running core and a recording are each a [`Source`]; the sensors of a live run are [`Sensors`]. Drawing is left to
+//! `gui`.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -58,7 +59,7 @@ pub struct Looks {
 pub struct Tape {
     /// Now, from the recording's beginning.
     pub at: Span,
-    /// Its length.
+    /// Length of the recording.
     pub length: Span,
     /// Offset of the run's start from the recording's beginning: written times are the run's.
     pub lead: Span,
@@ -86,7 +87,7 @@ pub struct Sensed {
     pub sights: Arc<[Sight]>,
     /// Lower bound of their age.
     pub at_least: Span,
-    /// And at most, once that is known.
+    /// Upper bound of their age, once known.
     pub at_most: Option<Span>,
 }
 

@@ -1,7 +1,7 @@
 //! The display's challenges: an unguessable number a period, which the units repeat in their signed reports.
 //!
-//! It goes to the units by way of the gateway, which can keep it or delay it: both make reports look older, never younger.
-//! Bounding ages with it is left to `intake`.
+//! It goes to the units by way of the gateway, which can keep it or delay it: both make reports look older, never
+//! younger. Bounding ages with it is left to `intake`.
 
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;

@@ -31,7 +31,7 @@ use wire::time::{Echo, Instant, PeerStamp};
 
 const ROUNDS: usize = 9;
 const RECORDS: u64 = 5_000;
-/// The unit's clock minus ours.
+/// Offset of the unit's clock from the gateway's.
 const OFFSET: u64 = 77_000_000;
 
 /// The system's allocator, counted.
@@ -56,7 +56,8 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// One round: microseconds a record and all allocations, without and with the signature; microseconds through DTLS.
+/// Costs of one round: microseconds a record and all allocations, without and with the signature; microseconds through
+/// DTLS.
 struct Round {
     unsigned: (f64, u64),
     signed: (f64, u64),
@@ -160,7 +161,7 @@ fn timed(work: impl FnOnce()) -> (f64, u64) {
     ((thread_cpu_us() - cpu) as f64, ALLOCATIONS.load(Ordering::Relaxed) - allocations)
 }
 
-/// Time at which record `n` arrives, on our clock.
+/// Time at which record `n` arrives, on the gateway's clock.
 fn arrival_time(n: u64) -> Instant {
     Instant(1_000_000 + n)
 }

@@ -1,10 +1,11 @@
-//! Cost of 1, 4, 16 and 64 units at one gateway, and of as many at four gateways with a quarter each: CPU time and memory
-//! of the gateways' cores, in memory, in virtual time. Rounds go through all rows, so that each sees the same machine.
+//! Cost of 1, 4, 16 and 64 units at one gateway, and of as many at four gateways with a quarter each: CPU time and
+//! memory of the gateways' cores, in memory, in virtual time. Rounds go through all rows, so that each sees the same
+//! machine.
 //!
 //! Each unit reports ten times a second under its own key, and hears the next three units at its gateway. A second's
-//! records are made before they are delivered; only the cores are timed: admission with signatures, leases, fan-out, feed
-//! and audit log. Memory is the heap that the gateways give back when they are dropped. Gateways do not know each other, so
-//! a unit hears no unit at another one. Sessions are plain bytes here: `lab load` measures DTLS.
+//! records are made before they are delivered; only the cores are timed: admission with signatures, leases, fan-out,
+//! feed and audit log. Memory is the heap that the gateways give back when they are dropped. Gateways do not know each
+//! other, so a unit hears no unit at another one. Sessions are plain bytes here: `lab load` measures DTLS.
 //!
 //! Run with `cargo bench --bench units` (or with `--profile dev`: dependencies are optimised there too).
 
@@ -108,7 +109,7 @@ fn spread(values: impl Iterator<Item = f64>) -> [f64; 3] {
     [values[0], values[values.len() / 2], values[values.len() - 1]]
 }
 
-/// One row: `units` spread evenly over `gateways`, or as far as there are units.
+/// Cost of `units`, spread evenly over `gateways` as far as there are units.
 fn measure(units: usize, gateways: usize) -> Cost {
     let all: Vec<UnitId> = UnitId::all().take(units).collect();
     let share = units.div_ceil(gateways);
@@ -160,8 +161,8 @@ impl Cell {
         Self { gateway, units, told: 0 }
     }
 
-    /// One second: the units make its records, the gateway takes them in the order of time. Gives the gateway's CPU
-    /// microseconds.
+    /// Runs one second: the units make its records, the gateway takes them in the order of time. Gives the gateway's
+    /// CPU microseconds.
     fn second(&mut self, second: u64) -> u64 {
         let mut inputs: Vec<(Instant, Input)> = self.units.iter_mut().flat_map(|unit| unit.second(second)).collect();
         inputs.sort_by_key(|(time, _)| *time);
@@ -183,7 +184,7 @@ impl Cell {
     }
 }
 
-/// Keeps records to units; feed and audit entries have gone when they are made.
+/// Collects the records to units, and drops feed and audit entries: their cost is paid when they are made.
 fn drain(gateway: &mut Gateway, time: Instant, outputs: &mut Vec<(Instant, SessionId, Vec<u8>)>) {
     while let Some(output) = gateway.output() {
         if let Output::Record { session, bytes } = output {

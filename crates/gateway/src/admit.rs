@@ -1,7 +1,8 @@
 //! The trust boundary of the telemetry link: every record that a session delivers is judged here, once, top to bottom.
 //!
-//! DTLS has proved the identity of the *peer* and that the bytes are unchanged. It has not proved that the record is young,
-//! that it is seen for the first time in this session's life, or that its content is the peer's to say. In order:
+//! DTLS has proved the identity of the *peer* and that the bytes are unchanged. It has not proved that the record is
+//! young, that it is seen for the first time in this session's life, or that its content is the peer's to say. In
+//! order:
 //!
 //! | check | of the session record | of the report in it |
 //! |---|---|---|
@@ -21,10 +22,10 @@
 //! A challenge binds the clock of the peer that echoes it, no other. If a report claims another origin than the peer,
 //! its stamp is of a clock that we have not bound, so the only age to judge is that of the *record that carried it*:
 //! how long the peer had held the report before is unknown. Under a policy that requires origin = peer this never
-//! matters, because the report is refused next. Where the policy waives it, a report of any age crosses as fresh, inside an
-//! authenticated session: that is the finding this project reproduces, and the reason why the waiver is named in the
-//! record's evidence from here on. And no check here can tell a report that the peer re-signed as its own from the
-//! truth; that is left to consistency at the receiving unit.
+//! matters, because the report is refused next. Where the policy waives it, a report of any age crosses as fresh,
+//! inside an authenticated session: that is the finding this project reproduces, and the reason why the waiver is named
+//! in the record's evidence from here on. And no check here can tell a report that the peer re-signed as its own from
+//! the truth; that is left to consistency at the receiving unit.
 
 use wire::bounds::Bounds;
 use wire::codec;
@@ -45,7 +46,8 @@ pub struct Boundary {
     policy: Policy,
     bounds: Bounds,
     keys: Keyring,
-    /// Reports seen so far, by (peer, origin); outlives a session, so that a new one is no second chance.
+    /// Reports seen so far, by (peer, origin). The windows outlive a session: a reconnect must not admit an old report
+    /// again.
     reports: Windows,
 }
 
@@ -54,7 +56,7 @@ pub struct Boundary {
 pub struct Admitted<'b> {
     /// Facts established about the session record.
     pub outer: Evidence,
-    /// Its content.
+    /// Content of the record.
     pub content: RecordContent<'b>,
 }
 
@@ -67,14 +69,14 @@ pub struct Admitted<'b> {
 pub enum RecordContent<'b> {
     /// A Hello: it keeps the session going and carries no word on any unit.
     Exchange(RecordId),
-    /// A report.
+    /// A report of a unit, under its origin's signature.
     Report(Accepted<SignedReport<'b>>),
-    /// A crop, with its bytes: images are for the display alone, and a report has to vouch for them there.
+    /// A crop with its bytes. Images go to the display alone, which believes a crop only where a report names its hash.
     Crop(RecordId, &'b [u8]),
 }
 
 impl Admitted<'_> {
-    /// The record's identity: the report's own, or sequence 0 of the peer when it carries no report.
+    /// Identity of the record: that of the report; of a record without a report, sequence 0 of the peer.
     pub fn record(&self) -> RecordId {
         match &self.content {
             RecordContent::Exchange(record) | RecordContent::Crop(record, _) => *record,
@@ -82,7 +84,7 @@ impl Admitted<'_> {
         }
     }
 
-    /// Facts established about the content, as far as that goes beyond the session record.
+    /// Facts established about the content. For a record without a report these are the facts about the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
             RecordContent::Exchange(_) | RecordContent::Crop(..) => self.outer,
@@ -114,7 +116,8 @@ impl Boundary {
                 RecordContent::Crop(RecordId { sequence: Sequence(0), ..record.id() }, bytes)
             }
             SessionBody::Report(report) => RecordContent::Report(self.report(session, evidence, report)?),
-            // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
+            // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not
+            // a unit's.
             SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {
                 return Err(Refusal::Peer { got: session.peer() });
             }

@@ -1,6 +1,7 @@
 //! The command side of the core: requests of the console in, orders out, acknowledgements back.
 //!
-//! Judging intents, confirmations and acknowledgements is left to `stage`, passing the display's challenge on to `telemetry`.
+//! Judging intents, confirmations and acknowledgements is left to `stage`, passing the display's challenge on to
+//! `telemetry`.
 
 use wire::bus;
 use wire::command::{CommandKind, Request};
@@ -25,6 +26,7 @@ impl Gateway {
         let interface = Interface::Bus(topic);
         // Whose channel it says it is decides which gate it has to pass; the tag decides whether it is.
         let producer = bus::claimed_producer(bytes);
+        // A producer without a gate is judged, and refused for its tag, by the first: no message goes uncounted.
         let gate = self.requests.iter().position(|gate| Some(gate.producer.index()) == producer).unwrap_or(0);
         let gate = &mut self.requests[gate];
         let station = gate.producer;
@@ -74,8 +76,8 @@ impl Gateway {
         }
     }
 
-    /// Counts a refusal, and tells of it where it is `expected` or there is room: a flood must not make us write as fast as it
-    /// comes.
+    /// Counts a refusal, and reports it where it is `expected` or the rate leaves room: a flood must not make the
+    /// gateway write at the rate of the flood.
     fn reject(&mut self, now: Instant, interface: Interface, expected: bool, refusal: &Refusal) -> bool {
         let reported = expected || self.staging.should_report(now);
         if reported {
@@ -87,7 +89,7 @@ impl Gateway {
         reported
     }
 
-    /// A revocation: it holds here at once, and units are informed of it until they are gone.
+    /// Takes a revocation: it holds here at once, and is sent to the units until the end of the run.
     fn revoke(&mut self, now: Instant, bytes: &[u8]) {
         match self.revoked.revoke(&self.keys, now, bytes) {
             Err(refusal) => return self.refuse(now, Interface::Requests, None, &refusal),
@@ -119,6 +121,7 @@ impl Gateway {
     pub(crate) fn published(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
         let unit = match subject {
             Subject::Ack(unit) => unit,
+            // The broker's table of rights lets the gateway subscribe to acknowledgements alone.
             Subject::Command(_) => return,
         };
         if let Some(refusal) = revocation_of(&self.revoked, &self.policy, unit.node(), now) {
@@ -141,8 +144,8 @@ impl Gateway {
         }
     }
 
-    /// Our session at the broker was cut, or another party had it. Intents that wait here for their confirmation are void, and the
-    /// display is informed, now and again with each of its challenges.
+    /// The gateway's session at the broker was cut, or another party had it. Intents that wait for their confirmation
+    /// are void. The display is informed now, and again with each of its challenges.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.note(now, Event::SessionLost { peer: PeerId::GATEWAY });
         self.sessions_lost = self.sessions_lost.saturating_add(1);
@@ -167,8 +170,8 @@ impl Gateway {
         self.send_feed(now, &Feed::Command(command.intent, stage, reason));
     }
 
-    /// A challenge of the display's is the display's to give, and no more often than twice a period: each is reported to every
-    /// unit.
+    /// Checks that a challenge comes from the display, and no more often than twice a period: each challenge is sent to
+    /// every unit.
     fn watched(&mut self, now: Instant, station: NodeId) -> Result<(), Refusal> {
         if station != DISPLAY {
             return Err(Refusal::Role { got: station });

@@ -4,8 +4,8 @@
 //! the fan-out grows with the number of units and not with its square. The sets are configured and checked when the
 //! gateway is made; no record changes them.
 //!
-//! The report travels verbatim, under its origin's signature, in an envelope that names the session peer that brought it and
-//! bounds its age by now. The gateway vouches for no more: the receiving unit judges origin, signature, order
+//! The report travels verbatim, under its origin's signature, in an envelope that names the session peer that brought
+//! it and bounds its age by now. The gateway vouches for no more: the receiving unit judges origin, signature, order
 //! and consistency itself.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,9 +1,9 @@
 //! The feed to the console: records accepted and refused, sessions opened, orders sent, one sealed message each.
 //!
-//! Refusals can be as many as an adversary likes, so their feed is bounded: a number a second, each with the count
-//! for its reason and from its peer by then. Refusals after the last one fed are reported with the next window's
-//! share, so the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the
-//! oracle uses it.
+//! Refusals can be as many as an adversary likes, so their feed is bounded: a number a second, each with the count for
+//! its reason and from its peer by then. Refusals after the last one fed are reported with the next window's share, so
+//! the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the oracle
+//! uses it.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ use wire::time::{Instant, Span};
 
 /// Refusals that are fed within one [`REFUSAL_WINDOW`].
 const MAX_REFUSALS: u32 = 20;
-/// A given number of them at once, as they happen; the others are for those only counted, so that a flood of one kind does not
-/// keep another from being reported.
+/// Share of [`MAX_REFUSALS`] that is fed as refusals happen. The rest is for refusals that were only counted: a flood
+/// of one kind must not keep another from being reported.
 const MAX_AT_ONCE: u32 = 12;
 /// Window of that bound.
 const REFUSAL_WINDOW: Span = Span::s(1);
@@ -33,11 +33,11 @@ pub struct Feeder {
     counted: BTreeMap<(Reason, Option<PeerId>), Counted>,
 }
 
-/// Refusals of one kind.
+/// Number of refusals of one reason and peer.
 #[derive(Clone, Copy, Debug)]
 struct Counted {
     all: u64,
-    /// Count at the last feed, and its time.
+    /// Value of `all` at the last feed.
     fed: u64,
     at: Instant,
 }
@@ -48,18 +48,18 @@ impl Feeder {
         Self { sender, window: now, refusals: 0, counted: BTreeMap::new() }
     }
 
-    /// One message.
+    /// Seals one message of the feed.
     pub fn seal(&mut self, now: Instant, message: &Feed<'_>) -> Output {
         Output::Bus { topic: Topic::Feed, bytes: self.sender.seal(now, &codec::encode(message)) }
     }
 
-    /// A refusal, unless this window's share is used up: then it is counted.
+    /// Counts a refusal, and feeds it unless this window's share is used up.
     pub fn refused(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) -> Option<Output> {
         self.count(now, reason, peer);
         self.share(now, MAX_AT_ONCE).then(|| self.refuse(now, reason, peer))
     }
 
-    /// A refusal that is not to be reported at once.
+    /// Counts a refusal that is fed later.
     pub fn count(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) {
         let counted = self.counted.entry((reason, peer)).or_insert(Counted { all: 0, fed: 0, at: now });
         counted.all = counted.all.saturating_add(1);

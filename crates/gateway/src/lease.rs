@@ -2,8 +2,9 @@
 //!
 //! A unit drives only while it is supervised, and it is supervised only while we hear it: no grant before its first
 //! accepted report, none while its newest one may be older than *Tf*, and none while a HOLD for it is unacknowledged.
-//! So a stop never has to cross the failed link: silence is enough. Where the link carries in planned contacts only, a grant near the end
-//! of one spans the time to the next (`config::contact`). Keeping the lease's time is left to the unit.
+//! So a stop never has to cross the failed link: silence is enough. Where the link carries in planned contacts only, a
+//! grant near the end of one spans the time to the next (`config::contact`). Keeping the lease's time is left to the
+//! unit.
 
 use config::contact::Contacts;
 use wire::bounds::Bounds;
@@ -14,7 +15,7 @@ use wire::time::{Instant, Span};
 
 use crate::session::Session;
 
-/// HOLDs that are remembered for one unit; beyond it the oldest is forgotten, and the unit stays held by the others.
+/// HOLDs that are remembered for one unit; beyond this number the oldest is forgotten.
 const MAX_HOLDS: usize = 4;
 
 /// Conditions of grants beyond the sessions.
@@ -36,9 +37,11 @@ impl Leases {
         Self { length, freshness, started, contacts, holds: Vec::new() }
     }
 
-    /// A HOLD went out that is `due` then: from that time on no grants until the unit says that it has executed it.
+    /// A HOLD went out that is due at `due`: from that time on no grants until the unit acknowledges a HOLD as
+    /// executed.
     pub fn hold(&mut self, unit: UnitId, intent: IntentHash, due: Instant) {
         let of_unit = |(u, ..): &&(UnitId, IntentHash, Instant)| *u == unit;
+        // Bounded against a sender of many HOLDs. A HOLD with a time tag that is not due yet also takes a place.
         if self.holds.iter().filter(of_unit).count() >= MAX_HOLDS
             && let Some(oldest) = self.holds.iter().position(|(u, ..)| *u == unit)
         {
@@ -47,9 +50,9 @@ impl Leases {
         self.holds.push((unit, intent, due));
     }
 
-    /// The unit has executed the order with this intent. If that was a HOLD, the unit is holding: all its HOLDs are done. One
-    /// that it *refused* stays: grants resume only when a HOLD has been executed. The intent is asked for and not the id: under
-    /// one id a holder of the key can have another order executed.
+    /// The unit has executed the order with this intent. If the order was a HOLD, the unit is holding, and every HOLD
+    /// for it is done. A HOLD that the unit *refused* stays: grants resume only when a HOLD has been executed. The
+    /// intent identifies the order, not the id: a holder of the key can have another order executed under the same id.
     pub fn executed(&mut self, unit: UnitId, intent: IntentHash) {
         if self.holds.iter().any(|(u, hash, _)| (*u, *hash) == (unit, intent)) {
             self.holds.retain(|(u, ..)| *u != unit);

@@ -63,7 +63,7 @@ pub struct GatewayConfig {
     pub contacts: Vec<(UnitId, Contacts)>,
 }
 
-/// Reason that a gateway cannot be made.
+/// Reason for which a gateway cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GatewayError {
     /// The setup lacks the key of the feed or of the requests.
@@ -91,7 +91,7 @@ pub struct Gateway {
     sessions: Sessions,
     leases: Leases,
     staging: Staging,
-    /// One for each station.
+    /// Gates of the request channels, one for each station.
     requests: Vec<BusGate>,
     keys: Keyring,
     revoked: RevocationList,
@@ -105,7 +105,7 @@ pub struct Gateway {
     tick: Option<Instant>,
     /// The display's newest challenge, and when it came.
     watch: Option<(Nonce, Instant)>,
-    /// Number of times that our session at the broker was lost.
+    /// Number of times that the gateway's session at the broker was lost.
     sessions_lost: u32,
     quiet: bool,
     out: VecDeque<Output>,
@@ -174,6 +174,8 @@ impl Gateway {
         let Some(due) = self.tick.filter(|tick| now >= *tick) else { return };
         self.keep_up(now, None);
         let period = Span::ms(self.bounds.grant_period_ms);
+        // A late timer stays on the grid. A pause of a period or more begins a new grid: grants for the missed periods
+        // would go out in a burst.
         let next = if now.since(due) < period { due + period } else { now + period };
         self.tick = (!self.sessions.is_empty()).then_some(next);
     }

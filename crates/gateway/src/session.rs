@@ -1,7 +1,8 @@
-//! A session with a unit: our nonce and challenges, the peer's, the bound on its ages, and the table of all sessions.
+//! A session with a unit: nonces and challenges of gateway and peer, the bound on the peer's ages, and the
+//! table of all sessions.
 //!
-//! A session keeps only values that *we* issued or measured, and those we have to repeat to that same peer. Judging records
-//! is left to `admit`; deciding about sending, to `lib`.
+//! A session keeps only values that the *gateway* issued or measured, and those that the peer asked to have repeated to
+//! itself. Judging records is left to `admit`; deciding about sending, to `lib`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -17,7 +18,7 @@ use wire::trust::{Exchange, Window};
 /// Sessions that are remembered as barred.
 const MAX_BARRED: usize = 64;
 
-/// One session, from the gateway's side.
+/// A session with one unit, seen from the gateway.
 #[derive(Clone, Debug)]
 pub struct Session {
     id: SessionId,
@@ -66,7 +67,7 @@ impl Session {
         }
     }
 
-    /// Local handle.
+    /// Local handle of the session.
     pub fn id(&self) -> SessionId {
         self.id
     }
@@ -81,22 +82,22 @@ impl Session {
         self.unit
     }
 
-    /// True if the peer has shown that it knows our session nonce.
+    /// True once the peer has used the session nonce that the gateway announced.
     pub fn established(&self) -> bool {
         self.established
     }
 
-    /// True if the peer has sent us the nonce it wants to see; before that it refuses all but Hello.
+    /// True once the peer has announced its own session nonce: without it the peer refuses every record but Hello.
     pub fn listens(&self) -> bool {
         self.theirs.is_some()
     }
 
-    /// Time at which we last sent a record.
+    /// Time of the last record sent to the peer.
     pub fn sent(&self) -> Option<Instant> {
         self.sent
     }
 
-    /// Takes note of the values that the peer asks us to repeat. Changes only our records to this peer.
+    /// Notes the values that the peer asks to have repeated. They change only the records to this peer.
     pub(crate) fn exchange(&mut self, now: Instant, exchange: Exchange) {
         self.theirs = exchange.hello.or(self.theirs);
         let current = self.echo.map(|echo| echo.nonce);
@@ -107,7 +108,7 @@ impl Session {
         }
     }
 
-    /// A record passed the session gate: the peer knows our nonce.
+    /// A record passed the session gate: the peer knows the gateway's nonce.
     pub(crate) fn establish(&mut self) {
         self.established = true;
     }
@@ -119,7 +120,8 @@ impl Session {
         nonce
     }
 
-    /// True if the peer is to be sent the revocations, `n` of them, now; then it counts as informed.
+    /// True if the peer is due to receive the `n` revocations now: there are more than in the last notice, or that
+    /// notice is a challenge period old. Notes the notice.
     pub(crate) fn is_owed_revocations(&mut self, now: Instant, n: usize) -> bool {
         let repeat = |(known, time): (usize, Instant)| known < n || now.since(time) >= self.challenge_period;
         let expected = self.established && n > 0 && self.told.is_none_or(repeat);
@@ -129,21 +131,21 @@ impl Session {
         expected
     }
 
-    /// The unit's own report was accepted at `received`, at most `age` old then. One that was overtaken by a younger one
-    /// adds no news.
+    /// Notes the unit's own report, accepted at `received` and at most `age` old then. A report that a younger one
+    /// overtook changes nothing.
     pub(crate) fn heard(&mut self, received: Instant, age: Span) {
         if self.telemetry_age(received).is_none_or(|known| age < known) {
             self.telemetry = Some((received, age));
         }
     }
 
-    /// Upper bound of the age of the unit's youngest accepted report; `None` before the first.
+    /// Upper bound of the age of the unit's youngest accepted report; absent before the first.
     pub fn telemetry_age(&self, now: Instant) -> Option<Span> {
         self.telemetry.map(|(received, age)| now.since(received) + age)
     }
 
-    /// Issues `fresh()` as the new challenge when the last one has served its period. Issued at the moment of sending:
-    /// an issue that waits would only make every age look larger.
+    /// Issues `fresh()` as the new challenge when the last one has served its period. The issue is at the moment of
+    /// sending: a challenge that waits after its issue makes every age look larger.
     pub fn renew(&mut self, now: Instant, fresh: impl FnOnce() -> Nonce) {
         if self.ages.issued_at().is_none_or(|time| now.since(time) >= self.challenge_period) {
             self.ages.issue(fresh(), now);
@@ -228,7 +230,7 @@ impl Sessions {
         self.open.binary_search_by_key(&id, |session| session.id).ok()
     }
 
-    /// All sessions.
+    /// Open sessions, in order of their handles.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Session> {
         self.open.iter_mut()
     }
@@ -240,6 +242,8 @@ impl Sessions {
 
     fn why_not(&self, id: SessionId) -> (Option<PeerId>, Refusal) {
         let barred = self.barred.iter().find(|(barred, _)| *barred == id);
+        // A session that its own peer superseded is reported as no session; one of a peer that may have none, under the
+        // peer's name.
         let peer = barred.map(|(_, peer)| *peer);
         let superseded = self.open.iter().any(|session| Some(session.peer) == peer);
         let refusal = match peer.filter(|_| !superseded) {

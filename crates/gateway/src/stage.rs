@@ -1,10 +1,10 @@
 //! The command stage: from an operator's signed intent to the order that goes out to the unit.
 //!
 //! Towards safe an intent goes out at once. Away from safe it waits, at most [`STAGED_FOR`], for the operator's signed
-//! confirmation of the very same bytes. The gateway checks schema, rate, role, revocation, signature and reason, and that
-//! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. It
-//! *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
-//! that carried it, on this host. In what order commands follow one another is left to the unit too.
+//! confirmation of the very same bytes. The gateway checks schema, rate, role, revocation, signature and reason, and
+//! that it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again.
+//! It *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the
+//! request that carried it, on this host. In what order commands follow one another is left to the unit too.
 //!
 //! A *station* is the owner of a channel of requests. Each has its own rate and its own room here, so that none is
 //! kept waiting by another's requests, under any operator's key.
@@ -26,10 +26,10 @@ use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList, SignedStat
 pub const MAX_STAGED: usize = 8;
 /// Longest time that an intent waits for its confirmation.
 pub const STAGED_FOR: Span = Span::s(5);
-/// Orders of one station with acknowledgements that are still recognised.
+/// Orders of one station whose acknowledgements are still recognised.
 const MAX_SENT: usize = 32;
 
-/// Different answers to one order that are listened to: it was executed, and its repetitions were refused.
+/// Different answers to one order that are verified: one of its execution, and refusals of its repetitions.
 const MAX_ANSWERS: usize = 4;
 
 /// Rules by which commands are judged.
@@ -37,7 +37,7 @@ const MAX_ANSWERS: usize = 4;
 pub struct Rules {
     /// Policy in force.
     pub policy: Policy,
-    /// Everybody's public keys.
+    /// Public keys of every node of the run.
     pub keys: Keyring,
     /// Operators who may give intents.
     pub operators: Vec<NodeId>,
@@ -50,9 +50,9 @@ pub struct Rules {
 /// A command: the id that it uses in logs, and the intent that tells it from every other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
-    /// As its intent says.
+    /// Id of the command, as the intent claims.
     pub id: CommandId,
-    /// Its signed intent.
+    /// Hash of the signed intent.
     pub intent: IntentHash,
 }
 
@@ -68,24 +68,24 @@ pub enum Progress {
 /// An order on its way out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dispatch {
-    /// Command.
+    /// The command of the order.
     pub command: Command,
-    /// Addressee.
+    /// Unit that the order is for.
     pub unit: UnitId,
     /// Command asked for.
     pub kind: CommandKind,
     /// Time until it is due, at most; zero without a time tag.
     pub after: Span,
-    /// Encoded [`Order`].
+    /// Bytes of the [`Order`] to publish.
     pub order: Vec<u8>,
 }
 
 /// A refused request, with the command that goes no further because of it, where that is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rejected {
-    /// Command.
+    /// Command that goes no further.
     pub command: Option<Command>,
-    /// Reason.
+    /// Reason of the refusal.
     pub refusal: Refusal,
 }
 
@@ -137,7 +137,7 @@ impl Staging {
         Self { rules, counters, rates, waiting: Vec::new(), sent: VecDeque::new() }
     }
 
-    /// A signed intent came in a request of `station` that is `age` old.
+    /// Judges a signed intent in a request of `station` that is `age` old.
     pub fn stage(
         &mut self,
         now: Instant,
@@ -151,6 +151,7 @@ impl Staging {
         let rejected = |refusal| Rejected { command: Some(command), refusal };
         let Rules { policy, keys, operators, freshness, .. } = &self.rules;
         let record = decoded
+            // No echo is involved: the request came over shared memory, and its age is by this host's clock.
             .fresh(policy, age, *freshness, Span::ZERO)
             .and_then(|fresh| fresh.within_rate(policy, &self.rates, station, now))
             .map_err(rejected)?;
@@ -169,12 +170,12 @@ impl Staging {
         Ok(self.advance(now, station, accepted, bytes))
     }
 
-    /// True if a refusal for rate at `now` is to be logged, beside being counted.
+    /// True if a refusal at `now` is to be logged, beside being counted.
     pub fn should_report(&mut self, now: Instant) -> bool {
         self.rates.should_report(now)
     }
 
-    /// There is need for one more request of `station`, which is not an intent.
+    /// Charges `station` for one request that is not an intent.
     pub fn needed(&mut self, now: Instant, station: NodeId, class: RateClass) -> Result<(), Refusal> {
         if self.rules.policy.check(Check::Rate) == Requirement::Required {
             self.rates.room(station, class, now)?;
@@ -195,10 +196,12 @@ impl Staging {
         self.waiting.drain(..).map(|waiting| waiting.command()).collect()
     }
 
-    /// A signed confirmation came for an intent of `station` that should be waiting.
+    /// Judges a signed confirmation of a waiting intent of `station`.
     pub fn release(&mut self, now: Instant, station: NodeId, bytes: &[u8]) -> Result<Progress, Rejected> {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
         let (expected, intent) = decoded.claimed();
+        // Charged before the signature is verified: the channel has identified the station, so only its own rate is
+        // used up.
         self.needed(now, station, RateClass::Away)?;
         let is_ours = |w: &&Waiting| w.station == station && now < w.until;
         // Which of them a confirmation is about is in the intent that it names; by the id alone it is refused below.
@@ -232,10 +235,11 @@ impl Staging {
         self.waiting.iter().map(|w| w.until).min()
     }
 
-    /// `unit`'s acknowledgement of an order of ours: under its signature and about the very intent that went out.
-    /// `None`: it has been said before, to the byte.
+    /// Judges an acknowledgement: signed by `unit`, about the very intent that went out. `None`: the same bytes came
+    /// before.
     ///
-    /// Whether it is about any, and is news, is asked before its signature is: neither costs a verification.
+    /// An acknowledgement of no sent order and a repeated one are recognised before the signature is checked: neither
+    /// costs a verification.
     pub fn acknowledged(&mut self, now: Instant, unit: UnitId, bytes: &[u8]) -> Result<Option<Accepted<Ack>>, Refusal> {
         let decoded = Decoded::<SignedStatement<'_, Ack>>::parse_statement(now, bytes)?;
         if !self.rules.units.contains(&unit) {
@@ -258,7 +262,8 @@ impl Staging {
         Ok(Some(accepted))
     }
 
-    /// Requirements on an intent beyond its signature: addressed to a unit of ours, with a reason, and with room to wait.
+    /// Checks an intent beyond its signature: addressed to one of the gateway's units, with a reason, and with room to
+    /// wait.
     fn admissible(&self, station: NodeId, intent: &Intent) -> Result<(), Refusal> {
         let one_step = intent.kind.towards_safe();
         if !self.rules.units.contains(&intent.unit) {
@@ -267,6 +272,7 @@ impl Staging {
         if !one_step && intent.reason.as_str().trim().is_empty() {
             return Err(Refusal::NoReason);
         }
+        // A HOLD or DISARM never waits, so a full stage keeps none out.
         if !one_step && self.waiting.iter().filter(|w| w.station == station).count() >= MAX_STAGED {
             return Err(Refusal::Full { limit: MAX_STAGED });
         }

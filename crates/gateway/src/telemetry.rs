@@ -47,7 +47,7 @@ impl Gateway {
         self.send_feed(now, &Feed::Session(peer, false));
     }
 
-    /// One record, one verdict.
+    /// Gives one record its verdict.
     pub(crate) fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
         let session = match self.sessions.get_mut(id) {
             Ok(session) => session,
@@ -63,8 +63,8 @@ impl Gateway {
         }
     }
 
-    /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again each
-    /// challenge period, because a record may be lost and a unit start again.
+    /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again
+    /// each challenge period, because a record may be lost and a unit start again.
     pub(crate) fn pass_on_revocations(&mut self, now: Instant) {
         let (revoked, policy) = (&self.revoked, &self.policy);
         let heard = |session: &&mut Session| may_receive(revoked, policy, session, now);
@@ -112,6 +112,8 @@ impl Gateway {
         if let Some(age) = age
             && signed.bearer(session.peer()) == Bearer::Origin
         {
+            // A report that another peer carried, which a waiver admits, does not supervise its unit: its age is only
+            // that of the carrying record (see `admit`).
             session.heard(evidence.received, age);
         }
         let envelope = Envelope::new(session, unit, report, now);
@@ -178,13 +180,13 @@ impl Gateway {
     }
 }
 
-/// True if the peer of a session is still talked to. A revoked one gets nothing more either: reports of others would help
-/// the holder of its credential.
+/// True if the peer of a session still receives records. A revoked peer receives none: reports of others would help the
+/// holder of its credential.
 fn may_receive(revoked: &RevocationList, policy: &Policy, session: &Session, now: Instant) -> bool {
     revocation_of(revoked, policy, session.unit().node(), now).is_none()
 }
 
-/// Reason that `node` is heard no longer, if that is so. Asked before any of its content is read.
+/// Reason for which `node` is no longer admitted, if it is not. Asked before any content of a record is read.
 pub(crate) fn revocation_of(revoked: &RevocationList, policy: &Policy, node: NodeId, now: Instant) -> Option<Refusal> {
     let required = policy.check(Check::Revocation) == Requirement::Required;
     revoked.check_admitted(node, now).err().filter(|_| required)

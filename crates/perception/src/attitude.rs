@@ -1,8 +1,10 @@
-//! Attitude sensors against each other, in place of images: sightings of catalogued places in view of a spacecraft's payload.
+//! Attitude sensors against each other, in place of images: sightings of catalogued places in view of a spacecraft's
+//! payload.
 //!
-//! The star tracker gives the attitude. From time, orbit and attitude follow the directions in which sun, horizon and magnetic field have to be
-//! seen; a sensor that sees its object there supports it, one that sees it far from there contradicts it. So a place is sighted where
-//! independent sensors agree on the line of sight. Estimation over time is the tracker's, as for objects.
+//! The star tracker gives the attitude. From time, orbit and attitude follow the directions in which sun, horizon and
+//! magnetic field have to be seen; a sensor that sees its object there supports it, one that sees it far from there
+//! contradicts it. So a place is sighted where independent sensors agree on the line of sight. Estimation over time is
+//! the tracker's, as for objects.
 
 use libm::acos;
 use serde::{Deserialize, Serialize};
@@ -17,8 +19,8 @@ use wire::time::Instant;
 use crate::corroborate::Sighting;
 use crate::pose::Placement;
 
-/// Angle from its computed direction within which a reading supports the attitude, rad: sun, horizon, field. Seven deviations of a
-/// reading on each axis, of which that of the field is the error of its model; a dipole here and there.
+/// Angle from its computed direction within which a reading supports the attitude, rad: sun, horizon, field. Seven
+/// deviations of a reading on each axis, of which that of the field is the error of its model; a dipole here and there.
 const SUPPORTS: [f64; 3] = [0.015, 0.015, 0.12];
 /// Angle from which on it contradicts it, as a multiple of that.
 const CONTRADICTS: f64 = 2.0;
@@ -31,7 +33,7 @@ const SIGMA_M: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SkyConfig {
-    /// The pass.
+    /// Orbit and region of the pass.
     pub pass: Pass,
     /// The receiver's time at the start of the run, microseconds of its count.
     pub started_us: u64,
@@ -45,13 +47,13 @@ pub struct SkyConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catalogued {
-    /// Its class.
+    /// Class of the place.
     pub class: Class,
     /// East and north, metres of the map.
     pub place_m: [f64; 2],
 }
 
-/// The stage.
+/// The perception stage of a spacecraft.
 #[derive(Clone, Debug)]
 pub struct Watch {
     region: Region,
@@ -75,8 +77,8 @@ impl Watch {
         }
     }
 
-    /// The places in view by the star tracker's attitude, with the sensors that support it and those that contradict it; in the body frame of `ego`.
-    /// Objections of `unheard` sensors count as support.
+    /// The places in view by the star tracker's attitude, with the sensors that support it and those that contradict
+    /// it; in the body frame of `ego`. Objections of `unheard` sensors count as support.
     pub fn judge(&self, bearings: &Bearings, ego: Option<&Placement>, unheard: Modalities) -> Vec<Sighting> {
         let (mut supported, mut vetoed) = (Modalities::default(), Modalities::default());
         let (Some(stars), Some((run_s, stamp)), Some(ego)) = (bearings.stars, self.clock, ego) else {

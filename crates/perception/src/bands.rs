@@ -1,11 +1,12 @@
-//! Bands of a thermal plane: the image that a network sees of it. Two are of warmth above or below the ground, one is of absolute
-//! temperature.
+//! Bands of a thermal plane: the image that a network sees of it. Two are of warmth above or below the ground, one is
+//! of absolute temperature.
 
-/// Spans of the three bands, of which two are above or below the ground and one is of absolute temperature, centikelvin.
+/// Spans of the three bands, of which two are above or below the ground and one is of absolute temperature,
+/// centikelvin.
 pub const BANDS: [(i32, i32); 3] = [(-2_000, 6_000), (-400, 1_200), (25_000, 35_000)];
 
-/// The image that the network sees in a plane: for each pixel three bytes, how much warmer than the ground it is in two spans,
-/// and how warm it is. `None` when the plane is not of this size.
+/// The image that the network sees in a plane: for each pixel three bytes, how much warmer than the ground it is in two
+/// spans, and how warm it is. `None` when the plane is not of this size.
 pub fn bands(plane: &[u8], width: u16, height: u16) -> Option<Vec<u8>> {
     Some(image(&centikelvin(plane, width, height)?, usize::from(width)))
 }

@@ -19,7 +19,7 @@ pub(crate) struct Candidate {
     pub(crate) edges: [f32; 4],
 }
 
-/// The detections among `found`, best first, without doubles; of equal ones the earlier.
+/// Selects detections among `found`: best first, one for each object; of equal boxes the earlier.
 pub(crate) fn best(mut found: Vec<Candidate>) -> List<Detection, 32> {
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     found.truncate(MOST);

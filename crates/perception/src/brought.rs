@@ -1,4 +1,4 @@
-//! A detector of others in place of the shipped one: its file, its decoding, and its faults in a run.
+//! A user's detector in place of the shipped one: its file, its decoding, and its faults in a run.
 
 use std::sync::Arc;
 
@@ -12,14 +12,14 @@ use crate::sight::{Faults, Sight, Watched};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Brought {
-    /// Its file, pinned.
+    /// File of the detector, pinned by hash.
     pub model: ModelRef,
     /// Decoding of its output.
     pub head: Head,
-    /// The loaded signer. It cannot be sent: every process that asks it has its own.
+    /// The loaded detector. It cannot be sent: each process that uses one has loaded its own.
     #[serde(skip)]
     pub loaded: Option<Arc<dyn Sight>>,
-    /// Its faults in this run.
+    /// Faults of the detector in this run.
     #[serde(skip)]
     pub faults: Faults,
 }
@@ -43,7 +43,7 @@ impl Brought {
     }
 }
 
-/// Hash and head say which detector it is, loaded or not.
+/// File and head identify a detector, loaded or not.
 impl PartialEq for Brought {
     fn eq(&self, other: &Self) -> bool {
         (&self.model, &self.head) == (&other.model, &other.head)

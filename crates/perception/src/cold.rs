@@ -1,9 +1,11 @@
-//! Places where a claimed vehicle was cold: the thermal stage's contradictions, kept for longer than a track keeps them.
+//! Places where a claimed vehicle was cold: the thermal stage's contradictions, kept for longer than a track keeps
+//! them.
 //!
-//! Heat reaches the skin of a vehicle's mass slowly, that of a heated cloth at once. So a place at which the thermal stage contradicted
-//! a vehicle for a second holds no warm vehicle for the next minute, and a heater that is switched on in view is of no use to a
-//! fake. Out of reach are a heater that runs for a minute before the unit looks, a fake that moves away, and one that pulses: a frame of
-//! support ends a count. Judges no single frame: that is corroboration's.
+//! Heat reaches the skin of a vehicle's mass slowly, and that of a heated cloth at once. A place at which the thermal
+//! stage contradicted a vehicle for a second therefore holds no warm vehicle for the next minute, and a fake gains
+//! nothing from a heater that is switched on in view. Not detected: a heater that runs for a minute before the unit
+//! looks, a fake that moves away, and one that pulses, since one frame of support ends a count. Single frames are left
+//! to corroboration.
 
 use wire::sensor::{Class, Modalities, Modality};
 use wire::time::{Instant, Span};
@@ -17,9 +19,10 @@ const PLACES: usize = 64;
 const ENOUGH: u8 = 10;
 /// Longest time between two contradictions in a row: as long as a track shows an opinion.
 const ROW: Span = Span::ms(500);
-/// Time for which a place is cold after such a row. An engine of 150 kg of iron takes up 68 kJ for each kelvin; an idling one's
-/// 5 kW warm it by less than 5 K in a minute, before any of it reaches the skin, and the bound of a vehicle's warmest part is
-/// 12 K above the ground of the shipped scenes. Figures of a textbook's order, not of a measurement.
+/// Time for which a place is cold after such a row. An engine of 150 kg of iron takes up 68 kJ for each kelvin; an
+/// idling one's 5 kW warm it by less than 5 K in a minute, before any of it reaches the skin, and the bound of a
+/// vehicle's warmest part is 12 K above the ground of the shipped scenes. Figures of a textbook's order, not of a
+/// measurement.
 const MEMORY: Span = Span::ms(60_000);
 /// Sightings nearer to each other than this are of one place, metres: about the half length of a vehicle.
 const SAME_M: f64 = 2.0;
@@ -37,15 +40,15 @@ struct Place {
     cold: Option<Instant>,
 }
 
-/// The memory.
+/// Memory of places at which a claimed vehicle was cold.
 #[derive(Clone, Debug, Default)]
 pub struct Cold {
     places: Vec<Place>,
 }
 
 impl Cold {
-    /// Notes the thermal stage's word on each claimed vehicle, placed by `ego`, and has it contradict those that are warm at a
-    /// cold place. Their support by this frame's warmth stays reported beside the contradiction.
+    /// Notes the thermal stage's word on each claimed vehicle, placed by `ego`, and has it contradict those that are
+    /// warm at a cold place. Their support by this frame's warmth stays reported beside the contradiction.
     pub fn judge(&mut self, stamp: Instant, ego: Option<&Placement>, judged: &mut [Judgement]) {
         self.places.retain(|place| stamp.since(place.last) < MEMORY);
         let Some(ego) = ego else { return };
@@ -124,7 +127,8 @@ pub(crate) fn remembered(supported: Modalities, vetoed: Modalities) -> bool {
 mod tests {
     use super::*;
 
-    /// Statement of the thermal stage on a vehicle a given number of metres ahead in frame `k`; true if the memory contradicts it.
+    /// Statement of the thermal stage on a vehicle a given number of metres ahead in frame `k`; true if the memory
+    /// contradicts it.
     fn seen(cold: &mut Cold, k: u64, ahead: f64, warm: bool) -> bool {
         let (thermal, none) = (Modalities::default().with_modality(Modality::Thermal), Modalities::default());
         let (supported, vetoed) = if warm { (thermal, none) } else { (none, thermal) };

@@ -1,15 +1,16 @@
-//! Test for new sensor content: a stamp says when a reading was handed on, its content when it was taken.
+//! Test for new sensor content: a stamp says when a reading was handed on, the content when it was taken.
 //!
-//! A live sensor's noise never repeats. So each modality's content is compared, by a short hash, with the content of the frames before it: rendered planes byte for byte, and
-//! where there are no planes the stage's candidates with the number that represents their planes' noise. [`REPEATS`] frames in a
-//! row that are all as many frames old are no chance, and no fresh product:
+//! A live sensor's noise never repeats. Each modality's content is therefore compared, by a short hash, with the
+//! content of earlier frames: rendered, the plane byte for byte; unrendered, the stage's candidates with the number
+//! that represents the noise of their plane. [`REPEATS`] frames in a row that all repeat content from the same number
+//! of frames ago are no chance, and no fresh product:
 //!
-//! - one frame old, again and again: the sensor is *stuck*. It counts again with the first new content.
+//! - one frame ago: the sensor is *stuck*. Its product is valid again with the first new content.
 //! - more: old content is *played back*. No stuck sensor does that, and a source that played old content once can play
-//!   later content as late and as unseen; so the modality does not count again in this boot.
+//!   later content as late and as unseen; so the modality is not valid again in this boot.
 //!
-//! Not detected: content later than [`REACH`] frames, and a lag built up behind gaps, each too short to count as a loss.
-//! There only the other modalities are left (`corroborate`).
+//! Not detected: content later than [`REACH`] frames, and a lag built up behind gaps, each too short to count as a
+//! loss. Against these only the other modalities are left (`corroborate`).
 
 use std::collections::VecDeque;
 
@@ -19,15 +20,16 @@ use wire::event::wire_hash;
 use wire::sensor::{Candidates, Frames, Modality};
 use wire::track::StageProduct;
 
-/// Number of equal frames in a row that counts as repetition. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so
-/// accepted content would have been accepted with its true stamp.
+/// Number of equal frames in a row that counts as repetition: the smallest number whose content is older than a product
+/// may be (300 ms at 10 Hz). Content accepted before that number is reached would have been accepted with its true
+/// stamp too.
 ///
-/// A false alarm takes as many chance repetitions in a row, all at one distance. Noise by the pixel, and unrendered the number of 32 bits that
-/// represents it, leave no chance to speak of.
+/// A false alarm takes as many chance repetitions in a row, all at one distance in frames. Rendered, the noise of every
+/// pixel would have to repeat; unrendered, the number of 32 bits that represents the noise.
 pub const REPEATS: u8 = 4;
-/// Number of these that have to show something: a sensor of attitude that sees its object hidden shows none now and then, and a late one
-/// shows that late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be empty at the same
-/// distance.
+/// Number of these frames that have to show something. An attitude sensor whose object is hidden shows nothing now and
+/// then, and a delayed one shows that delayed too. One empty frame in four makes a false alarm less likely, since the
+/// frame has to be empty at the same distance.
 const TELLING: u8 = REPEATS - 1;
 /// Number of past frames against which content is compared: 3.2 s.
 pub const REACH: usize = 32;
@@ -40,8 +42,8 @@ pub fn of_frames(frames: &Frames<'_>) -> Prints {
     [frames.rgb, frames.depth, frames.thermal, frames.lidar].map(|plane| plane.map(|bytes| wire_hash(bytes)))
 }
 
-/// Prints of an unrendered frame: each list as it came, with the noise of the plane that it represents. Without that, all empty lists are equal and
-/// carry no information.
+/// Prints of an unrendered frame: each list as it came, with the noise of the plane that it represents. Without that,
+/// all empty lists are equal and carry no information.
 pub fn of_candidates(candidates: &Candidates) -> Prints {
     let Candidates { rgb, depth, thermal, lidar, grain, .. } = candidates;
     let shows = |is_empty: bool| grain.is_some() || !is_empty;
@@ -107,13 +109,13 @@ struct Shown {
     first: StageProduct,
 }
 
-/// One modality's.
+/// Contents of one modality.
 #[derive(Clone, Debug, Default)]
 struct Memory {
-    /// Newest first, at most [`REACH`].
+    /// Contents shown, newest first, at most [`REACH`].
     shown: VecDeque<Shown>,
-    /// For each distance in frames, less one: how many frames in a row have repeated the one so far back, and how many of them
-    /// with anything to use.
+    /// Runs of repetitions by distance in frames, less one: number of frames in a row that repeat the one so far back,
+    /// and how many of them show something.
     runs: [(u8, u8); REACH],
     state: State,
 }
@@ -125,7 +127,7 @@ impl Memory {
         for (lag, run) in self.runs.iter_mut().enumerate() {
             *run = match (print, self.shown.get(lag).map(|shown| shown.print)) {
                 (Some(now), Some(Some(back))) if now == back => (run.0.saturating_add(1), run.1.saturating_add(1)),
-                // One that shows nothing, as the one so far back did: it neither tells a repetition nor ends one.
+                // A frame without content, like the frame so far back, neither counts as a repetition nor ends a run.
                 (None, Some(None)) => (run.0.saturating_add(1), run.1),
                 (Some(_) | None, _) => (0, 0),
             };
@@ -153,7 +155,7 @@ mod tests {
 
     use super::*;
 
-    /// For a modality with these contents in turn: the frames in which it repeats itself, and its reported state.
+    /// Frames in which a modality with these contents repeats itself, and the reported repetitions.
     fn repeats_reported(contents: impl IntoIterator<Item = u64>) -> (Vec<u64>, Vec<(u64, u64)>) {
         let (mut memory, mut repeats, mut begins) = (Contents::default(), Vec::new(), Vec::new());
         for (frame, print) in (1..).zip(contents) {
@@ -165,7 +167,7 @@ mod tests {
         (repeats, begins)
     }
 
-    /// It is as old as its content, and counts again with new content.
+    /// A stuck sensor is as old as its content, and counts again with new content.
     #[test]
     fn stuck_sensor_is_reported_once_and_recovers() {
         assert_eq!(repeats_reported([1, 2, 3, 3, 3, 3, 3, 3, 4, 5]), (vec![7, 8], vec![(7, 3)]));
@@ -184,7 +186,7 @@ mod tests {
         assert_eq!(repeats_reported(looped).1, [(24, 19)]);
     }
 
-    /// Nor do repetitions out of reach.
+    /// Repetitions out of reach do not count either.
     #[test]
     fn scattered_or_empty_repetitions_do_not_count() {
         assert!(repeats_reported([0; 50]).0.is_empty());

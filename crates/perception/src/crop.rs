@@ -1,14 +1,15 @@
 //! Crops of a track from the images of a frame, for the operator.
 //!
-//! Cut at the camera's own resolution where the track's box fits, else with every few pixels made one. Choosing the track is
-//! left to the core.
+//! Cut at the camera's own resolution where the track's box fits, else with every few pixels made one. Choosing the
+//! track is left to the core.
 
 use wire::codec::List;
 use wire::crop::{CAMERAS, Crop, HEIGHT, PIXELS, Pixels, WIDTH};
 use wire::id::TrackId;
 use wire::sensor::{Frames, PixelBox};
 
-/// Crops of `track`, which is at `bounds` in the images; none of a camera without a reading, or of images that are smaller than a crop.
+/// Crops of `track`, which is at `bounds` in the images; none of a camera without a reading, or of images that are
+/// smaller than a crop.
 pub fn crops(frames: &Frames<'_>, track: TrackId, bounds: &PixelBox) -> List<Crop, CAMERAS> {
     let Some(window) = Window::around_box(bounds, (frames.width, frames.height)) else { return List::default() };
     let pixels = window.width * window.height;

@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use wire::sensor::Class;
 
-    /// And the outer half of the box.
+    /// Pixels in the outer half of the box do not count either.
     #[test]
     fn median_ignores_pixels_without_return() {
         let mut plane = vec![0u8; 2 * 16 * 12];

@@ -1,10 +1,10 @@
-//! A detector: one ONNX model over `[1, planes, H, W]` in 0..1, and the [`Head`] that reads its output. Colour has three planes, and so
-//! has the thermal stage's image; the fused one ([`crate::fused`]) has seven. A run may bring a custom colour detector in place of
-//! the shipped one.
+//! A detector: one ONNX model over `[1, planes, H, W]` in 0..1, and the [`Head`] that reads its output. Colour has
+//! three planes, and so has the thermal stage's image; the fused one ([`crate::fused`]) has seven. A run may bring a
+//! custom colour detector in place of the shipped one.
 //!
-//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that one
-//! of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on its
-//! image alone.
+//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that
+//! one of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on
+//! its image alone.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -41,7 +41,7 @@ pub enum DetectorError {
     Input {
         /// Sides that fit.
         wanted: String,
-        /// Its input.
+        /// Input of the model.
         got: String,
     },
     /// The model's output does not suit the head.
@@ -49,7 +49,7 @@ pub enum DetectorError {
     Output {
         /// The shape that fits.
         wanted: String,
-        /// Its output.
+        /// Output of the model.
         got: String,
     },
     /// The process that it runs in ended, was silent, or refused it.
@@ -60,7 +60,7 @@ pub enum DetectorError {
     Image {
         /// Length that fits.
         wanted: usize,
-        /// Its length in bytes.
+        /// Length of the image in bytes.
         got: usize,
     },
 }
@@ -132,6 +132,7 @@ impl Detector {
             return Err(DetectorError::Output { wanted: head.wanted(), got: describe_outlets(session.outputs()) });
         };
         let detector = Detector { session: Mutex::new(session), input, planes, letterbox, head };
+        // Tried once: a model that fails, or gives another output than it states, is refused before the run.
         detector.detect(&vec![0; planes * WIDTH * HEIGHT], 1000)?;
         Ok(detector)
     }
@@ -194,7 +195,7 @@ fn describe_outlets(outlets: &[Outlet]) -> String {
     format!("{} tensors ({})", outlets.len(), each.join(", "))
 }
 
-/// The first of a runtime's words: they may hold whole operators.
+/// First line of a runtime's message: a message may contain whole operators.
 fn one_line(words: &str) -> String {
     words.lines().next().unwrap_or_default().chars().take(300).collect()
 }

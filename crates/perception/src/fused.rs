@@ -1,9 +1,10 @@
 //! Detection over all the cameras at once: the image of the fused network, and its disputes with the colour detector.
 //!
-//! The three cameras share one view, so the network sees colour, bands of warmth and nearness pixel by pixel, and proposes by whichever
-//! shows an object. Colour is deceived more cheaply than the others together, and is blind at night and in fog: so its detector's
-//! silence is no objection, another class at the same place is one, and its own claim that the network does not share is reported and
-//! not believed. Thermal, depth and LiDAR judge each claim afterwards, in [`crate::corroborate`].
+//! The three cameras share one view, so the network sees colour, bands of warmth and nearness pixel by pixel, and
+//! proposes by whichever shows an object. Colour is deceived more cheaply than the others together, and is blind at
+//! night and in fog: so its detector's silence is no objection, another class at the same place is one, and its own
+//! claim that the network does not share is reported and not believed. Thermal, depth and LiDAR judge each claim
+//! afterwards, in [`crate::corroborate`].
 
 use wire::codec::List;
 use wire::sensor::{Detection, Frames};
@@ -37,9 +38,10 @@ impl Disputed {
     }
 }
 
-/// All that is claimed in a frame: the network's proposals, best first, and behind them claims of the colour detector that it does not
-/// share. Those are disputed, and so is a proposal where the colour detector names another class; silence of the colour detector
-/// is no dispute. `seen` are its detections of at least [`SAY`], of which those below `least` are no claims.
+/// All that is claimed in a frame: the network's proposals, best first, and behind them claims of the colour detector
+/// that it does not share. Those are disputed, and so is a proposal where the colour detector names another class;
+/// silence of the colour detector is no dispute. `seen` are its detections of at least [`SAY`], of which those below
+/// `least` are no claims.
 pub fn claims(proposed: &[Detection], seen: &[Detection], least: u16) -> (List<Detection, 32>, Disputed) {
     let same = |a: &Detection, b: &Detection| a.bounds.shared(&b.bounds) >= SAME;
     let answer = |proposal: &Detection| {

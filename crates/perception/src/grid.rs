@@ -20,7 +20,7 @@ pub const ROWS: usize = 30;
 pub const UNIT: f32 = 16.0;
 /// Numbers for each cell.
 pub const CHANNELS: usize = 9;
-/// Cells.
+/// Number of cells.
 const CELLS: usize = COLUMNS * ROWS;
 /// Detections of at least `least` permille, best first, without doubles. `raw` is channel-major, [`CHANNELS`] × cells.
 pub fn decode(raw: &[f32], least: u16) -> List<Detection, 32> {

@@ -17,7 +17,7 @@ const GRID: [i64; 4] = [1, CHANNELS as i64, ROWS as i64, COLUMNS as i64];
 pub enum Head {
     /// The shipped detector's grid ([`crate::grid`]), over an image of the camera's size.
     Grid,
-    /// One of the heads that YOLO exporters write ([`crate::yolo`]).
+    /// A head as YOLO exporters write them ([`crate::yolo`]).
     Yolo(Yolo),
 }
 

@@ -4,7 +4,7 @@ use ndarray::Array4;
 
 /// Width of the camera's image, pixels.
 pub const WIDTH: usize = 160;
-/// Its height, pixels.
+/// Height of the camera's image, pixels.
 pub const HEIGHT: usize = 120;
 /// Smallest and largest side of a model's image, pixels.
 pub const SIDES: std::ops::RangeInclusive<usize> = 32..=640;
@@ -26,7 +26,7 @@ pub struct Letterbox {
 struct Tap(usize, usize, f32);
 
 impl Letterbox {
-    /// For an image of `height` by `width` pixels; `None` where a side is outside [`SIDES`].
+    /// Letterbox for an image of `height` by `width` pixels; `None` where a side is outside [`SIDES`].
     pub fn new(height: usize, width: usize) -> Option<Self> {
         if !SIDES.contains(&height) || !SIDES.contains(&width) {
             return None;
@@ -114,7 +114,7 @@ mod tests {
                         if (40..80).contains(&row) && (20..100).contains(&column) { 255 } else { 0 }
                     },
                 ));
-            // Blue is everywhere in the image, so what is red and blue is the square.
+            // Blue is everywhere in the image, so pixels that are red and blue are the square.
             let red = |row, column| tensor[(0, 0, row, column)] > 0.5 && tensor[(0, 2, row, column)] > 0.9;
             let rows: Vec<usize> = (0..height).filter(|row| (0..width).any(|column| red(*row, column))).collect();
             let columns: Vec<usize> = (0..width).filter(|column| (0..height).any(|row| red(row, *column))).collect();

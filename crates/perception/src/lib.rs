@@ -6,8 +6,9 @@
 //! - [`mod@attitude`] makes sightings of attitude sensors, on a platform that looks at stars and not at objects.
 //! - [`sight`] asks a detector in this process or another one, and notes the faults of one of others.
 //! - [`content`] tells new sensor content from repeated; a sensor that repeats itself has given no product.
-//! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`] places it
-//!   in the world, [`nearby`] the things around by LiDAR alone, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
+//! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`]
+//!   places it in the world, [`nearby`] the things around by LiDAR alone, [`provenance`] records the products of each
+//!   stage, [`reasons`] the doubts and the followed objects.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. Consequences are autonomy's to decide.
 
@@ -77,8 +78,8 @@ use crate::reasons::Reasons;
 use crate::stages::{StageClaims, Stages};
 use crate::tracker::{MAX_TRACKS, Tracker};
 
-/// Number of colour detections in a frame from which on their number is reported, so at most 21 times in a boot. No scene
-/// has that many objects in view.
+/// Number of colour detections in a frame from which on their number is reported, so at most 21 times in a boot. No
+/// scene has that many objects in view.
 pub const CROWD: usize = 12;
 /// Frames from one set of crops to the next: half a second's.
 const CROPPED_EVERY: u64 = 5;
@@ -289,7 +290,7 @@ impl Perception {
         Ok(())
     }
 
-    /// Tells of more colour detections than there ever were.
+    /// Reports a number of colour detections above any before in this boot.
     fn crowd(&mut self, now: Instant, candidates: &Candidates) {
         let seen = candidates.rgb.as_ref().map_or(0, |found| found.len());
         if seen >= CROWD && seen > self.most {
@@ -299,7 +300,8 @@ impl Perception {
         }
     }
 
-    /// Without the modalities that repeat themselves: they have given no product since their content was new.
+    /// The candidates without modalities that repeat themselves: those have given no product since their content was
+    /// new.
     fn renewed(&mut self, now: Instant, candidates: Candidates, prints: &Prints) -> Candidates {
         let repeats = self.repeats(now, (candidates.frame, candidates.stamp), prints);
         repeats.into_iter().fold(candidates, provenance::without_modality)
@@ -319,7 +321,7 @@ impl Perception {
         Modality::ALL.into_iter().filter(|m| required && self.contents.repeats(*m)).collect()
     }
 
-    /// One frame's candidates, through corroboration and tracking to the message.
+    /// Judges and tracks the candidates of one frame, and sends the tracks.
     fn process(&mut self, now: Instant, candidates: &Candidates, disputed: Disputed, frames: Option<&Frames<'_>>) {
         let (frame, stamp) = (candidates.frame, candidates.stamp);
         self.present(now, (frame, stamp), provenance::present(candidates));
@@ -338,7 +340,7 @@ impl Perception {
         self.send_tracks(now, (frame, stamp), candidates.mode, crops);
     }
 
-    /// Crops of a vehicle in every few frames, of each in its turn.
+    /// Crops of one vehicle, in each [`CROPPED_EVERY`]th frame; several vehicles take turns.
     fn crops(&self, frames: &Frames<'_>) -> List<Crop, CAMERAS> {
         let frame = frames.frame;
         let vehicles: Vec<_> = self.tracker.vehicles_in(frame).collect();

@@ -28,8 +28,8 @@ const FEWEST: u32 = 2;
 const LEAST_HEIGHT_M: f32 = 0.2;
 const LARGEST_M: f32 = 8.0;
 
-/// Points of the returns, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is ring-major, u16
-/// little-endian millimetres. A beam without a return is left out, and so is data beyond one scan.
+/// Points of the returns, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is
+/// ring-major, u16 little-endian millimetres. A beam without a return is left out, and so is data beyond one scan.
 pub fn returns(beams: Lidar, plane: &[u8]) -> impl Iterator<Item = [f32; 3]> {
     let azimuths = usize::from(beams.azimuths).max(1);
     let ranges = plane.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 1e3);
@@ -68,7 +68,7 @@ struct Segment {
 }
 
 impl Scanner {
-    /// For this geometry.
+    /// A scanner for this geometry.
     pub fn new(lidar: &Lidar) -> Self {
         let direction = |degrees: f32| libm::sincosf(degrees.to_radians());
         let rings = (0..lidar.rings).map(|k| direction(lidar.lowest_deg + lidar.ring_step_deg * f32::from(k)));
@@ -151,7 +151,7 @@ impl Segment {
     }
 }
 
-/// For each segment the lowest index of those it is connected to. Segments are in order of azimuth, which comes round.
+/// Lowest index of the segments connected to each segment. Segments are in order of azimuth, which wraps around.
 fn join(segments: &[Segment], azimuths: usize) -> Vec<usize> {
     let mut parents: Vec<usize> = (0..segments.len()).collect();
     let mut first = vec![segments.len(); azimuths + 1];

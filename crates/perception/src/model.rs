@@ -1,13 +1,14 @@
 //! Models pinned by hash: bytes become a [`Model`] only if their SHA-256 is the one that was stated.
 //!
-//! The networks that ship and their manifests are compiled in; an edit to either is refused at start. Reading a model from
-//! a file is the process's business.
+//! The networks that ship and their manifests are compiled in; an edit to either is refused at start. Reading a model
+//! from a file is the process's business.
 
 use config::platform::Sensors;
 use sha2::{Digest, Sha256};
 use wire::sensor::Camera;
 
-/// The largest model, bytes: eight million weights of four bytes; the smallest size of the common detectors has three, the next eleven.
+/// The largest model, bytes: eight million weights of four bytes; the smallest size of the common detectors has three,
+/// the next eleven.
 pub const MAX_MODEL: usize = 32 << 20;
 
 /// Networks that this crate ships for views from one height, with the manifest that pins them.
@@ -19,7 +20,7 @@ pub struct Networks {
     manifest: &'static str,
 }
 
-/// For views from the ground platform's camera.
+/// Networks for views from the ground platform's camera.
 static GROUND: Networks = Networks {
     detector: include_bytes!("../models/detector.onnx"),
     thermal: include_bytes!("../models/thermal.onnx"),
@@ -27,7 +28,7 @@ static GROUND: Networks = Networks {
     manifest: include_str!("../models/manifest.toml"),
 };
 
-/// For views from the air platform's camera.
+/// Networks for views from the air platform's camera.
 static ALOFT: Networks = Networks {
     detector: include_bytes!("../models/aloft/detector.onnx"),
     thermal: include_bytes!("../models/aloft/thermal.onnx"),
@@ -39,7 +40,7 @@ static ALOFT: Networks = Networks {
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelRef {
-    /// The file.
+    /// Path of the file.
     pub path: std::path::PathBuf,
     /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,
@@ -59,7 +60,7 @@ pub enum ModelError {
     /// Not the pinned bytes.
     #[error("model changed: its SHA-256 is {got}, pinned is {pinned}; restore the file or pin the new hash")]
     Changed {
-        /// Hash that was stated.
+        /// Pinned hash.
         pinned: String,
         /// Hash of the bytes.
         got: String,
@@ -81,6 +82,7 @@ impl<'a> Model<'a> {
     /// # Errors
     /// Too large, or not the pinned bytes.
     pub fn pinned(bytes: &'a [u8], sha256: &str) -> Result<Self, ModelError> {
+        // Before the hash, which takes time in proportion to the length.
         if bytes.len() > MAX_MODEL {
             return Err(ModelError::TooLarge { max: MAX_MODEL, got: bytes.len() });
         }
@@ -91,7 +93,7 @@ impl<'a> Model<'a> {
         Ok(Model { bytes })
     }
 
-    /// The bytes.
+    /// Bytes of the model.
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
     }

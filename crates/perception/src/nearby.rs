@@ -1,8 +1,8 @@
 //! Things near the unit by LiDAR alone: where something stands above the ground, how wide it is, and whether it moves.
 //!
-//! The camera looks ahead and sees no feet; LiDAR looks all around. A thing by LiDAR alone is of no class and no
-//! ground for an act, but a body keeps clear of it. The places are followed as sightings are ([`crate::tracker`]); consequences are
-//! autonomy's to decide.
+//! The camera looks ahead and sees no feet; LiDAR looks all around. A thing by LiDAR alone is of no class and no ground
+//! for an act, but a body keeps clear of it. The places are followed as sightings are ([`crate::tracker`]);
+//! consequences are autonomy's to decide.
 
 use wire::codec::List;
 use wire::id::{FrameId, TrackId};
@@ -16,24 +16,25 @@ use crate::tracker::Tracker;
 
 /// Clusters further away are left out, metres: ten times the way in which a unit of 3 m/s stops.
 const NEAR_M: f64 = 12.0;
-/// Clusters of a frame that are followed, the nearest: fewer than the things that are reported, for those that are no longer shown keep their places for
-/// a second.
+/// Most clusters of a frame that are followed, the nearest. Fewer than the things that are reported: a thing no longer
+/// shown keeps its place for a second.
 const NEAREST: usize = 20;
-/// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit passes.
+/// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit
+/// passes.
 const SIGMA_M: f64 = 0.15;
 /// Score of a cluster as a sighting, permille. Only whether it stands counts here.
 const SCORE: u16 = 1000;
 /// A track takes its width from a cluster within this distance, millimetres.
 const SAME_MM: f64 = 1000.0;
-/// Way by which the middle has to move until the thing moves, millimetres, beyond that by which the side that is seen moves: the way of the unit,
-/// at most half of the width.
+/// Least displacement of the middle that counts as motion, millimetres. Added to it is the displacement that the unit's
+/// own motion can cause, because LiDAR then sees another side: the way of the unit, at most half of the width.
 const MOVES_MM: f64 = 300.0;
 /// Time after which the place of a thing that stands is taken again.
 const STOOD_FOR: Span = Span::s(1);
-/// Below this speed it stands, mm/s.
+/// Speed below which a thing counts as standing, mm/s.
 const STANDS_MM_S: f64 = 300.0;
 
-/// All of them.
+/// Things that LiDAR shows nearby.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
     tracker: Tracker<NEARBY>,
@@ -48,7 +49,7 @@ pub struct Followed {
 struct Shape {
     track: TrackId,
     width_mm: u16,
-    /// Its place when it stood last, that time, and the unit's place then.
+    /// Place of the thing when it last stood, that time, and the unit's place then.
     stood: (f64, f64),
     since: Instant,
     from: (f64, f64),
@@ -119,7 +120,7 @@ fn is_near(cluster: &Cluster) -> bool {
     range(cluster) < NEAR_M * 1000.0
 }
 
-/// Its distance, millimetres.
+/// Distance of a cluster, millimetres.
 fn range(cluster: &Cluster) -> f64 {
     libm::hypot(f64::from(cluster.x_mm), f64::from(cluster.y_mm))
 }
@@ -166,7 +167,8 @@ mod tests {
 
     use super::*;
 
-    /// The things that are followed after `frames` of a cluster at `at(seconds)`, metres in the world frame, from a unit at `own(seconds)` on the x axis.
+    /// The things that are followed after `frames` of a cluster at `at(seconds)`, metres in the world frame, from a
+    /// unit at `own(seconds)` on the x axis.
     fn followed(
         frames: u64,
         place_of: impl Fn(f64) -> [f64; 2],

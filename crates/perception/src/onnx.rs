@@ -85,23 +85,23 @@ const ZIP: &[u8] = b"PK\x03\x04";
 /// Message for a model that is not in one file.
 const ELSEWHERE: &str = "weights in another file";
 
-/// Reason for refusing a file. `at` is its offset in bytes.
+/// Reason for which a file is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OnnxError {
     /// No protobuf, or cut off.
     #[error("no ONNX model: {why} at byte {at}")]
     Malformed {
-        /// Offset.
+        /// Offset in bytes.
         at: usize,
-        /// The fault.
+        /// Fault at that offset.
         why: &'static str,
     },
     /// Something that no detector needs.
     #[error("the model has {what} at byte {at}; docs/researcher/detector.md lists the permitted parts")]
     Unwanted {
-        /// Offset.
+        /// Offset in bytes.
         at: usize,
-        /// The part.
+        /// Name of the part.
         what: String,
     },
     /// More parts than a detector has.
@@ -131,7 +131,7 @@ impl<'a> Inspected<'a> {
         if walk.operators == 0 { Err(OnnxError::Empty) } else { Ok(Inspected(model)) }
     }
 
-    /// The bytes.
+    /// Bytes of the model.
     pub fn bytes(&self) -> &'a [u8] {
         self.0.bytes()
     }

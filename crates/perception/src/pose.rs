@@ -11,7 +11,7 @@ pub struct Placement {
     north: f64,
     cos: f64,
     sin: f64,
-    /// One standard deviation of position as localisation states it, metres.
+    /// Standard deviation of position as localisation states it, metres.
     pub sigma: f64,
 }
 

@@ -26,7 +26,8 @@ const MAX_LIBRARY: usize = 256 << 20;
 /// The most CPU time that a detector may take for a frame, microseconds: half of the time between two frames. The rest
 /// is for the other stages of perception, and for other processes on the host.
 pub const MOST_CPU_US: u64 = 50_000;
-/// Images on which a detector is tried, a black one and others. The fastest counts: delays in the others are not the model's.
+/// Images on which a detector is tried, a black one and others. The fastest counts: delays in the others are not the
+/// model's.
 const TRIED: u64 = 8;
 
 /// Configuration that a launcher puts into [`ServiceSpec::config`] for perception.
@@ -45,17 +46,17 @@ pub enum LoadError {
     /// The file could not be read.
     #[error("{path}: {why}")]
     Read {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Reason.
+        /// Reason of the failure.
         why: std::io::Error,
     },
     /// The file is not the pinned one.
     #[error("{path}: {why}")]
     Pin {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Reason.
+        /// Reason of the refusal.
         why: ModelError,
     },
     /// The runtime was refused.
@@ -77,8 +78,8 @@ pub fn main() -> ExitCode {
     main_with(|_, _| Err("this program starts no detectors".into()))
 }
 
-/// Runs the service until its launcher ends it; `start` starts the process of a detector that the configuration names, with its own
-/// runtime where one is named.
+/// Runs the service until its launcher ends it; `start` starts the process of a detector that the configuration names,
+/// with its own runtime where one is named.
 pub fn main_with(start: impl FnOnce(&Brought, Option<&ModelRef>) -> Result<Arc<dyn Sight>, String>) -> ExitCode {
     match make(start) {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),

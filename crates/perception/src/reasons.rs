@@ -29,7 +29,7 @@ struct Doubt {
     /// True if the contradiction is of earlier frames ([`crate::cold`]).
     remembered: bool,
     bearing_mrad: i16,
-    /// One bit a frame, newest lowest: whether it was held.
+    /// Frames with the doubt, one bit each, the newest lowest.
     history: u8,
     told: bool,
 }

@@ -46,6 +46,8 @@ pub fn adopt(path: &Path) -> Result<(), RuntimeError> {
         start(builder)
     });
     match made {
+        // A second call finds the environment of the first: another library would be ignored in silence, so the call
+        // fails.
         Ok(_) if first => Ok(()),
         Ok(_) => Err(RuntimeError::Late),
         Err(error) => Err(error.clone()),

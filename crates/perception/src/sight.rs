@@ -1,7 +1,7 @@
 //! Detection of objects in an image, in this process or in another one, and the faults of a detector of others.
 //!
-//! A core asks a [`Sight`] and knows no process. A network of others runs in a separate process (the crate `live`), since a model can end the
-//! process that it runs in; its faults are noted here, so that a verdict can name them.
+//! A core asks a [`Sight`] and knows no process. A network of others runs in a separate process (the crate `live`),
+//! since a model can end the process that it runs in; its faults are noted here, so that a verdict can name them.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,7 +36,7 @@ struct Noted {
     failed: u64,
     /// Number of the first image that it failed on, from 1, and why.
     first: Option<(u64, String)>,
-    /// Its process has ended: it is asked no more in this run.
+    /// True once the detector's process has ended: it is not asked again in this run.
     ended: bool,
 }
 

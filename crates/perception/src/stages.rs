@@ -25,18 +25,18 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// For these sensors: a detector that sees the colour image, and one that sees the bands of the thermal.
+    /// Stages for these sensors, with a detector for the colour image and one for the bands of the thermal image.
     pub fn new(sensors: &Sensors, detector: Arc<dyn Sight>, thermal: Arc<Detector>) -> Self {
         Stages { sensors: *sensors, detector, thermal, fused: None, scanner: Scanner::new(&sensors.lidar) }
     }
 
-    /// With a network over all the cameras that proposes in place of the colour detector.
+    /// The stages with a network over all cameras, which proposes in place of the colour detector.
     #[must_use]
     pub fn proposing(self, fused: Arc<Detector>) -> Self {
         Stages { fused: Some(fused), ..self }
     }
 
-    /// Without a network over all the cameras: the colour detector proposes.
+    /// The stages without such a network: the colour detector proposes.
     #[must_use]
     pub fn by_colour(self) -> Self {
         Stages { fused: None, ..self }
@@ -56,7 +56,7 @@ impl Stages {
         })
     }
 
-    /// The sensors.
+    /// Numbers and mounting of the sensors.
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }
@@ -71,8 +71,8 @@ impl Stages {
         &self.thermal
     }
 
-    /// Detections of at least `least` permille, best first: the fused network's, or the colour detector's where there is none. `None`
-    /// without a colour image: that is the loss of a modality.
+    /// Detections of at least `least` permille, best first: the fused network's, or the colour detector's where there
+    /// is none. `None` without a colour image: that is the loss of a modality.
     pub fn detections(&self, frames: &Frames<'_>, least: u16) -> Option<Result<List<Detection, 32>, DetectorError>> {
         let plane = frames.rgb?;
         Some(match &self.fused {

@@ -95,7 +95,7 @@ impl Rig {
         self.core.handle(self.now, &Input::Bus { topic: Topic::Navigation, bytes });
     }
 
-    /// One frame; `edit` may take products away before they are sent.
+    /// Sends one frame; `edit` may take products away before.
     fn frame(&mut self, things: &[Thing], edit: impl Fn(&mut Candidates)) -> Tracks {
         self.now += Span::ms(100);
         self.frame += 1;
@@ -222,7 +222,7 @@ fn cold_vehicle_decoy_is_vetoed() {
     assert!(Rig::new().frames(50, &[wrong], |_| {}).is_empty());
 }
 
-/// It is reported once each way.
+/// A missing modality is reported once, and so is its return.
 #[test]
 fn missing_modality_ages_its_product() {
     let mut rig = Rig::new();

@@ -27,8 +27,8 @@ const OPINIONS: usize = 5;
 const SUPPORTS: usize = 1;
 /// Number of these that makes a veto: most of them.
 const VETOES: usize = 3;
-/// And how many make one where a modality only shows no object: all but one, for a stage misses a frame more often than it errs, and the
-/// track limit is as long.
+/// Number of these that makes a veto where a modality merely shows no object: all but one. A stage misses a frame more
+/// often than it errs, and the track limit is as long.
 const ABSENCES: usize = 4;
 /// Updates that make a tentative track a track, within the last five frames.
 const CONFIRMATIONS: u32 = 3;
@@ -43,12 +43,12 @@ const ACCELERATION: f64 = 1.2;
 /// Deviation of a new track's velocity on each axis, m/s.
 const FIRST_VELOCITY: f64 = 1.5;
 
-/// One object under observation.
+/// An object under observation, believed or not.
 #[derive(Clone, Debug)]
 struct Hypothesis {
     id: TrackId,
     state: StateAndCovariance<f64, U4>,
-    /// One bit a frame, newest lowest: whether a standing sighting updated it.
+    /// Frames in which an uncontradicted sighting updated the track, one bit each, the newest lowest.
     history: u8,
     confirmed: bool,
     confidence: u16,
@@ -57,7 +57,7 @@ struct Hypothesis {
     opinions: [Opinion; OPINIONS],
     updated: Instant,
     frame: FrameId,
-    /// Its newest sighting's place in the image.
+    /// Place of the newest sighting in the image.
     bounds: Option<PixelBox>,
 }
 
@@ -72,8 +72,8 @@ struct Opinion {
 }
 
 impl Opinion {
-    /// Opinion of a sighting that claims the class `own_class`, or another one. Another class is colour's word against the track; the words
-    /// of other modalities on that claim are not on the track.
+    /// Opinion of a sighting that claims the class `own_class`, or another one. Another class is colour's word against
+    /// the track; the words of other modalities on that claim are not on the track.
     fn from_sighting(sighting: &Sighting, own_class: Option<Class>) -> Self {
         let Sighting { supported, vetoed, absent, .. } = *sighting;
         if own_class.is_none_or(|own_class| own_class == sighting.class) {
@@ -110,6 +110,8 @@ impl<const MOST: usize> Tracker<MOST> {
         }
         self.tracks.retain(|t| stamp.since(t.updated) < LIFE);
         for (index, placed) in placed.iter().enumerate().filter(|(_, p)| p.sighting.is_uncontradicted()) {
+            // A second sighting within the gate of a track begins none: two tracks of one object would share its
+            // sightings.
             let known = assigned.contains(&Some(index)) || self.tracks.iter().any(|t| t.distance(placed) <= GATE);
             if !known && self.tracks.len() < MOST {
                 self.last += 1;
@@ -141,7 +143,7 @@ impl<const MOST: usize> Tracker<MOST> {
         }
     }
 
-    /// For each track the index of its sighting. Each track may also take a dummy at the price of the gate.
+    /// Index of the sighting of each track. Each track may also take a dummy at the price of the gate.
     fn assign(&self, placed: &[Placed]) -> Vec<Option<usize>> {
         let (rows, real) = (self.tracks.len(), placed.len());
         if rows == 0 || real == 0 {
@@ -209,6 +211,8 @@ impl Hypothesis {
         self.bounds = sighting.bounds;
         self.history <<= 1;
         if !sighting.is_uncontradicted() {
+            // A contradicted frame costs more than a missed one (a 24th): with `designation_keep` these shares decide
+            // how long a designation lasts (docs/reference/bounds.md).
             self.confidence -= self.confidence / 8;
             return;
         }
@@ -228,13 +232,13 @@ impl Hypothesis {
         self.opinions[0] = opinion;
     }
 
-    /// The modalities for which at least `least` of the newest opinions are so.
+    /// Modalities for which `is` holds in at least `least` of the newest opinions.
     fn held(&self, least: usize, is: impl Fn(&Opinion, Modality) -> bool) -> Modalities {
         let holds = |m: &Modality| self.opinions.iter().filter(|opinion| is(opinion, *m)).count() >= least;
         Modality::ALL.into_iter().filter(holds).fold(Modalities::default(), Modalities::with_modality)
     }
 
-    /// The modalities that speak against it: by another object, or for longer by none.
+    /// Modalities that speak against the track: by another object, or over more frames by none.
     fn contradicting(&self) -> Modalities {
         let shown = self.held(VETOES, |opinion, m| opinion.vetoed.contains(m) && !opinion.absent.contains(m));
         let any = self.held(ABSENCES, |opinion, m| opinion.vetoed.contains(m));
@@ -252,7 +256,8 @@ impl Hypothesis {
 
     /// Squared Mahalanobis distance, thousandths.
     fn distance(&self, placed: &Placed) -> i64 {
-        // What is observed is the place, the first two of the state: multiplying by the observation matrix only picks them.
+        // What is observed is the place, the first two of the state: multiplying by the observation matrix only picks
+        // them.
         let innovation = placed.at - self.state.state().fixed_rows::<2>(0);
         let spread = self.state.covariance().fixed_view::<2, 2>(0, 0) + placed.seen.noise;
         let Some(inverse) = spread.try_inverse() else { return IMPOSSIBLE };

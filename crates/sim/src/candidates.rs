@@ -1,10 +1,11 @@
 //! Unrendered mode: candidates straight from ground truth, in place of sensors and detector stages.
 //!
 //! **The noise model is uncalibrated.** Its figures ([`NoiseModel`]) are placeholders until they have been fitted to
-//! the rendered pipeline; a result that rests on them is a hypothesis. It models: range, field of view,
-//! partial cover of a vehicle or a decoy (`occlusion`; persons, obstacles and the ground by one ray per object and
-//! viewpoint), misses that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every fault of `fault`.
-//! Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate came from.
+//! the rendered pipeline; a result that rests on them is a hypothesis. It models: range, field of view, partial cover
+//! of a vehicle or a decoy (`occlusion`; persons, obstacles and the ground by one ray per object and viewpoint), misses
+//! that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every
+//! fault of `fault`. Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate
+//! came from.
 
 use ground_truth::Sensor;
 use rapier3d::prelude::Vector;
@@ -370,11 +371,11 @@ pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Pl
 
 /// LiDAR returns from an object.
 struct Met {
-    /// With its size; its place is `centroid`.
+    /// Returns as a cluster, with its size; the place is `centroid`.
     cluster: Cluster,
-    /// Body frame.
+    /// Middle of the returns, body frame, metres.
     centroid: Vector,
-    /// Metres.
+    /// Distance to the returns, metres.
     range: f32,
 }
 
@@ -386,6 +387,7 @@ fn meet(scan: &Scan<'_>, index: usize, object: &Object) -> Option<Met> {
             let centre = scan.world.placements()[index].centre;
             let hit = sight(scan.view, origin, centre, ObjectId(index as u16))?;
             let direction = centre - origin;
+            // LiDAR meets the near side: a quarter of the way from there to the middle.
             let centroid = scan.state.to_body(origin + direction * (0.75 * hit.distance + 0.25));
             let [length, width, height] = object.size;
             Some(Met {

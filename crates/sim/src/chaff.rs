@@ -1,7 +1,7 @@
 //! Chaff: many weak detections in each frame, each of the class that an act may be designated on.
 //!
-//! Rendered, pictures of vehicles painted over the colour plane; unrendered, a detector's output for them. No two frames
-//! have them at the same places.
+//! Rendered, pictures of vehicles painted over the colour plane; unrendered, a detector's output for them. No two
+//! frames have them at the same places.
 
 use wire::codec::List;
 use wire::sensor::{Camera, Class, Detection, PixelBox};
@@ -14,11 +14,12 @@ const SCORES: (f32, f32) = (500.0, 650.0);
 /// Width of a weak detection, pixels, and the height of any as a share of its width.
 const WIDTH: (f32, f32) = (16.0, 28.0);
 const HEIGHT: f32 = 0.4;
-/// The lines that pictures stand on, as shares of the image's height, how wide they are there, pixels, and how many of 32 stand
-/// there, apart from each other: a detector that has learned how large a vehicle is at its distance passes over detections of
-/// another size. Of 32 the shipped one finds 7 to 21 (median of 40 frames: 16); of 32 anywhere, 4 to 10.
+/// The lines that pictures stand on, as shares of the image's height, how wide they are there, pixels, and how many of
+/// 32 stand there, apart from each other: a detector that has learned how large a vehicle is at its distance passes
+/// over detections of another size. Of 32 the shipped one finds 7 to 21 (median of 40 frames: 16); of 32 anywhere, 4 to
+/// 10.
 const LINES: [(f32, f32, u16); 5] = [(0.33, 14.0, 8), (0.42, 16.0, 8), (0.5, 18.0, 7), (0.6, 26.0, 5), (0.73, 28.0, 4)];
-/// Their coats.
+/// Colours of the painted vehicles.
 const COATS: [[u8; 3]; 4] = [[150, 60, 50], [60, 80, 150], [200, 200, 200], [80, 40, 40]];
 
 /// Adds up to `count` detections, as far as the list has room: more confident ones come first.
@@ -30,8 +31,8 @@ pub(crate) fn detect(camera: &Camera, noise: &mut Noise, count: u8, found: &mut 
     }
 }
 
-/// Paints `count` pictures over a plane of 3 bytes a pixel: in lines from the farthest to the nearest, in each evenly and from
-/// anywhere on.
+/// Paints `count` pictures over a plane of 3 bytes a pixel: in lines from the farthest to the nearest, in each evenly
+/// and from anywhere on.
 pub(crate) fn paint(camera: &Camera, noise: &mut Noise, count: u8, plane: &mut [u8]) {
     let (columns, rows) = (f32::from(camera.width), f32::from(camera.height));
     let (mut of_most, mut painted) = (0, 0);

@@ -21,7 +21,7 @@ use crate::truth::Witness;
 
 /// The oldest a set-point or act may be on arrival.
 pub const FRESHNESS: Span = Span::ms(300);
-/// A plant that falls behind its clock by more has stalled: the unit had no sight of the world meanwhile, so no act that it
+/// Lag behind its clock beyond which a plant has stalled. During a stall the unit had no sight of the world, so no act
 /// sent before the plant went on is carried out.
 pub const STALL: Span = Span::ms(100);
 
@@ -40,7 +40,7 @@ pub struct ChannelKeys {
     pub act: ChannelKey,
 }
 
-/// All channels.
+/// Channels of the sim.
 #[derive(Clone)]
 pub(crate) struct Channels {
     pub(crate) frames: Sender,
@@ -81,6 +81,7 @@ impl Channels {
     /// An act through its gate, not sent before `resumed`, the end of the plant's last stall.
     pub(crate) fn act(&mut self, now: Instant, resumed: Instant, bytes: &[u8]) -> Result<Act, Refusal> {
         let judged = self.act.admit::<Act>(&self.policy, now, bytes).map(|a| a.into_parts().0);
+        // An act passes the age limit although the plant stood still between the unit's picture and the act.
         let judged = judged.and_then(|act| match act.stamp < resumed {
             true => Err(Refusal::Stale { limit: now.since(resumed), age: now.since(act.stamp) }),
             false => Ok(act),
@@ -113,7 +114,7 @@ impl Channels {
         }
     }
 
-    /// The closing account.
+    /// Writes the closing account.
     pub(crate) fn account(&self, now: Instant, witness: &mut Witness, out: &mut VecDeque<Output>) {
         let received = self.received.iter().map(|(t, n)| (Account::Received(Interface::Bus(*t)), *n));
         let accepted = self.accepted.iter().map(|(t, n)| (Account::Accepted(Interface::Bus(*t)), *n));

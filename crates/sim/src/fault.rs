@@ -1,8 +1,8 @@
 //! Sensor faults as scenario data: sensor, disturbance, start and duration.
 //!
-//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::effect_at`] folds the active
-//! faults into one [`Effect`] for a sensor; `lib` writes start, end and every affected frame to the audit trail, which
-//! is the actor's half of the receipt.
+//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::effect_at`] folds the
+//! active faults into one [`Effect`] for a sensor; `lib` writes start, end and every affected frame to the audit trail,
+//! which is the actor's half of the receipt.
 
 use std::sync::Arc;
 
@@ -30,16 +30,16 @@ const MAX_NOISE: f32 = 65_535.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Disturbance {
-    /// It gives no reading.
+    /// The sensor gives no reading.
     Dropout,
-    /// It repeats its last content under fresh stamps.
+    /// The sensor repeats its last content under fresh stamps.
     Freeze,
-    /// It shows the content of some frames ago, under fresh stamps (colour and thermal).
+    /// The sensor shows the content of some frames ago, under fresh stamps (colour and thermal).
     Skew {
         /// Number of frames, 1 to [`MAX_SKEW`].
         frames: u8,
     },
-    /// It shows many weak detections (colour only).
+    /// The sensor shows many weak detections (colour only).
     Chaff {
         /// Number in each frame, 1 to [`MAX_CHAFF`].
         count: u8,
@@ -49,7 +49,7 @@ pub enum Disturbance {
         /// Largest change of a byte, of 255, up to [`MAX_STRENGTH`].
         strength: u8,
     },
-    /// Its noise is this many times the usual.
+    /// The sensor's noise is multiplied by a factor.
     Noise {
         /// Factor, at least 1.
         factor: u16,
@@ -59,14 +59,15 @@ pub enum Disturbance {
         /// Covered share of the width, permille.
         permille: u16,
     },
-    /// Its position walks away at a constant rate (localisation and height), or its way does, each speed off by that (odometry).
+    /// The position drifts at a constant rate (localisation and height). For odometry: each speed is off by the rate.
     Drift {
         /// East, mm/s; of height: up; of odometry: ahead.
         east_mm_s: i32,
         /// North, mm/s.
         north_mm_s: i32,
     },
-    /// Its position is displaced while the fault lasts (localisation and height), or its first reading has a further way in it (odometry).
+    /// The position is displaced while the fault lasts (localisation and height). For odometry: the first reading
+    /// contains the displacement as a further way.
     Jump {
         /// East, millimetres; of height: up; of odometry: ahead.
         east_mm: i32,
@@ -75,20 +76,20 @@ pub enum Disturbance {
     },
     /// The receiver's time is displaced while the fault lasts (localisation only).
     TimeStep {
-        /// Forwards, microseconds.
+        /// Displacement forwards, microseconds.
         us: i64,
     },
-    /// The receiver's time walks away at a constant rate (localisation only).
+    /// The receiver's time drifts at a constant rate (localisation only).
     TimeDrift {
-        /// Too fast, parts per million.
+        /// Rate by which the time runs too fast, parts per million.
         ppm: i32,
     },
-    /// It gives its speed times this factor (odometry only).
+    /// The speed is multiplied by a factor (odometry only).
     Scale {
         /// Factor, permille, up to [`MAX_SCALE`].
         permille: u16,
     },
-    /// Its position wanders about the true one (localisation only, `wander`).
+    /// The position wanders about the true one (localisation only, `wander`).
     Wander {
         /// Deviation on each axis after a long time, millimetres, up to [`MAX_WANDER_MM`].
         deviation_mm: u32,
@@ -103,22 +104,23 @@ pub fn is_imaging(sensor: Sensor) -> bool {
     }
 }
 
-/// One fault.
+/// A fault of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     /// Affected sensor.
     pub sensor: Sensor,
-    /// Its disturbance.
+    /// Disturbance of the sensor.
     pub disturbance: Disturbance,
     /// Milliseconds after the start of the run.
     pub start_ms: u64,
     /// Duration, milliseconds.
     pub duration_ms: u64,
-    /// The step it is a part of, under which it is reported and called, where that has a name.
+    /// Step that the fault is a part of, under which it is reported and called, where the step has a name.
     #[serde(default)]
     pub step: Option<StepName>,
-    /// A given number of milliseconds after its step is called it starts, `start_ms` at the earliest; without it, at its time.
+    /// Milliseconds from the call of the step to the beginning, at `start_ms` at the earliest; without it, the fault
+    /// begins at `start_ms`.
     #[serde(default)]
     pub waits_ms: Option<u64>,
 }
@@ -139,7 +141,7 @@ impl Fault {
         self.begins() + Span(self.duration_ms.saturating_mul(1000))
     }
 
-    /// Its name in the audit trail.
+    /// Name of the fault's kind in the audit trail.
     pub fn kind(&self) -> FaultKind {
         match self.disturbance {
             Disturbance::Dropout => FaultKind::Dropout,
@@ -187,13 +189,13 @@ pub struct Effect {
     pub dropout: bool,
     /// Repeats its last content.
     pub freeze: bool,
-    /// Delay, frames.
+    /// Delay of the content, frames.
     pub skew: u8,
     /// Number of additional weak detections.
     pub chaff: u8,
     /// Largest change by the scene's perturbation, of 255, if it is added at all.
     pub perturbation: Option<u8>,
-    /// Factor on its noise.
+    /// Factor on the noise.
     pub noise: f32,
     /// Covered share of its view from the left, permille.
     pub occluded: u16,
@@ -201,14 +203,14 @@ pub struct Effect {
     pub displaced_mm: [i64; 2],
     /// Displacement of the receiver's time forwards, microseconds.
     pub displaced_us: i64,
-    /// Factor on its speed, permille.
+    /// Factor on the speed, permille.
     pub scale: i64,
-    /// Excess of its speed, mm/s.
+    /// Excess of the speed, mm/s.
     pub fast_mm_s: i64,
 }
 
 impl Effect {
-    /// No fault.
+    /// The effect without a fault.
     pub const NONE: Effect = Effect {
         dropout: false,
         freeze: false,
@@ -228,7 +230,7 @@ impl Effect {
         !self.dropout && !self.freeze
     }
 
-    /// A speed as it is given, mm/s.
+    /// Speed as the faulty sensor gives it, mm/s.
     pub(crate) fn scaled(&self, mm_s: i32) -> i64 {
         i64::from(mm_s) * self.scale / 1000
     }
@@ -265,7 +267,7 @@ impl Faults {
         Self { ways: self.all.iter().enumerate().map(way).collect(), ..self }
     }
 
-    /// The faults with sensors that are always so many times as noisy.
+    /// The faults, with `noise` as a factor on every sensor's noise.
     #[must_use]
     pub(crate) fn with_noise(self, noise: f32) -> Self {
         Self { noise, ..self }
@@ -303,7 +305,7 @@ impl Faults {
         self.all = self.all.iter().map(called).collect();
     }
 
-    /// Factor on the noise of every sensor that is no fault's.
+    /// Factor on every sensor's noise apart from faults.
     pub(crate) fn own_noise(&self) -> f32 {
         self.noise
     }
@@ -363,7 +365,7 @@ impl Effect {
         self
     }
 
-    /// The effect with a place so much further away, millimetres.
+    /// The effect with a place displaced further, millimetres.
     fn strayed(mut self, by_mm: [i32; 2]) -> Effect {
         self.displaced_mm[0] += i64::from(by_mm[0]);
         self.displaced_mm[1] += i64::from(by_mm[1]);

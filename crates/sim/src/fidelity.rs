@@ -1,7 +1,7 @@
 //! Assumed errors of the models of sensors and plant, for asking which results depend on them.
 //!
-//! These are properties of the world, unknown to services, and no faults: they inject no event and appear in no receipt. Scenarios
-//! choose the values, campaigns compare the results.
+//! These are properties of the world, unknown to services, and no faults: they inject no event and appear in no
+//! receipt. Scenarios choose the values, campaigns compare the results.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,20 +11,21 @@ use crate::limits::SceneError;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fidelity {
-    /// On the noise of every sensor, and unrendered on how often a stage misses, confuses or invents something; not on the 0.3 K of the unrendered
-    /// thermal stage, nor on how sure a detection is. A receiver states the deviation that it then has.
+    /// Factor on the noise of every sensor. In a run without rendering also on the rates at which a stage misses,
+    /// confuses or invents something; not on the 0.3 K of the unrendered thermal stage, nor on the confidence of a
+    /// detection. A receiver states the deviation that it then has.
     pub noise: f32,
-    /// On the mass of the vehicle, unknown to its drive and its brakes: they push as before.
+    /// Factor on the mass of the vehicle, unknown to drive and brakes: they push as before.
     pub load: f32,
-    /// On the friction between wheels and ground.
+    /// Factor on the friction between wheels and ground.
     pub grip: f32,
 }
 
 /// Least and greatest factor on noise.
 const NOISE: [f32; 2] = [0.1, 10.0];
-/// On mass.
+/// Least and greatest factor on mass.
 const LOAD: [f32; 2] = [0.5, 2.0];
-/// On friction.
+/// Least and greatest factor on friction.
 const GRIP: [f32; 2] = [0.05, 2.0];
 
 impl Fidelity {

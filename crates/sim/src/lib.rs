@@ -1,14 +1,15 @@
 //! Simulation of one unit: world, plant, sensors, sensor faults and ground truth.
 //!
-//! [`Sim`] is a deterministic core: time in, bytes out. It knows neither perception nor autonomy. It publishes `Navigation` 20 times a
-//! second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); it obeys leased set-points; its reports to the
-//! oracle are in `truth`.
+//! [`Sim`] is a deterministic core: time in, bytes out. It knows neither perception nor autonomy. It publishes
+//! `Navigation` 20 times a second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); it obeys
+//! leased set-points; its reports to the oracle are in `truth`.
 //!
-//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be woken only when
-//! something is due that another can see. The result is a function of the inputs and their times, not of how often the core is woken.
+//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be
+//! woken only when something is due that another can see. The result is a function of the inputs and their times, not
+//! of how often the core is woken.
 //!
-//! Code map: `scene` (the objects, with their `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
-//! → `fault` (spoils) → `truth` (tells). `fidelity`: assumed errors of these models.
+//! Code map: `scene` (the objects, with their `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`,
+//! `candidates` (measure) → `fault` (spoils) → `truth` (tells). `fidelity`: assumed errors of these models.
 
 mod candidates;
 mod chaff;
@@ -70,7 +71,7 @@ use crate::world::{STEP, World};
 
 /// Steps between navigation readings (20 Hz).
 const NAVIGATION_STEPS: u64 = 5;
-/// Time from one to the next.
+/// Time between navigation readings.
 const NAVIGATION_PERIOD: Span = Span(NAVIGATION_STEPS * STEP.0);
 /// Steps between frames (10 Hz), and between entries of truth.
 const FRAME_STEPS: u64 = 10;
@@ -96,15 +97,15 @@ pub struct SimConfig {
     pub rendered: bool,
     /// True if it writes a journal with ground truth. The platform under test's does; a teammate's need not.
     pub witness: bool,
-    /// The world.
+    /// World of the run.
     pub scene: Scene,
-    /// The body in it.
+    /// Body of the unit.
     #[serde(default)]
     pub body: Body,
-    /// Its sensors.
+    /// Sensors of the body.
     #[serde(default)]
     pub sensors: Sensors,
-    /// Sensor faults.
+    /// Faults of the sensors.
     #[serde(default)]
     pub faults: Vec<Fault>,
     /// Noise of the unrendered mode; uncalibrated.
@@ -172,7 +173,7 @@ impl Eyes {
     }
 }
 
-/// The core.
+/// Core of the simulation of one unit.
 #[derive(Clone)]
 pub struct Sim {
     start: Instant,
@@ -305,6 +306,7 @@ impl Sim {
             let spatial = flight.as_ref().map(|flight| altimeters.read(reading, (&state, flight, sunlit), faults, run));
             encode(&Navigation { stamp: time, fix, odometry, spatial })
         };
+        // On clones: a reading that is not sent must not become the content that a later freeze or skew repeats.
         let otherwise = |calm: &Faults| read(&mut self.navigators.clone(), &mut self.altimeters.clone(), calm);
         let counterfactual = self.witness.counterfactual(time, run, (&self.faults, false), otherwise);
         let body = read(&mut self.navigators, &mut self.altimeters, &self.faults);
@@ -407,6 +409,8 @@ impl Core for Sim {
         let reading = self.time_of((self.steps / NAVIGATION_STEPS + 1) * NAVIGATION_STEPS);
         let lapse = self.plant.set_point().map(|s| {
             let steps = s.until.since(self.start).0.div_ceil(STEP.0);
+            // Not before the next step: only a step lets a lease lapse, and a deadline that has passed would call the
+            // core without end.
             self.time_of(steps.max(self.steps + 1))
         });
         Some(lapse.map_or(reading, |time| time.min(reading)))

@@ -6,7 +6,7 @@ pub enum SceneError {
     /// A number is NaN, infinite or out of the field's range.
     #[error("{field} is {got}, outside {low} to {high}")]
     OutOfRange {
-        /// Field.
+        /// Name of the field.
         field: &'static str,
         /// Value in the scene.
         got: f32,
@@ -18,13 +18,13 @@ pub enum SceneError {
     /// A list has too few or too many items.
     #[error("{field} has {got} items, {low} to {high} allowed")]
     Count {
-        /// Field.
+        /// Name of the field.
         field: &'static str,
         /// Items in the scene.
         got: usize,
-        /// Fewest.
+        /// Fewest items.
         low: usize,
-        /// Most.
+        /// Most items.
         high: usize,
     },
     /// A fault names an effect that its sensor cannot have, or a perturbation that its scene has not.

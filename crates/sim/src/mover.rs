@@ -1,7 +1,7 @@
 //! Objects that move: each along its path at its speed, until the unit is in its way.
 //!
-//! An object stops where its next step would touch the unit, whether that drives or stands. One that yields stops earlier. Who has stood for long turns
-//! back. A touch is then the unit's doing alone.
+//! An object stops where its next step would touch the unit, whether that drives or stands. One that yields stops
+//! earlier. Who has stood for long turns back. A touch is then the unit's doing alone.
 
 use rapier3d::prelude::*;
 
@@ -20,13 +20,13 @@ const WAITS: Span = Span::s(10);
 pub(super) struct Mover {
     pub(super) object: usize,
     pub(super) body: RigidBodyHandle,
-    /// Steps along its path.
+    /// Steps along the path, negative before the departure.
     gone: i64,
-    /// True if it goes back.
+    /// True while the object goes back.
     pub(super) back: bool,
     /// Time for which it has stood before the unit.
     stood: Span,
-    /// Steps before it departs, and the steps of one round, of a path that is closed.
+    /// On a closed path: steps before the departure, and steps of one round.
     round: Option<[i64; 2]>,
 }
 
@@ -43,7 +43,7 @@ impl Mover {
         self.gone.unsigned_abs()
     }
 
-    /// One step of length `passed` on its way from `centre`, or of standing there before the unit.
+    /// Takes one step of length `passed` on the way from `centre`, or stands before the unit.
     pub(super) fn step(
         &mut self,
         object: &Object,
@@ -52,13 +52,14 @@ impl Mover {
         passed: Span,
     ) {
         let is_blocked = unit.is_some_and(|unit| unit.stops(object, centre, facing));
-        // Whoever follows a unit that rolls away by millimetres has stood all the same.
+        // A walker who follows a unit that rolls away by millimetres has stood all the same.
         self.stood = if is_blocked { self.stood + passed } else { Span(self.stood.0.saturating_sub(passed.0)) };
         if self.stood >= WAITS {
             (self.stood, self.back) = (Span(0), !self.back);
         } else if !is_blocked {
             self.gone += if self.back { -1 } else { 1 };
-            // A closed path leads on behind its first point. Without that, one that meets the unit there could go neither way.
+            // A closed path leads on behind its first point. Without that, one that meets the unit there could go
+            // neither way.
             if let Some([departs, steps]) = self.round.filter(|[departs, _]| self.back && self.gone < *departs) {
                 self.gone = departs + steps - 1;
             }
@@ -134,7 +135,8 @@ mod tests {
         assert!((1000..1200).contains(&steps.unwrap()), "{steps:?}");
     }
 
-    /// It is one step behind the first point of its round then, however long before its departure it turned.
+    /// A walker who turns at the start of a closed path goes on one step behind its first point, however long before
+    /// the departure.
     #[test]
     fn walker_goes_on_from_where_it_starts() {
         let (object, unit) = (Object { closed: true, departs: 30.0, ..walker() }, unit());

@@ -25,7 +25,7 @@ pub(crate) enum Stream {
     Wander,
 }
 
-/// One stream.
+/// The noise of one source.
 #[derive(Clone, Debug)]
 pub(crate) struct Noise(ChaCha8Rng);
 
@@ -58,7 +58,7 @@ impl Noise {
         (self.0.next_u32() >> 8) as f32 / 16_777_216.0
     }
 
-    /// Near normal with unit variance: the sum of twelve uniforms, so never beyond ±6.
+    /// Approximately normal with unit variance: the sum of twelve uniforms, so within ±6.
     pub(crate) fn normal(&mut self) -> f32 {
         let mut bytes = [0u8; 24];
         self.0.fill_bytes(&mut bytes);

@@ -1,9 +1,9 @@
 //! Visible part of an object behind others, and distance of a part of the image.
 //!
 //! Unrendered sensing knows an object by its box. Where another object may cover that box, rays find the part that a
-//! sensor still reaches, as they do in `sensor` for every pixel and beam. The boxes of the objects that may be met answer a ray, and
-//! the physical world where a person or the relief decides. No ray is cast for an object that no other can
-//! cover, and no random number is drawn here. A stage's response to a part is left to `candidates`.
+//! sensor still reaches, as they do in `sensor` for every pixel and beam. The boxes of the objects that may be met
+//! answer a ray, and the physical world where a person or the relief decides. No ray is cast for an object that no
+//! other can cover, and no random number is drawn here. A stage's response to a part is left to `candidates`.
 
 use rapier3d::prelude::Vector;
 use wire::sensor::{Camera, Class, Lidar, PixelBox};
@@ -22,7 +22,7 @@ const GAP: usize = 2;
 pub(crate) enum Sight<P> {
     /// No other object is in front of it.
     Whole,
-    /// A part.
+    /// Others cover all but this part.
     Part(P),
     /// Others cover all of it.
     Nothing,
@@ -33,7 +33,7 @@ pub(crate) enum Sight<P> {
 pub(crate) struct Part {
     /// Box around it.
     pub(crate) bounds: PixelBox,
-    /// Share of the object that it is, 0 to 1.
+    /// Share of the object that the part is, 0 to 1.
     pub(crate) share: f32,
     /// Median depth of its surface along the optical axis, metres.
     pub(crate) depth: f32,
@@ -84,7 +84,8 @@ struct Ray {
     reach: f32,
 }
 
-/// Answers rays that only a few objects can meet by their boxes, and asks the physical world where a box is not the whole truth.
+/// Answers rays that only a few objects can meet by their boxes, and asks the physical world where a box is not the
+/// whole truth.
 struct Boxes<'a> {
     world: &'a World,
     view: &'a View<'a>,
@@ -97,7 +98,8 @@ impl Boxes<'_> {
         entry((object, spare), place, ray.from, ray.towards).filter(|distance| *distance <= ray.reach)
     }
 
-    /// The first of `indices` that a ray meets, with the ray parameter there; `None` where that is the ground or nothing.
+    /// The first of `indices` that a ray meets, with the ray parameter there; `None` where that is the ground or
+    /// nothing.
     fn first(&self, indices: impl Iterator<Item = usize>, ray: Ray) -> Option<(usize, f32)> {
         let mut nearest: Option<(usize, f32)> = None;
         let mut is_round = false;
@@ -256,7 +258,7 @@ pub(crate) fn bounding_box<'a>(
     clip(camera, low, high)
 }
 
-/// Pixels of a box, every one of a small box and at most [`RAYS`] each way of a large one.
+/// Sample points in a box: each pixel of a small box, at most [`RAYS`] by [`RAYS`] of a large one.
 struct Grid {
     bounds: PixelBox,
     step: [u16; 2],
@@ -346,7 +348,8 @@ impl<'a> Scan<'a> {
         Scan { beams, state, world, view, extents }
     }
 
-    /// Points of the beams that return from object `index`, body frame; of returns that cover separates, the larger group.
+    /// Points of the beams that return from object `index`, body frame; of returns that cover separates, the larger
+    /// group.
     pub(crate) fn returns(&self, index: usize) -> Sight<Vec<Vector>> {
         let own_extent = &self.extents[index];
         let before = |other: &usize| *other != index && self.extents[*other].may_cover(own_extent);
@@ -518,7 +521,8 @@ mod tests {
             .find(|label| label.object == ObjectId(0))
     }
 
-    /// Compared on equal scene from the same place, pixel by pixel. A cell of the grid is the least that can be distinguished.
+    /// Compared on equal scene from the same place, pixel by pixel. A cell of the grid is the least that can be
+    /// distinguished.
     #[test]
     fn covered_vehicle_matches_its_rendered_part() {
         let walls: [&[([f32; 2], [f32; 3])]; 5] = [

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 #[derive(Clone, Debug)]
 pub(crate) struct Past<T> {
     depth: usize,
-    /// Newest first.
+    /// Readings, newest first.
     readings: VecDeque<T>,
 }
 

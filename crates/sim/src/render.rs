@@ -25,9 +25,9 @@ const SETTLE: u64 = 40;
 /// An object as a frame shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// Which.
+    /// Number of the object.
     pub object: ObjectId,
-    /// Its class.
+    /// Class of the object.
     pub class: Class,
     /// The smallest box around the pixels that show it.
     pub bounds: PixelBox,
@@ -42,7 +42,7 @@ pub struct Label {
 pub struct Labelled {
     /// Pixels in a row.
     pub width: u16,
-    /// Rows.
+    /// Number of pixel rows.
     pub height: u16,
     /// Row-major, 3 bytes a pixel.
     pub rgb: Vec<u8>,
@@ -70,7 +70,8 @@ pub fn settled(scene: &Scene, pose: StartPose) -> Result<(World, Plant), SceneEr
     Ok((world, plant))
 }
 
-/// The frame that `sensors`, over a vehicle that stands at `pose`, would take of `scene` at the start of a run. `seed` seeds the noise.
+/// The frame that `sensors`, over a vehicle that stands at `pose`, would take of `scene` at the start of a run. `seed`
+/// seeds the noise.
 pub fn render(sensors: &Sensors, scene: &Scene, pose: StartPose, seed: u64) -> Result<Labelled, SceneError> {
     let faults = Faults::new(&[])?;
     let (world, plant) = settled(scene, pose)?;

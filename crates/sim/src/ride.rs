@@ -22,7 +22,7 @@ use crate::world::{Placement, STEP, World};
 /// Share of its box that nearer objects' boxes may cover before an object counts as hidden in part.
 const COVERED: f32 = 0.3;
 
-/// One frame of a ride.
+/// A frame of a ride.
 #[derive(Clone, Debug)]
 pub struct Shot {
     /// Number, from 1.

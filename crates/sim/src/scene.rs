@@ -50,11 +50,11 @@ pub struct Ground {
     pub kelvin: f32,
 }
 
-/// One true object.
+/// A true object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Object {
-    /// Its class.
+    /// Class of the object.
     pub class: Class,
     /// Length along its heading, width and height, metres.
     pub size: [f32; 3],
@@ -63,15 +63,15 @@ pub struct Object {
     /// Seconds after the start of the run at which its heating begins and ends; without them it has been on for long.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heated: Option<[f32; 2]>,
-    /// Paint.
+    /// Colour of the paint.
     pub colour: [u8; 3],
-    /// Its disguise.
+    /// Disguise of the object.
     #[serde(default)]
     pub disguise: Disguise,
     /// Print on its sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub print: Option<Print>,
-    /// One point: it stands there. More: it drives from point to point.
+    /// Points of the path: with one the object stands there, with more it drives from point to point.
     pub path: Vec<Point>,
     /// Heading while it stands, radians; along the path it faces where it goes.
     #[serde(default)]
@@ -112,7 +112,7 @@ pub struct Scene {
     pub geofence: Vec<Point>,
     /// True objects; an object's id is its index.
     pub objects: Vec<Object>,
-    /// Relief.
+    /// Relief and temperature of the ground.
     pub ground: Ground,
     /// Light and air.
     #[serde(default)]
@@ -277,7 +277,8 @@ impl Object {
         (0..self.legs()).map(|i| length((self.path[i], next(i)))).sum()
     }
 
-    /// Time for which it stands before it departs, and the time of one round; of a path that is not closed there is none. Seconds.
+    /// Time for which it stands before it departs, and the time of one round; of a path that is not closed there is
+    /// none. Seconds.
     pub(crate) fn round(&self) -> Option<[f64; 2]> {
         let goes_round = self.closed && self.moves() && self.way() > 0.0;
         goes_round.then(|| [f64::from(self.departs), self.way() / f64::from(self.speed)])

@@ -60,7 +60,7 @@ impl Imagers {
         }
     }
 
-    /// With room for the past readings that `faults` will show.
+    /// Imagers with room for the past readings that `faults` will show.
     pub(crate) fn remembering(self, faults: &Faults) -> Self {
         Imagers { past: [Sensor::Rgb, Sensor::Thermal].map(|s| Past::new(faults.deepest_skew(s))), ..self }
     }
@@ -100,7 +100,7 @@ impl Imagers {
         }
     }
 
-    /// The camera.
+    /// Numbers and mounting of the cameras.
     pub fn camera(&self) -> Camera {
         self.camera
     }

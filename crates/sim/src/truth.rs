@@ -1,11 +1,13 @@
 //! Ground truth for the oracle, on the instrument plane only; no service reads it.
 //!
-//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the margin to its envelope, for a body
-//! that leaves the ground its whole motion and by how much it keeps to its own terms of safety, and objects
-//! that the chassis has come to touch since; once for standing objects, ten times a second for moving ones: where they are; once,
-//! which bear a print. At once: a lease that began or lapsed, an act as received with the true object nearest to the designated place,
-//! and the start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without
-//! it. While a fault displaces localisation, also by how much.
+//! - Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the margin
+//!   to its envelope; of a body that leaves the ground its whole motion and the margins to its own terms of safety;
+//!   objects that the chassis has newly touched; places of moving objects; while a fault displaces localisation, the
+//!   displacement.
+//! - Once: places of standing objects, and the objects that bear a print.
+//! - At once: a lease that began or lapsed; an act as received, with the true object nearest to the designated place;
+//!   start and end of every sensor fault, with the first frame that it touches; messages that would read otherwise
+//!   without a fault.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -43,7 +45,7 @@ pub(crate) struct Witness {
     /// Collisions that are not yet reported, with the speed towards each object, mm/s.
     collided: BTreeMap<ObjectId, i32>,
     faults_active: [bool; MAX_FAULTS],
-    /// True if the step that this fault is the first of is reported to have begun and not to have ended.
+    /// True while the step that begins with this fault is reported as under way.
     steps_open: [bool; MAX_FAULTS],
     /// Time at which a message that this fault changed was reported last.
     told: [Option<Instant>; MAX_FAULTS],
@@ -113,8 +115,8 @@ impl Witness {
         }
     }
 
-    /// Keeps collisions for the next entry of truth: objects that the chassis touches since this step, each with the greatest speed
-    /// towards it just before.
+    /// Keeps collisions for the next entry of truth: objects that the chassis touches since this step, each with the
+    /// greatest speed towards it just before.
     pub(crate) fn touch(&mut self, touches: &BTreeMap<ObjectId, Vector>, velocity: Vector) {
         for (&object, towards) in touches.iter().filter(|(object, _)| !self.touches.contains(object)) {
             let speed = mm(velocity.dot(*towards));
@@ -150,7 +152,7 @@ impl Witness {
         }
     }
 
-    /// Displacement of localisation, while it lasts.
+    /// Logs the displacement that faults impose on localisation, if any.
     pub(crate) fn imposed(&mut self, now: Instant, effect: &Effect, out: &mut VecDeque<Output>) {
         let mm = |axis: i64| axis.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
         let [east_mm, north_mm] = effect.displaced_mm.map(mm);
@@ -160,7 +162,7 @@ impl Witness {
         }
     }
 
-    /// This reading without each of the active faults that are due for a report; `read` makes it.
+    /// Readings as they would be without each active fault that is due for a report; `read` makes one.
     pub(crate) fn counterfactual(
         &self,
         now: Instant,
@@ -207,8 +209,8 @@ impl Witness {
         self.write(now, event, out);
     }
 
-    /// A step is reported once, however many of its faults there are: it begins with the first of them, here `active`, and ends
-    /// when none of them is or will be.
+    /// A step is reported once, however many of its faults there are: it begins with the first of them, here `active`,
+    /// and ends when none of them is or will be.
     fn step(
         &mut self,
         now: Instant,

@@ -1,7 +1,8 @@
 //! A place that wanders about the true one, as a receiver's does between houses: a Gauss-Markov process on each axis.
 //!
-//! *x* ← *x* · e^(−Δ/τ) + σ · √(1 − e^(−2Δ/τ)) · *n*, from nought on, with τ = 60 s and a step for each navigation reading. The whole way is
-//! drawn before the run, so that a reading depends on its time alone, and a fork needs no state. Reseeding a sim leaves the way as it is.
+//! *x* ← *x* · e^(−Δ/τ) + σ · √(1 − e^(−2Δ/τ)) · *n*, from nought on, with τ = 60 s and a step for each navigation
+//! reading. The whole way is drawn before the run, so that a reading depends on its time alone, and a fork needs no
+//! state. Reseeding a sim leaves the way as it is.
 
 use wire::time::Span;
 
@@ -63,7 +64,8 @@ mod tests {
         assert_eq!(displacement(&Way::default(), 10), [0, 0]);
     }
 
-    /// After some minutes the mean square over many seeds is the stated one; of neighbouring steps the difference is small.
+    /// After some minutes the mean square over many seeds is the stated one; of neighbouring steps the difference is
+    /// small.
     #[test]
     fn deviation_and_memory_are_those_stated() {
         let ways: Vec<Way> = (0..200).map(|seed| Way::new(seed, 0, 1_000, 300_000)).collect();

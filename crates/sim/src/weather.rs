@@ -11,8 +11,8 @@ use crate::limits::{SceneError, check_range};
 
 /// `-ln 0.05`: extinction per metre is this over the visibility (Koschmieder 1924, with a contrast threshold of 5 %).
 const KOSCHMIEDER: f32 = 2.996;
-/// Extinction of long-wave infrared in fog as a share of that of light. An assumption: it is near 1 in dense fog and far
-/// below it in haze.
+/// Extinction of long-wave infrared in fog as a share of that of light. An assumption: it is near 1 in dense fog and
+/// far below it in haze.
 const INFRARED: f32 = 0.5;
 /// Extinction of light by rain, per metre, is this times the rate to the power of [`RAIN_POWER`]: 1.076 R^0.67 dB/km
 /// (Carbonneau and Wisely 1998).

@@ -31,7 +31,7 @@ const GROUND_TAG: u128 = u128::MAX;
 /// Surface that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
-    /// Ground.
+    /// The ground.
     Ground,
     /// A true object.
     Object(ObjectId),
@@ -40,7 +40,7 @@ pub enum Surface {
 /// End of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// Its surface.
+    /// Surface that the ray met.
     pub surface: Surface,
     /// Ray parameter: metres when the direction is a unit vector.
     pub distance: f32,
@@ -125,12 +125,12 @@ impl World {
         seconds(self.steps)
     }
 
-    /// The scene.
+    /// Scene of the world.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The relief.
+    /// Relief of the ground.
     pub fn terrain(&self) -> &Terrain {
         &self.terrain
     }
@@ -280,7 +280,8 @@ mod tests {
     use crate::fidelity::Fidelity;
     use crate::plant::{Plant, SetPoint};
 
-    /// Distance to the north that a walker gets on a way through a unit that stands or drives off at this speed, metres, and the touches.
+    /// Distance to the north that a walker gets on a way through a unit that stands or drives off at this speed,
+    /// metres, and the touches.
     fn walked(yields: bool, seconds: u64, speed: f32) -> (f32, usize) {
         let start = Scene::default().start;
         let [east, north] = [start.east + 1.0, start.north - 5.0];
@@ -308,12 +309,12 @@ mod tests {
 
     #[test]
     fn who_yields_stops_before_the_unit_and_turns_back() {
-        // It has stood for ten seconds once the unit's springs have come to rest.
+        // The walker has stood for ten seconds once the unit's springs have come to rest.
         let (stops, back) = (walked(true, 10, 0.0).0, walked(true, 13, 0.0).0);
         assert!((1.5..2.5).contains(&stops) && back < stops - 0.5, "{stops} {back}");
     }
 
-    /// Its first point lies before the unit, and its path leads on past it.
+    /// The path of the walker begins before the unit, and leads on past it.
     #[test]
     fn who_meets_the_unit_where_it_starts_goes_round_the_other_way() {
         let start = Scene::default().start;

@@ -157,7 +157,7 @@ fn sensor_fault_leaves_other_sensors_bytes_unchanged() {
     }
 }
 
-/// One fault of `sensor` from frame 6 to frame 12.
+/// A run with one fault of `sensor`, from frame 6 to frame 12.
 fn spoilt(rendered: bool, sensor: Sensor, disturbance: Disturbance) -> SimConfig {
     let mut config = SimConfig::new(7, rendered);
     let (start_ms, duration_ms) = (600, 700);

@@ -1,8 +1,8 @@
 //! The hostile broker: the holder of the broker's certificate and key, in the broker's place.
 //!
-//! It is handed every publication and delivers to the subscribers as its plan says: fewer, later, in
-//! another order, more often, or others. It reads the publications it carries, for the command plane keeps no secret from the
-//! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
+//! It is handed every publication and delivers to the subscribers as its plan says: fewer, later, in another order,
+//! more often, or others. It reads the publications it carries, for the command plane keeps no secret from the broker,
+//! and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
 #[cfg(test)]
 mod tests;
@@ -27,7 +27,7 @@ const MAX_SEEN: usize = 256;
 /// Most publications held back at once; further ones are not passed on.
 const MAX_HELD: usize = 256;
 
-/// See the module.
+/// A hostile broker.
 #[derive(Clone, Debug)]
 pub struct InsiderBroker {
     actions: Vec<Timed<BrokerAction>>,
@@ -59,7 +59,7 @@ struct Held {
 /// A run of publications by itself.
 #[derive(Clone, Debug)]
 struct Run {
-    /// Which of the actions.
+    /// Number of the action in the plan.
     index: usize,
     action: BrokerAction,
     direction: Direction,

@@ -9,7 +9,7 @@ use wire::id::{Boot, Nonce, PeerId, Sequence};
 use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage};
 use wire::time::{Echo, Instant, Span};
 
-/// See the module.
+/// State of one end of a session.
 #[derive(Clone, Debug)]
 pub(super) struct End {
     /// Peer at the other end.
@@ -19,14 +19,14 @@ pub(super) struct End {
     ours: Nonce,
     /// The session nonce to repeat; `None` until the peer's hello.
     theirs: Option<Nonce>,
-    /// The peer repeats our nonce.
+    /// True once the peer has used this end's session nonce.
     heard: bool,
     sequence: Sequence,
     challenge: Nonce,
     challenged: Instant,
     challenge_period: Span,
     echo: Option<Echo>,
-    /// The display's challenge as this peer brought it, with its first sight.
+    /// The display's challenge that this peer brought, with the time of its first sight.
     pub(super) watched: Option<Echo>,
 }
 
@@ -48,7 +48,7 @@ impl End {
         }
     }
 
-    /// True if the peer still has to receive our session nonce.
+    /// True until the peer has used this end's session nonce.
     pub(super) fn wants_hello(&self) -> bool {
         !self.heard
     }
@@ -80,7 +80,7 @@ impl End {
         Some(outer.body)
     }
 
-    /// Our hello.
+    /// The Hello of this end.
     pub(super) fn hello(&mut self, now: Instant, rng: &mut ChaCha8Rng) -> Vec<u8> {
         let our_nonce = self.ours;
         self.say(now, SessionBody::Hello(our_nonce), rng)

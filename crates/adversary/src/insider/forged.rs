@@ -1,5 +1,5 @@
-//! Content that a rogue puts into a message of another producer. The layout is public (`wire::bus`, `docs/reference/telemetry.cddl`);
-//! the right to send it is not decided here.
+//! Content that a rogue puts into a message of another producer. The layout is public (`wire::bus`,
+//! `docs/reference/telemetry.cddl`); the right to send it is not decided here.
 
 use wire::bus::{self, HEADER_LEN};
 use wire::codec;
@@ -30,7 +30,8 @@ pub(super) fn boot(bytes: &[u8]) -> Boot {
     Boot(field.map_or(0, u32::from_le_bytes))
 }
 
-/// A body for `topic` with the planned content at `now`; none where that takes a message heard before.
+/// A body for `topic` with the planned content at `now`; none where the content is made from a genuine message and none
+/// was heard.
 pub(super) fn body(now: Instant, topic: Topic, statement: Says, last: Option<Heard<'_>>) -> Option<Vec<u8>> {
     match statement {
         Says::Echo if topic == Topic::Act && last.is_none() => Some(act(now)),

@@ -1,7 +1,8 @@
 //! Forgeries without an operator's or a unit's key, made with one's own key from observed messages: orders in the
 //! operator's name and acknowledgements in a unit's.
 //!
-//! All of them are well formed, so that the schema is not the check that refuses them. The time of sending is left to the insiders.
+//! All of them are well formed, so that the schema is not the check that refuses them. The time of sending is left to
+//! the insiders.
 
 use crate::plan::order::command;
 use sha2::{Digest, Sha256};
@@ -19,7 +20,7 @@ use crate::plan::{AckForgery, OrderForgery};
 /// Most orders remembered with their kind, for telling the subject of an acknowledgement.
 const MAX_KINDS: usize = 64;
 
-/// See the module.
+/// Own key and observed messages from which forgeries are made.
 #[derive(Clone, Debug)]
 pub(super) struct Forger {
     key: Key,
@@ -86,7 +87,7 @@ impl Forger {
         codec::encode(&Order { intent: intent.as_slice().into(), confirmation: Some(confirmation.into()) })
     }
 
-    /// An intent in the name of the operator that was heard last, after everything that was heard.
+    /// An intent in the name of the operator heard last, with the id after the newest one heard.
     fn intent(&self, kind: OrderKind) -> Intent {
         let first = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(0) };
         let id = self.newest.map_or(first, |newest| newest.id);
@@ -103,6 +104,7 @@ impl Forger {
 
     fn altered(&self, kind: OrderKind) -> Option<Vec<u8>> {
         let (_, order) = read(self.orders[0].as_deref()?)?;
+        // COSE_Sign1 ends with the signature.
         let signature = order.intent.last_chunk::<64>()?;
         let intent = under_signature(&codec::encode(&self.intent(kind)), signature);
         Some(codec::encode(&Order { intent: intent.as_slice().into(), confirmation: order.confirmation }))
@@ -136,7 +138,7 @@ impl Forger {
     }
 }
 
-/// The intent of an order, untrusted, and the order.
+/// Splits an order into its intent, whose signature is not checked, and the order.
 fn read(bytes: &[u8]) -> Option<(Intent, Order<'_>)> {
     let order: Order<'_> = codec::decode(bytes, MAX_ORDER).ok()?;
     let signed = Signed::parse(order.intent, MAX_ORDER).ok()?;

@@ -12,7 +12,7 @@ use crate::plan::{Direction, Form, Forward};
 /// Most reports of C held for their lag; further ones are passed over.
 const MAX_WAITING: usize = 1024;
 
-/// See the module.
+/// One forwarding of the plan, with the reports held for it.
 #[derive(Clone, Debug)]
 pub(super) struct Forwarding {
     plan: Forward,
@@ -35,7 +35,7 @@ impl Forwarding {
         Span::ms(self.plan.lag_ms)
     }
 
-    /// Takes in a report of C's.
+    /// Holds a report of C while the forwarding is open.
     pub(super) fn hear(&mut self, now: Instant, report: &[u8]) {
         if self.opening.is_open(now) && self.waiting.len() < MAX_WAITING {
             self.waiting.push_back((now + self.lag(), report.to_vec()));

@@ -2,8 +2,8 @@
 //!
 //! It sits between the gateway and its shared memory: messages of the honest half come here first, and the console's
 //! requests too. It holds the key of the feed, so that the console cannot tell its messages from the gateway's, and no
-//! unit's and no operator's key. It can withhold, keep, repeat, choose, lie about ages, change and invent; and it can keep
-//! the operator's requests from its honest half. The console alone decides how much of that it believes.
+//! unit's and no operator's key. It can withhold, keep, repeat, choose, lie about ages, change and invent; and it can
+//! keep the operator's requests from its honest half. The console alone decides how much of that it believes.
 
 #[cfg(test)]
 mod tests;
@@ -33,7 +33,7 @@ const MAX_HELD: usize = 256;
 /// The age that a report is said to have.
 const YOUNG: Span = Span::ms(5);
 
-/// See the module.
+/// A gateway insider.
 #[derive(Clone, Debug)]
 pub struct InsiderGateway {
     actions: Vec<Timed<FeedAction>>,

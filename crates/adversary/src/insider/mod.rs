@@ -1,9 +1,9 @@
 //! Insiders: their own identities that hold valid credentials and act beyond their role.
 //!
 //! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's,
-//! `operator` a stolen signing key and a way to give orders with it. They keep every rule of the protocol they speak; they
-//! break only its meaning. `rogue` is a process on a host's shared memory that speaks in another's name, with that one's
-//! keys or without; `thief` has a copy of another's certificate and takes that one's session at the broker.
+//! `operator` a stolen signing key and a way to give orders with it. They keep every rule of the protocol they speak;
+//! they break only its meaning. `rogue` is a process on a host's shared memory that speaks in another's name, with that
+//! one's keys or without; `thief` has a copy of another's certificate and takes that one's session at the broker.
 
 mod broker;
 mod end;

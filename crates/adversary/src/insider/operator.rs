@@ -1,7 +1,7 @@
 //! The rogue station: it holds a stolen signing key and gives orders with it, as a console would and when it likes.
 //!
-//! It has either its own station at the gateway, with a channel that is its own, or a certificate for the broker,
-//! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
+//! It has either its own station at the gateway, with a channel that is its own, or a certificate for the broker, past
+//! the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
 //! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
 use crate::plan::order::command;
@@ -29,7 +29,7 @@ use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOr
 /// A counter before the first command.
 const FIRST: (Boot, Sequence) = (Boot(1), Sequence(0));
 
-/// See the module.
+/// A rogue station.
 #[derive(Clone, Debug)]
 pub struct InsiderOperator {
     config: InsiderOperatorConfig,

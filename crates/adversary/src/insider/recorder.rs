@@ -1,8 +1,8 @@
 //! The insider who controls the recorder: its manipulations of a recording before anyone reads it.
 //!
-//! It holds everything that was recorded, and the recorder's own signing key. It may change bytes and hope, or write every
-//! chain again so that it holds together, with seals and signatures of the recorder's to go with it. It cannot sign
-//! for another service, and it cannot reach copies held elsewhere. Detection is not looked at here.
+//! It holds everything that was recorded, and the recorder's own signing key. It may change bytes and hope, or write
+//! every chain again so that it holds together, with seals and signatures of the recorder's to go with it. It cannot
+//! sign for another service, and it cannot reach copies held elsewhere. Detection is not looked at here.
 
 #![expect(
     clippy::wildcard_enum_match_arm,
@@ -34,11 +34,11 @@ pub struct RecordedEntry {
     pub at: u64,
     /// Node that handed it over.
     pub node: NodeId,
-    /// Encoded entry.
+    /// Bytes of the entry.
     pub bytes: Vec<u8>,
 }
 
-/// See the module.
+/// An insider with the recorder's key.
 #[derive(Debug)]
 pub struct InsiderRecorder {
     key: Key,
@@ -47,12 +47,13 @@ pub struct InsiderRecorder {
 }
 
 impl InsiderRecorder {
-    /// One who will do one thing, at a place that the seed draws, with the recorder's own key.
+    /// An insider who makes one change at a place that the seed draws, with the recorder's own key.
     pub fn new(key: Key, does: Tampering, seed: u64) -> Self {
         Self { key, does, seed }
     }
 
-    /// Does it. Gives the place, counted from 1, of the first entry concerned; none without such a place.
+    /// Makes the change. Gives the place, counted from 1, of the first entry concerned; none where there is no such
+    /// place.
     pub fn lay_on(&self, records: &mut Vec<RecordedEntry>) -> Option<usize> {
         let mut rng = stream(self.seed, 0);
         let mut draw = |n: usize| uniform_below(&mut rng, n as u64) as usize;
@@ -115,7 +116,8 @@ impl InsiderRecorder {
         }
     }
 
-    /// Ends the recording at a seal as if the run had ended there: every chain at its last signature, a closing seal behind.
+    /// Ends the recording at a seal as if the run had ended there: every chain at its last signature, a closing seal
+    /// behind.
     fn cut(&self, records: &mut Vec<RecordedEntry>, mut draw: impl FnMut(usize) -> usize) -> Option<usize> {
         let is_seal = |i: &usize| matches!(event(&records[*i]), Some(Any::Service(Event::Sealed { .. })));
         let seals: Vec<usize> = (0..records.len()).filter(is_seal).collect();
@@ -144,7 +146,8 @@ impl InsiderRecorder {
         Some(records.len() + 1)
     }
 
-    /// Writes every chain again, so that each holds together: counters, hashes, the recorder's seals and its signatures.
+    /// Writes every chain again, so that each holds together: counters, hashes, the recorder's seals and its
+    /// signatures.
     pub fn chain_anew(&self, records: &mut [RecordedEntry]) {
         let mut heads: BTreeMap<(NodeId, Boot), (u64, [u8; 32])> = BTreeMap::new();
         let mut running: Vec<[u8; 32]> = vec![[0; 32]];
@@ -182,7 +185,8 @@ impl InsiderRecorder {
     }
 }
 
-/// An earlier life of `author`: its first entries, under the boot before, all at `at`. No signature: that it cannot make.
+/// An earlier life of `author`: its first entries, under the boot before, all at `at`. No signature: that it cannot
+/// make.
 fn feigned(records: &[RecordedEntry], author: NodeId, at: u64) -> Vec<RecordedEntry> {
     let entries = records.iter().filter(|one| one.node == author).filter_map(|one| Entry::decode(&one.bytes).ok());
     let entries = entries.filter(|entry| !matches!(entry.event, Any::Service(Event::Signed { .. }))).take(FEIGNED);

@@ -23,7 +23,7 @@ use crate::schedule::Steps;
 /// Most messages of one channel kept; the oldest goes first.
 const MAX_KEPT: usize = 256;
 
-/// See the module.
+/// A rogue on shared memory.
 #[derive(Clone, Debug)]
 pub struct Rogue {
     origin: Instant,
@@ -51,11 +51,14 @@ impl Rogue {
         config.check()?;
         let run = |plan: &RogueMove| {
             let held = setup.channels.iter().find(|c| c.topic == plan.topic).map(|c| c.key.clone());
+            // An impostor holds no channel's key, and tags under its own.
             let key = held.unwrap_or(ChannelKey(setup.secret.0));
             let count = u32::try_from(plan.count()).unwrap_or(u32::MAX);
             Run {
                 plan: *plan,
                 steps: Steps::new(now + Span::ms(plan.at_ms), plan.every_ms, count, None),
+                // One boot later than the producer: the readers' windows then accept the rogue as the restarted
+                // producer, and refuse the genuine messages as of an old boot.
                 sender: Sender::new(plan.topic, plan.producer, Boot(setup.boot.0 + 1), key),
                 taken: 0,
             }
@@ -190,7 +193,7 @@ mod tests {
         Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at_ms(ms), &codec::encode(&tracks)) }
     }
 
-    /// Its publications when it has heard one genuine message and its time has come.
+    /// Publications of a rogue that has heard one genuine message, at the time of its move.
     fn publications(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Any>) {
         let (mut events, mut bytes) = (Vec::new(), Vec::new());
         turn(rogue, at_ms(50), &genuine(50), &mut events);

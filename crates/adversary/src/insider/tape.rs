@@ -21,7 +21,7 @@ pub(super) struct Taped {
     pub(super) report: Vec<u8>,
 }
 
-/// See the module.
+/// The records kept for sending again.
 #[derive(Clone, Debug)]
 pub(super) struct Tape {
     plan: Resend,

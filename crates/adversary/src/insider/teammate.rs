@@ -35,7 +35,7 @@ use crate::schedule::stream;
 /// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
 const MAX_SESSIONS: usize = 4;
 
-/// See the module.
+/// An insider with teammate B's credentials.
 #[derive(Clone, Debug)]
 pub struct InsiderTeammate {
     origin: Instant,
@@ -173,7 +173,7 @@ impl InsiderTeammate {
         }
     }
 
-    /// One period of telemetry up to the gateway.
+    /// Sends one period's telemetry up to the gateway.
     fn report(&mut self, now: Instant) {
         let is_first = !self.forwardings.iter().any(|forwarding| forwarding.replaces(now));
         for session in self.open_to(PeerId::GATEWAY) {
@@ -229,7 +229,7 @@ impl InsiderTeammate {
         }
     }
 
-    /// One period of supervision down to C.
+    /// Sends one period's supervision down to C.
     fn grant(&mut self, now: Instant) {
         for session in self.open_to(PeerId::UNIT_C) {
             self.hello(now, session);
@@ -238,7 +238,7 @@ impl InsiderTeammate {
         self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, SessionBody::Grant(lease)));
     }
 
-    /// Broken records that are due.
+    /// Sends the malformed records that are due.
     fn misspeak(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
             while self.runs[i].opening.take(now) {
@@ -262,7 +262,7 @@ impl InsiderTeammate {
         ready.map(|(session, _)| *session).collect()
     }
 
-    /// Sessions with `peer` that still want our hello.
+    /// Sessions with `peer` that have not used the insider's session nonce yet.
     fn open_to(&self, peer: PeerId) -> Vec<SessionId> {
         let wanting = self.ends.iter().filter(|(_, end)| end.peer == peer && end.wants_hello());
         wanting.map(|(session, _)| *session).collect()

@@ -14,7 +14,7 @@ use crate::opening::Opening;
 use crate::outbox::Outbox;
 use crate::plan::{Direction, PlanError, SessionThiefConfig, Takeover};
 
-/// See the module.
+/// A thief of a session at the broker.
 #[derive(Clone, Debug)]
 pub struct SessionThief {
     certificate: PeerId,
@@ -82,7 +82,7 @@ mod tests {
     use ground_truth::Any;
     use wire::id::NodeId;
 
-    /// It is after no session once the run is over.
+    /// Once the run is over, the thief takes no session.
     #[test]
     fn thief_joins_and_leaves_at_its_times() {
         let takeover = |at_ms| Takeover { at_ms, duration_ms: 500, step: None };

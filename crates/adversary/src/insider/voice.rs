@@ -15,7 +15,7 @@ use crate::plan::{ClaimedMotion, Form};
 /// Age of the claimed localisation in B's own reports.
 const POSE_AGE: Span = Span::ms(20);
 
-/// See the module.
+/// Key, boot and sequence under which the reports are made.
 #[derive(Clone, Debug)]
 pub(super) struct Voice {
     pub(super) key: Key,

@@ -15,41 +15,42 @@ pub struct InsiderBrokerConfig {
     pub actions: Vec<Timed<BrokerAction>>,
 }
 
-/// Action on publications, or publications added beside them. Down is towards the units (orders), up towards the gateway
-/// (acknowledgements).
+/// Action on publications, or publications added beside them. Down is towards the units (orders), up towards the
+/// gateway (acknowledgements).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum BrokerAction {
-    /// They are not passed on.
+    /// Publications are not passed on.
     Drop {
-        /// Only those about an order of this kind.
+        /// Kind of order that the action is limited to; absent: every publication.
         only: Option<OrderKind>,
     },
-    /// They are passed on later.
+    /// Publications are passed on later.
     Delay {
         /// Delay, milliseconds.
         ms: u64,
-        /// Only those about an order of this kind.
+        /// Kind of order that the action is limited to; absent: every publication.
         only: Option<OrderKind>,
     },
-    /// Each is held until the next of its direction has passed.
+    /// Each publication is held until the next of its direction has passed.
     Reorder {
-        /// Longest hold.
+        /// Longest hold, milliseconds.
         hold_ms: u64,
     },
-    /// Each is delivered more than once.
+    /// Each publication is delivered more than once.
     Duplicate {
         /// Copies beside the original.
         copies: u32,
     },
-    /// Captured ones are delivered again, the newest first and then back in turn.
+    /// Captured publications are delivered again, the newest first and then back in turn.
     Replay {
         /// Number of publications.
         count: u32,
-        /// Time between them.
+        /// Time between two of them, milliseconds.
         every_ms: u64,
     },
-    /// The newest of a subject is delivered again to each subscriber that connects, as if it had been retained.
+    /// The newest publication of a subject is delivered again to each subscriber that connects, as a retained one would
+    /// be.
     Retain,
     /// Orders of the broker's own making.
     Invent {
@@ -59,10 +60,10 @@ pub enum BrokerAction {
         forgery: OrderForgery,
         /// Number of orders.
         count: u32,
-        /// Time between them.
+        /// Time between two of them, milliseconds.
         every_ms: u64,
     },
-    /// For each order that is seen, an acknowledgement of the broker's own making: it was executed.
+    /// For each order seen, the broker makes an acknowledgement of its execution.
     Forge {
         /// Material that it is made of.
         forgery: AckForgery,
@@ -75,7 +76,7 @@ pub enum BrokerAction {
 pub enum OrderForgery {
     /// A new intent in the operator's name, with the newest nonce seen, both steps under the broker's own key.
     OwnKey,
-    /// The newest captured intent, asking something else under a later id, with the signature it had.
+    /// The newest captured intent, altered to ask for another command under a later id, with its signature as it was.
     Altered,
     /// The newest captured intent with the confirmation of another.
     Spliced,
@@ -87,9 +88,9 @@ pub enum OrderForgery {
 pub enum AckForgery {
     /// An invented message under the broker's own key.
     OwnKey,
-    /// The unit's newest, made to be about this order, with the signature it had.
+    /// The unit's newest acknowledgement, altered to be about this order, with its signature as it was.
     Altered,
-    /// The unit's newest as it was.
+    /// The unit's newest acknowledgement, unchanged.
     Replayed,
 }
 
@@ -105,7 +106,7 @@ impl InsiderBrokerConfig {
 }
 
 impl BrokerAction {
-    /// Number and spacing in ms of its own publications; `None` for an action on passing ones.
+    /// Number of publications that the action adds, and their spacing in ms; `None` for an action on passing ones.
     pub fn counted(&self) -> Option<(u32, u64)> {
         match *self {
             BrokerAction::Replay { count, every_ms } | BrokerAction::Invent { count, every_ms, .. } => {

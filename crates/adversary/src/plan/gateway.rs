@@ -20,30 +20,30 @@ pub struct InsiderGatewayConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FeedAction {
-    /// They are not passed on.
+    /// Reports are not passed on.
     Withhold {
-        /// But for those that say this mode.
+        /// Mode of the reports that are passed on all the same.
         keep: Option<Mode>,
     },
-    /// They are passed on later.
+    /// Reports are passed on later.
     Delay {
         /// Delay, milliseconds.
         ms: u64,
-        /// And said to be as young as if they had just come.
+        /// True if their stated age is as of reports that have just come.
         young: bool,
     },
-    /// They are made to say something else.
+    /// Reports are changed.
     Forge {
         /// Content forged.
         forgery: FeedForgery,
-        /// The mode they are made to say.
+        /// Mode in the changed reports.
         mode: Mode,
     },
     /// After each, the first one ever passed on is said to be new.
     Replay,
     /// Requests of the operator do not reach the honest half.
     Swallow {
-        /// Only this.
+        /// Kind of command that the action is limited to; absent: every request.
         only: Option<OrderKind>,
     },
 }
@@ -56,7 +56,7 @@ pub enum FeedForgery {
     Altered,
     /// Another state under the gateway's own signature.
     ReSigned,
-    /// As it is, as another unit's.
+    /// The report unchanged, attributed to another unit.
     Relabelled,
 }
 

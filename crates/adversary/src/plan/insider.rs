@@ -25,7 +25,7 @@ pub struct InsiderTeammateConfig {
     /// Records of one session sent again in the next.
     #[serde(default)]
     pub resend: Option<Resend>,
-    /// Untrue claims of its own place and motion.
+    /// Untrue claims of B's place and motion.
     #[serde(default)]
     pub falsehoods: Vec<Falsehood>,
     /// Reports of another product mode or time base.
@@ -39,7 +39,7 @@ pub struct InsiderTeammateConfig {
 pub struct ClaimedMotion {
     /// East at the start of the core, mm.
     pub x_mm: i32,
-    /// North, mm.
+    /// Place north, mm.
     pub y_mm: i32,
     /// Velocity east, mm/s.
     #[serde(default)]
@@ -57,7 +57,7 @@ pub struct Forward {
     pub form: Form,
     /// Start, milliseconds.
     pub at_ms: u64,
-    /// For how long.
+    /// Duration, milliseconds.
     pub duration_ms: u64,
     /// Time for which each report is held before it is forwarded.
     #[serde(default)]
@@ -65,7 +65,7 @@ pub struct Forward {
     /// True if B's own reports go on beside the forwarded ones.
     #[serde(default = "yes")]
     pub own_reports: bool,
-    /// The step it is a part of, where that has a name.
+    /// Step that the action is a part of, where it has a name.
     #[serde(default)]
     pub step: Option<PlanStep>,
 }
@@ -96,9 +96,9 @@ pub struct Malformed {
     pub flaws: Vec<Flaw>,
     /// Number of records.
     pub count: u32,
-    /// Time between them.
+    /// Time between two of them, milliseconds.
     pub every_ms: u64,
-    /// The step it is a part of, where that has a name.
+    /// Step that the action is a part of, where it has a name.
     #[serde(default)]
     pub step: Option<PlanStep>,
 }

@@ -1,5 +1,6 @@
-//! The medium that a relay is in: the times at which it carries, and the time of travel. It is no attack, and no loss by it is logged.
-//! Datagrams of the adversary's own, and those that an action holds back, leave by a transmitter of the adversary's and do not depend on it.
+//! The medium that a relay is in: the times at which it carries, and the time of travel. The medium is no attack, and
+//! its losses are not logged as such. Datagrams that the adversary makes or holds back leave by a transmitter of its
+//! own and do not depend on the medium.
 
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
@@ -18,9 +19,9 @@ pub struct Medium(pub Vec<Stretch>);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stretch {
-    /// Start, ms.
+    /// Start, milliseconds.
     pub from_ms: u64,
-    /// End, ms.
+    /// End, milliseconds.
     pub until_ms: u64,
     /// Time of travel, microseconds.
     pub travel_us: u64,

@@ -1,4 +1,4 @@
-//! Command that an adversary asks for in an order, before it knows of which track.
+//! Commands of an adversary's orders: from the planned kind and the tracks seen.
 
 use wire::command::{CommandKind, OrderKind};
 use wire::id::TrackId;

@@ -19,7 +19,7 @@ pub struct Resend {
     pub at_ms: u64,
     /// Number of records sent once the next one stands: the newest first, each whole and then its report alone.
     pub count: u32,
-    /// Time between them.
+    /// Time between two of them, milliseconds.
     pub every_ms: u64,
     /// True if B has a later boot from then on, and counts from the beginning.
     pub restart: bool,
@@ -31,11 +31,11 @@ pub struct Resend {
 pub struct Falsehood {
     /// Start, milliseconds.
     pub at_ms: u64,
-    /// For how long.
+    /// Duration, milliseconds.
     pub duration_ms: u64,
     /// Speed of the drift, mm/s.
     pub drift_mm_s: u32,
-    /// Which way, mrad from east to north.
+    /// Direction of the drift, mrad from east to north.
     pub towards_mrad: i32,
     /// Part of it that the claimed motion shows.
     pub motion: MotionClaim,
@@ -59,7 +59,7 @@ pub enum MotionClaim {
 pub struct Confusion {
     /// Start, milliseconds.
     pub at_ms: u64,
-    /// For how long.
+    /// Duration, milliseconds.
     pub duration_ms: u64,
     /// The product mode that the reports name.
     pub product: Product,
@@ -71,16 +71,16 @@ pub struct Confusion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Product {
-    /// Made now.
+    /// A product made now.
     Live,
-    /// Made by a generator.
+    /// A product of a generator.
     Synthetic,
-    /// Played back.
+    /// A recorded product.
     Replayed,
 }
 
 impl Product {
-    /// As reports name it.
+    /// Mode as reports name it.
     pub fn mode(self) -> ProductMode {
         match self {
             Product::Live => ProductMode::Live,

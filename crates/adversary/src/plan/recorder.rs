@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tampering {
-    /// One bit of one entry is flipped.
+    /// A bit of one entry is flipped.
     Edit,
     /// Two entries that came one after the other change places.
     Swap,
@@ -21,7 +21,7 @@ pub enum Tampering {
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,
-    /// A service is given an earlier life that never was, and every seal is written anew.
+    /// A service is given an earlier life that never was, and every seal is rewritten.
     Feign,
     /// An entry is kept under another time than that at which it came.
     Retime,

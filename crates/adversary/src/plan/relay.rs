@@ -31,12 +31,12 @@ pub enum DatagramAction {
     },
     /// Each is held back by a uniform random time of at most this much.
     Jitter {
-        /// Longest.
+        /// Longest hold, milliseconds.
         ms: u64,
     },
     /// Each is lost with the same probability.
     Loss {
-        /// Probability.
+        /// Probability for each datagram.
         permille: u16,
     },
     /// Lost in bursts: the model of Gilbert and Elliott, one chain for each direction.
@@ -52,7 +52,7 @@ pub enum DatagramAction {
     Duplicate {
         /// Copies beside the original.
         copies: u32,
-        /// Time between them.
+        /// Time between two of them, milliseconds.
         #[serde(default)]
         every_ms: u64,
         /// Probability for each datagram.
@@ -72,21 +72,21 @@ pub enum DatagramAction {
         lag_ms: u64,
         /// Number of datagrams.
         count: u32,
-        /// Time between them.
+        /// Time between two of them, milliseconds.
         every_ms: u64,
     },
     /// The bytes of some are changed.
     Corrupt {
         /// Probability for each datagram.
         permille: u16,
-        /// The change.
+        /// Change made to the bytes.
         damage: Damage,
     },
     /// The newest captured datagram from the client is sent to the server from an address of the relay's own.
     Reoriginate {
         /// Number of datagrams.
         count: u32,
-        /// Time between them.
+        /// Time between two of them, milliseconds.
         every_ms: u64,
     },
     /// Datagrams of the relay's own making.
@@ -95,7 +95,7 @@ pub enum DatagramAction {
         content: InjectedContent,
         /// Number of datagrams.
         count: u32,
-        /// Time between them.
+        /// Time between two of them, milliseconds.
         every_ms: u64,
     },
 }
@@ -104,7 +104,7 @@ pub enum DatagramAction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Damage {
-    /// One random bit flipped.
+    /// A random bit is flipped.
     Flip,
     /// Cut short at a random length.
     Truncate,
@@ -249,14 +249,14 @@ pub struct StreamRelayConfig {
 pub enum StreamAction {
     /// Pieces are held back by a fixed time.
     Delay {
-        /// The time.
+        /// Time of the hold, milliseconds.
         ms: u64,
     },
     /// No byte passes until the window closes; connections stay open.
     Stall,
     /// Pieces pass at a rate.
     Throttle {
-        /// The rate.
+        /// Rate, bytes a second.
         bytes_per_s: u64,
     },
     /// Ends the direction of every open connection when the window opens; later bytes are swallowed.
@@ -265,7 +265,7 @@ pub enum StreamAction {
     Reset,
     /// Cuts every open connection when the window opens, and each new one until it closes.
     Cut,
-    /// One random bit of some pieces is flipped.
+    /// A random bit of some pieces is flipped.
     Corrupt {
         /// Probability for each piece.
         permille: u16,

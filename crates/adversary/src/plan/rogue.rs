@@ -13,22 +13,22 @@ const MAX_PLACE: u64 = 1_000_000;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RogueConfig {
-    /// Actions.
+    /// Moves of the rogue, each on one channel.
     #[serde(default)]
     pub moves: Vec<RogueMove>,
 }
 
-/// One run of messages on one channel.
+/// A move: a run of messages on one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RogueMove {
-    /// The channel.
+    /// Channel of the messages.
     pub topic: Topic,
-    /// Producer in the name of which it speaks.
+    /// Producer that the messages claim to be of.
     pub producer: NodeId,
     /// Start, milliseconds.
     pub at_ms: u64,
-    /// For how long.
+    /// Duration, milliseconds.
     pub duration_ms: u64,
     /// Time between messages; of no effect where each genuine message sets one off.
     pub every_ms: u64,
@@ -74,9 +74,9 @@ impl Says {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spot {
-    /// East, mm.
+    /// Place east, mm.
     pub x_mm: i32,
-    /// North, mm.
+    /// Place north, mm.
     pub y_mm: i32,
 }
 

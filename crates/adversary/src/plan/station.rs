@@ -15,7 +15,7 @@ use super::{MAX_MS, PlanError, PlanStep, at_most, check_range, repeats, step};
 pub struct InsiderOperatorConfig {
     /// Node of the signing key that it holds.
     pub holds: NodeId,
-    /// That key.
+    /// Secret of the stolen key.
     pub secret: Secret,
     /// The certificate under which it publishes at the broker; without one it has its own station at the gateway.
     #[serde(default)]
@@ -34,9 +34,9 @@ pub struct RogueOrders {
     pub at_ms: u64,
     /// Number of orders.
     pub count: u32,
-    /// Time between them.
+    /// Time between two of them, milliseconds.
     pub every_ms: u64,
-    /// Claimed sender.
+    /// Operator that the orders claim to be of.
     pub claim: NodeId,
     /// Command asked for.
     pub order: OrderKind,
@@ -61,10 +61,10 @@ pub struct RogueOrders {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderId {
-    /// The next.
+    /// The number after the newest.
     #[default]
     Next,
-    /// The one that the unit counted last, of another order.
+    /// The number that the unit counted last, which another order had.
     Last,
     /// The next number in a boot before the operator's.
     OlderBoot,

@@ -16,7 +16,7 @@ pub const MAX_PASSES: u32 = 100_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlanStep {
-    /// Its name.
+    /// Name of the step.
     pub name: StepName,
     /// Event that has to come first; without it the action begins at its time.
     #[serde(default)]
@@ -27,9 +27,9 @@ pub struct PlanStep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wait {
-    /// The event.
+    /// Event to wait for.
     pub on: On,
-    /// And so long after it.
+    /// Time from the event to the beginning, milliseconds.
     pub after_ms: u64,
 }
 

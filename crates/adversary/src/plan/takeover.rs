@@ -16,15 +16,15 @@ pub struct SessionThiefConfig {
     pub takeovers: Vec<Takeover>,
 }
 
-/// One time for which it has the session, or fights for it with the owner.
+/// A time during which the thief holds the session, or fights for it with the owner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Takeover {
     /// Start, milliseconds.
     pub at_ms: u64,
-    /// For how long.
+    /// Duration, milliseconds.
     pub duration_ms: u64,
-    /// The step it is a part of, where that has a name.
+    /// Step that the action is a part of, where it has a name.
     #[serde(default)]
     pub step: Option<PlanStep>,
 }

@@ -24,7 +24,7 @@ const MAX_HELD: usize = 4096;
 /// Most datagrams remembered for replay; the oldest goes first.
 const MAX_CAPTURED: usize = 4096;
 
-/// See the module.
+/// A relay in the telemetry path.
 #[derive(Clone, Debug)]
 pub struct DatagramRelay {
     plan: Arc<[Timed<DatagramAction>]>,
@@ -100,6 +100,7 @@ impl DatagramRelay {
                 if !self.actors[i].apply(&timed.action, towards, since, before, &mut passing) {
                     self.tally.dropped[from as usize] += 1;
                     self.outbox.attack(now, Action::Drop, from, bytes, Span::ZERO);
+                    // A datagram that the relay drops is still at hand for a replay.
                     return self.remember(now, towards, bytes);
                 }
             }
@@ -121,6 +122,7 @@ impl DatagramRelay {
 
     /// Keeps the parts of a datagram, as it came, that later actions need.
     fn remember(&mut self, now: Instant, towards: Side, bytes: &[u8]) {
+        // A relay without a plan keeps no bytes: nothing would use them.
         if self.plan.is_empty() {
             return;
         }
@@ -196,6 +198,8 @@ impl DatagramRelay {
             DatagramAction::Reoriginate { .. } => {
                 let newest = self.captured.iter().rev().find(|(_, datagram)| datagram.towards == Side::Server);
                 let Some(bytes) = newest.map(|(_, datagram)| Arc::clone(&datagram.bytes)) else { return };
+                // Sent from an address of the relay's own: the bytes are genuine, and only their source tells them
+                // apart.
                 (0..due).for_each(|_| self.unknown_peer(now, Action::Reoriginate, bytes.to_vec()));
             }
             DatagramAction::Inject { content, .. } if content.from_unknown_peer() => {

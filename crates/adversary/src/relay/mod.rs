@@ -32,14 +32,14 @@ struct Tally {
     out: [u64; 2],
     /// Datagrams of each side that were dropped.
     dropped: [u64; 2],
-    /// Made here, towards a side.
+    /// Made by the relay, towards a side.
     added: [u64; 2],
     /// Sent from an address of the relay's own.
     unknown_peers: u64,
 }
 
 impl Tally {
-    /// The closing account.
+    /// Writes the closing account.
     fn write(&self, now: Instant, outbox: &mut Outbox) {
         for side in SIDES {
             let i = side as usize;

@@ -2,7 +2,8 @@
 //!
 //! A stream keeps its order: a piece is never due before the one ahead of it. When a piece may leave is settled when it
 //! comes, by the windows that are known then: one that waits for something does not reach pieces that are already held.
-//! An empty piece is the end of its direction. When the medium stops to carry, every connection ends, and none begins until it carries again.
+//! An empty piece is the end of its direction. When the medium stops to carry, every connection ends, and none begins
+//! until it carries again.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -26,7 +27,7 @@ const MAX_HELD_BYTES: usize = 1 << 20;
 /// Most connections at once, and most cut ones with late bytes that are still recognised.
 const MAX_CONNECTIONS: usize = 64;
 
-/// See the module.
+/// A relay in the command path.
 #[derive(Clone, Debug)]
 pub struct StreamRelay {
     plan: Arc<[Timed<StreamAction>]>,
@@ -34,7 +35,7 @@ pub struct StreamRelay {
     started: Instant,
     /// Times at which the medium stops to carry, in order.
     ends: VecDeque<Instant>,
-    /// Beginning and end of each action.
+    /// Beginning and end of each action of the plan.
     openings: Vec<Opening>,
     rngs: Vec<ChaCha8Rng>,
     /// Half-closes, resets and cuts that have not yet begun.
@@ -45,7 +46,7 @@ pub struct StreamRelay {
     outbox: Outbox,
 }
 
-/// Bytes towards one side of a connection.
+/// Direction of a connection: the bytes held towards one side.
 #[derive(Clone, Debug, Default)]
 struct Lane {
     pieces: VecDeque<(Instant, Vec<u8>)>,
@@ -53,7 +54,7 @@ struct Lane {
     last_due: Instant,
     /// Arrival of the newest piece, if no action holds it.
     arrives: Instant,
-    /// No more passes: the end was sent, or the direction was ended here.
+    /// True once nothing more passes: the end was sent, or the direction was ended here.
     ended: bool,
     /// Name and place, as the bytes leave: the key that both this journal and the far end's ingress observer can give.
     place: StreamPlace,
@@ -123,6 +124,8 @@ impl StreamRelay {
             return;
         }
         let travel = self.medium.travel(now.since(self.started));
+        // A connection beyond the bound gets an entry all the same, so that its reset is logged and its late bytes are
+        // recognised.
         let room = self.connections.contains_key(&connection) || self.connections.len() < MAX_CONNECTIONS;
         self.connections.entry(connection).or_default();
         if !room || (!self.outbox.is_quiet() && self.cutting(now)) {
@@ -290,7 +293,7 @@ impl StreamRelay {
         self.connections.retain(|_, lanes| !has_ended(lanes));
     }
 
-    /// The closing account. Pieces still held will never be sent: they count as dropped.
+    /// Writes the closing account. Pieces still held are never sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for lanes in std::mem::take(&mut self.connections).values() {
             for side in SIDES {

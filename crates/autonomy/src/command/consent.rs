@@ -1,9 +1,10 @@
-//! Evidence behind an operator's consent: the report that the display showed, by its hash, and the ordered track's place in it.
+//! Evidence behind an operator's consent: the report that the display showed, by its hash, and the ordered track's
+//! place in it.
 //!
-//! An arming and its confirmation name one of the unit's newest reports, the one on the display when the order was signed. So
-//! neither a report of another unit nor one that was made up can be behind an order, and an identity that passes to another object
-//! while the order is on its way carries no consent with it. A report's age is left to the nonce in it; the time that a person takes
-//! before signing, to the display.
+//! An arming and its confirmation name one of the unit's newest reports, the one on the display when the order was
+//! signed. So neither a report of another unit nor one that was made up can be behind an order, and an identity that
+//! passes to another object while the order is on its way carries no consent with it. A report's age is left to the
+//! nonce in it; the time that a person takes before signing, to the display.
 
 use std::collections::VecDeque;
 
@@ -17,7 +18,8 @@ use wire::report::{MAX_TRACKS, REPORTS_KEPT};
 
 use crate::designation::Designated;
 
-/// Furthest that a track may be from where it was shown, millimetres: less than `designation_mm`, and than two vehicles are apart side by side.
+/// Furthest that a track may be from where it was shown, millimetres: less than `designation_mm`, and than two vehicles
+/// are apart side by side.
 const SHIFT_MM: u32 = 1_500;
 
 /// A place, millimetres east and north.

@@ -1,8 +1,8 @@
 //! Orders that wait for their time: a bounded table of [`Ordered`]s, each until its window closes.
 //!
-//! A time tag counts from the issue of the nonce that the intent repeats, on the unit's own clock. So neither another clock nor
-//! a delay on the way moves a window. The checks before an order is stored are left to the gate; whether the mode lets it be carried
-//! out at its time, to `transition`.
+//! A time tag counts from the issue of the nonce that the intent repeats, on the unit's own clock. So neither another
+//! clock nor a delay on the way moves a window. The checks before an order is stored are left to the gate; whether the
+//! mode lets it be carried out at its time, to `transition`.
 
 use wire::command::{Intent, MAX_AHEAD};
 use wire::refusal::Refusal;
@@ -60,8 +60,8 @@ impl Schedule {
         Ok(window.due.since(now))
     }
 
-    /// Takes out the next order that is due; of one away from safe with the time for which its window is over, if it is. That to stop was
-    /// acknowledged, and is made up for by a unit that was kept from running.
+    /// Takes out the next order that is due; of one away from safe with the time for which its window is over, if it
+    /// is. That to stop was acknowledged, and is made up for by a unit that was kept from running.
     pub fn due(&mut self, now: Instant) -> Option<(Ordered, Option<Span>)> {
         let (window, _) = self.0.first().filter(|(window, _)| now >= window.due)?;
         let until = window.until;

@@ -1,17 +1,19 @@
 //! The drift test: do fixes walk away from odometry more slowly than any single one would give away?
 //!
-//! Page's cumulative sum (E. S. Page, *Continuous inspection schemes*, Biometrika 41, 1954), two-sided, for east and for
-//! north. The summed quantity is the innovation: the distance of a fix from the anchor as odometry has carried it. The anchor
-//! follows fixes with a time constant τ, so a drift at the rate *v* holds the innovation at *v·τ*, while noise leaves it
-//! around zero. The error of wheels is a share of the way that the anchor still remembers, so it is allowed for as
-//! long as it is remembered: a unit that has just stopped is judged by the way it came. At rest the test is four times as
-//! sharp as at full speed. The figures are derived in `docs/reference/bounds.md`.
+//! Page's cumulative sum (E. S. Page, *Continuous inspection schemes*, Biometrika 41, 1954), two-sided, for east and
+//! for north. The summed quantity is the innovation: the distance of a fix from the anchor as odometry has carried it.
+//! The anchor follows fixes with a time constant τ, so a drift at the rate *v* holds the innovation at *v·τ*, while
+//! noise leaves it around zero. The error of wheels is a share of the way that the anchor still remembers, so it is
+//! allowed for as long as it is remembered: a unit that has just stopped is judged by the way it came. At rest the test
+//! is four times as sharp as at full speed. The figures are derived in `docs/reference/bounds.md`.
 
 use wire::measured::DRIFT_MM_S;
 
-/// Innovation that noise of a good fix accounts for, millimetres: one deviation of it. A fix that states more is allowed that deviation.
+/// Innovation that noise of a good fix accounts for, millimetres: one deviation of it. A fix that states more is
+/// allowed that deviation.
 const NOISE_MM: f64 = 40.0;
-/// The sum of excesses at which fixes are taken to drift; the excess of a fix with a greater deviation count for less in proportion.
+/// The sum of excesses at which fixes are taken to drift; the excess of a fix with a greater deviation count for less
+/// in proportion.
 const LIMIT_MM_S: f64 = DRIFT_MM_S as f64;
 /// Longest time that one reading may count for, seconds.
 const LONGEST_S: f64 = 0.25;
@@ -26,8 +28,8 @@ pub(super) struct Drift {
 }
 
 impl Drift {
-    /// Takes the innovation `(east, north)` of a fix and its deviation, `elapsed` seconds after the one before, at `speed`. Odometry may be wrong by
-    /// `share` of the way, and `unobserved` millimetres were travelled without it.
+    /// Takes the innovation `(east, north)` of a fix and its deviation, `elapsed` seconds after the one before, at
+    /// `speed`. Odometry may be wrong by `share` of the way, and `unobserved` millimetres were travelled without it.
     ///
     /// A finding stays until every sum has run empty again.
     pub(super) fn take(
@@ -50,7 +52,8 @@ impl Drift {
         self.found = above || self.found && !empty;
     }
 
-    /// A fix that another test keeps out: the way is remembered, and the sums stay as they are, with a finding from before.
+    /// A fix that another test keeps out: the way is remembered, and the sums stay as they are, with a finding from
+    /// before.
     pub(super) fn pass(&mut self, elapsed: f64, speed: f64) {
         self.way += speed.abs() * elapsed;
     }
@@ -78,7 +81,7 @@ mod tests {
     /// Share that an anchor forgets with a reading in its steady state.
     const SHARE: f64 = 0.05 / 4.0;
 
-    /// One percent of the way, all of it observed.
+    /// Error of the wheels, one percent of the way, and no way without odometry.
     const WHEELS: (f64, f64) = (0.01, 0.0);
 
     /// A unit that has long gone at `speed`.
@@ -121,7 +124,7 @@ mod tests {
         }
     }
 
-    /// As long after its beginning, in deviations, as one of a good fix.
+    /// Delay of the finding after the beginning of a drift, with the drift in units of the stated deviation.
     #[test]
     fn drift_of_a_receiver_that_states_more_is_found_as_late() {
         let found = |sigma_mm: f64| {

@@ -1,7 +1,9 @@
-//! Height of a unit that flies: pressure and satellite receiver, held against each other and against the velocity between them.
+//! Height of a unit that flies: pressure and satellite receiver, held against each other and against the velocity
+//! between them.
 //!
-//! The height is carried forward by the measured climb. Each source is held against it and against the other one; while one of them is further off than their errors
-//! can explain, neither is used, and height uses the climb alone. World frame, millimetres.
+//! The height is carried forward by the measured climb. Each source is held against it and against the other one; while
+//! one of them is further off than their errors can explain, neither is used, and height uses the climb alone. World
+//! frame, millimetres.
 
 use config::platform::Aloft;
 use wire::mode::Because;

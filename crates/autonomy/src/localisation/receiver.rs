@@ -1,9 +1,9 @@
 //! The receiver's time against this host's clock.
 //!
-//! No decision rests on the receiver's time; freshness, leases and ages are of the local monotonic clock. It is watched because a
-//! receiver works out place and time from the same signals: one whose time steps, runs away or runs back is being steered
-//! or is broken, and its place is worth no more than its time. The offset between the two clocks is followed no faster
-//! than any two clocks may drift apart, so that a false time cannot make itself true by staying.
+//! No decision rests on the receiver's time; freshness, leases and ages are of the local monotonic clock. It is watched
+//! because a receiver works out place and time from the same signals: one whose time steps, runs away or runs back is
+//! being steered or is broken, and its place is worth no more than its time. The offset between the two clocks is
+//! followed no faster than any two clocks may drift apart, so that a false time cannot make itself true by staying.
 
 use wire::measured::OFFSET_US;
 use wire::sensor::ReceiverTime;

@@ -18,7 +18,8 @@ const DOUBTED: Span = Span::s(1);
 const MOVES_ON: Span = Span::s(2);
 /// Nearer than this a thing is lost from view though it is there, millimetres: the nearest of the view, and a step.
 const CLOSE_MM: f64 = 4000.0;
-/// Region in which a thing that is there is shown: distance, and angle off the optical axis (half of the camera's view less 5°).
+/// Region in which a thing that is there is shown: distance, and angle off the optical axis (half of the camera's view
+/// less 5°).
 const IN_VIEW_MM: (f64, f64) = (3000.0, 15_000.0);
 const IN_VIEW_RAD: f64 = 0.7;
 /// Distance within which LiDAR shows a person: that of things nearby, less a step.
@@ -48,7 +49,7 @@ pub(super) struct Kept {
     pub(super) at: Point,
     velocity: Point,
     half: f64,
-    /// Its fastest velocity of late, and when it had it: a thing that turns or stops for a moment goes on.
+    /// The fastest recent velocity and its time: a thing that turns or stops for a moment goes on.
     pace: (Point, Instant),
     seen: Instant,
     /// True if it was seen last nearer than the view: it may stand there unseen.
@@ -117,13 +118,15 @@ impl Kept {
         self
     }
 
-    /// True if `nearby`, of LiDAR, is this thing, which a track showed: beside a thing that stands something else may move.
+    /// True if `nearby`, of LiDAR, is this thing, which a track showed: beside a thing that stands something else may
+    /// move.
     pub(super) fn explains(&self, nearby: &Kept) -> bool {
         let is_same_kind = self.is_person() || !nearby.moves() || self.moves();
         matches!(self.number, Number::Track(..)) && is_same_kind && distance(self.at, nearby.at) < self.half + BESIDE_MM
     }
 
-    /// LiDAR shows it: it is there, as large as the side that it shows, and where no track shows it now as fast. A person has the size of a person.
+    /// LiDAR shows it: it is there, as large as the side that it shows, and where no track shows it now as fast. A
+    /// person has the size of a person.
     pub(super) fn is_shown(&mut self, nearby: &Kept) {
         let before = *self;
         let size = if self.is_person() { half(Class::Person) } else { nearby.half };
@@ -134,8 +137,8 @@ impl Kept {
         }
     }
 
-    /// Notes that it was not shown for so long. LiDAR looks around and does not see low things that are near, which it has shown before; `ranges` is
-    /// true while it looks.
+    /// Notes that it was not shown for so long. LiDAR looks around and does not see low things that are near, which it
+    /// has shown before; `ranges` is true while it looks.
     pub(super) fn miss(&mut self, passed: Span, motion: &Motion, ranges: bool) {
         let distance = distance(self.at, motion.at);
         let by_lidar = match self.number {
@@ -161,7 +164,7 @@ impl Kept {
         self.missed >= DOUBTED || moved && !self.close && now.since(self.seen) >= MOVES_ON
     }
 
-    /// Its extent and top. LiDAR alone tells no top: a body in the air keeps clear of things with a class.
+    /// Extent and top. LiDAR alone measures no top: a body in the air keeps clear only of things with a class.
     pub(super) fn thing(&self) -> Thing {
         let top = match self.number {
             Number::Track(_, class) => f64::from(class.largest_mm()[1]),

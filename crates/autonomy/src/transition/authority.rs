@@ -61,8 +61,8 @@ pub struct ActAuthority {
     waived: Waived,
 }
 
-/// Source of a unit's authority: the serial numbers, the world they belong to, and the admission of authority by the policy
-/// in force. A machine has one.
+/// Source of a unit's authority: the serial numbers, the world they belong to, and the admission of authority by the
+/// policy in force. A machine has one.
 #[derive(Debug)]
 pub struct Mint {
     admitted: bool,
@@ -77,7 +77,7 @@ pub struct Mint {
 pub struct Revoked {
     /// Serial of the authority.
     pub authority: u32,
-    /// Cause.
+    /// Cause of the end.
     pub cause: Cause,
 }
 
@@ -93,7 +93,7 @@ pub struct Spent {
     pub track: TrackId,
     /// Place at which the track is held to be, east, millimetres.
     pub x_mm: i32,
-    /// North, millimetres.
+    /// Place at which the track is held to be, north, millimetres.
     pub y_mm: i32,
     /// The command that confirmed it.
     pub command: CommandId,
@@ -125,8 +125,8 @@ impl Mint {
 
 impl ActAuthority {
     /// Everything authority rests on, as arguments: an operator's accepted Arm order, all guards holding, the ordered
-    /// track fit for designation where the operator saw it, and a mint whose policy admits it. `None` for another track or
-    /// without admission.
+    /// track fit for designation where the operator saw it, and a mint whose policy admits it. `None` for another track
+    /// or without admission.
     pub(super) fn mint(
         mint: &mut Mint,
         now: Instant,
@@ -139,6 +139,7 @@ impl ActAuthority {
             return None;
         }
         let serial = mint.next;
+        // A mint at its last serial gives no more authority: no serial may be used twice within a boot.
         mint.next = mint.next.checked_add(1)?;
         Some(ActAuthority {
             serial,

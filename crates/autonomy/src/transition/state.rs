@@ -97,7 +97,7 @@ impl Machine {
         Machine::Idle(Idle { started: Started })
     }
 
-    /// Its mode.
+    /// Mode of the present state.
     pub fn mode(&self) -> Mode {
         match self {
             Machine::Idle(_) => Mode::Idle,

@@ -115,7 +115,7 @@ struct Outcome {
     effects: String,
 }
 
-/// One row: the guards that fail (each set of them is enough), and the outcome.
+/// A row: sets of failing guards, each of which suffices, and the outcome.
 struct Row {
     failing: Vec<Vec<Guard>>,
     outcome: Outcome,
@@ -395,7 +395,7 @@ mod tests {
         }
     }
 
-    /// It keeps no authority either.
+    /// The designation of another track also keeps no authority.
     #[test]
     fn other_tracks_designation_grants_no_act() {
         let mut bench = Bench::new();

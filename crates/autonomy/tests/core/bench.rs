@@ -50,7 +50,7 @@ pub(crate) struct Bench {
     /// Products that are missing, and the designated track's class.
     pub(crate) missing: BTreeSet<Modality>,
     pub(crate) class: Class,
-    /// Silent sources.
+    /// True if no tracks are sent.
     pub(crate) no_tracks: bool,
     pub(crate) no_fix: bool,
     pub(crate) no_seals: bool,

@@ -171,7 +171,7 @@ fn counter_run_ahead_is_refused_except_hold() {
     assert_eq!(heard.sequence, Sequence(6), "the operator's console is not led to the far end");
 }
 
-/// Its refusals are not reported one by one.
+/// Refusals of the flooding operator are not reported one by one.
 #[test]
 fn flooding_operator_is_cut_off_other_is_heard() {
     let mut bench = idle();
@@ -253,7 +253,7 @@ fn account(bench: &mut Bench) -> (u64, u64, Vec<(Reason, u64)>) {
     )
 }
 
-/// It is neither logged nor answered nor verified one by one.
+/// A flood of forged orders is neither logged nor answered nor verified one by one.
 #[test]
 fn forged_order_flood_is_counted_one_by_one() {
     let mut bench = idle();
@@ -303,7 +303,7 @@ fn every_flood_is_told_boundedly_and_adds_up() {
     }
 }
 
-/// It follows to where a HOLD moved it.
+/// The reported counter follows to where a HOLD moved the unit's.
 #[test]
 fn reported_counter_never_runs_backwards() {
     let mut bench = idle();

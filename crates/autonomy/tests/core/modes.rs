@@ -13,7 +13,7 @@ use wire::refusal::Reason;
 
 use crate::bench::{Bench, TRACK, lose};
 
-/// It is enabled before, and READY again after.
+/// Enabling comes before, and READY again after the act.
 #[test]
 fn armed_and_confirmed_unit_acts_once() {
     let mut bench = Bench::in_mode(Mode::PrepareToAct);
@@ -66,7 +66,8 @@ fn loss_of_any_guard_ends_authority_in_time() {
     }
 }
 
-/// Which guards fail, and by which values: a report that says one and not the other would leave its reader without a reason.
+/// A report that names a failing guard without the value beyond its limit, or the reverse, would leave its reader
+/// without a reason.
 #[test]
 fn measurement_exceeds_its_limit_exactly_when_guard_fails() {
     let mut broken = Guards::default();
@@ -106,7 +107,7 @@ fn unused_authority_expires() {
     assert_eq!(bench.transitions().last(), Some(&(Mode::PrepareToAct, Mode::Ready, Cause::Expired)));
 }
 
-/// Its loss degrades the unit; authority does not come back.
+/// The loss of a stage degrades the unit; authority does not come back.
 #[test]
 fn lost_stage_recovers_after_hysteresis_without_authority() {
     let mut bench = Bench::in_mode(Mode::PrepareToAct);

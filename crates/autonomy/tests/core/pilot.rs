@@ -1,4 +1,5 @@
-//! A guest in the place of mission and navigation: its set-points reach the plant as they are, or as the guards let them.
+//! A guest in the place of mission and navigation: its set-points reach the plant as they are, or as the guards let
+//! them.
 
 use config::platform::Limits;
 use wire::codec::Text;

@@ -13,7 +13,8 @@ use wire::trust::Revocation;
 use crate::bench::{Bench, key_of, order_bytes};
 
 const SECOND: TimeTag = TimeTag { after: Span::s(1), within: Span::ms(200) };
-/// Between a nonce's issue and the order that repeats it, at most; and between two steps of the bench.
+/// Longest time from a nonce's issue to the order that repeats it, and the time between two steps of the bench,
+/// milliseconds.
 const EARLIER: u64 = 600;
 
 fn tagged(bench: &mut Bench, kind: CommandKind, tag: TimeTag) -> Vec<u8> {

@@ -94,7 +94,7 @@ fn teammate_moving_as_claimed_is_consistent() {
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
 }
 
-/// It claims to stand while it drifts.
+/// The teammate claims to stand while it drifts.
 #[test]
 fn drifting_teammate_is_found_at_the_slack() {
     let mut bench = Bench::in_mode(Mode::Ready);
@@ -109,7 +109,7 @@ fn drifting_teammate_is_found_at_the_slack() {
     assert_eq!((found(&bench).len(), bench.core.mode()), (1, Mode::HoldSafe));
 }
 
-/// It accuses no unit that could have driven there.
+/// A gap accuses no unit that could have driven to the claimed place.
 #[test]
 fn gap_between_claims_hides_no_drift() {
     let mut bench = Bench::in_mode(Mode::Ready);

@@ -1,4 +1,4 @@
-//! Our own broker: the obligations of every broker, and its own beyond them, each refusal under its name.
+//! The broker of this workspace: the obligations of every broker, and its own beyond them, each refusal under its name.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -158,7 +158,7 @@ async fn second_certificate_holder_takes_over_in_sight() {
     while server.event().await != Some(Event::Admitted { peer: PeerId::UNIT_B }) {}
 }
 
-/// It also ends on request.
+/// The process also ends on request.
 #[tokio::test]
 async fn process_gives_its_address_and_ends_with_launcher() {
     for (goodbye, status) in [(Control::Finish.line(), 0), (String::new(), ORPHANED)] {

@@ -2,8 +2,8 @@
 //! table. If it is not installed these tests report it and make no check.
 //!
 //! It keeps `suite` and no more. The embedded broker's further refusals are missing in mosquitto 2.0: it lets a filter
-//! be subscribed that its holder may not read (and delivers no message of it), uses the certificate under any client id,
-//! takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
+//! be subscribed that its holder may not read (and delivers no message of it), uses the certificate under any client
+//! id, takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
 
 use std::fs;
 use std::path::Path;
@@ -19,7 +19,7 @@ use wire::id::{NodeId, PeerId};
 use crate::client::RunPki;
 use crate::suite::{Broker, command_path};
 
-/// Between finding a free port and taking it another process may have taken it: so often another is tried.
+/// Attempts to start: between the search for a free port and its use another process may take the port.
 const TRIES: usize = 5;
 /// Paths at which it may be; Debian has it where only root's path leads.
 const PROGRAMS: [&str; 2] = ["mosquitto", "/usr/sbin/mosquitto"];
@@ -28,7 +28,7 @@ struct Mosquitto {
     process: Child,
     log: Lines<BufReader<ChildStderr>>,
     at: LoopbackAddr,
-    /// Its configuration and keys, gone with it.
+    /// Folder of the configuration and keys, removed with the value.
     folder: TempDir,
 }
 
@@ -77,7 +77,7 @@ impl Broker for Mosquitto {
         log_until(&mut self.log, &["Reloading config"]).await.expect("it says that it reads its files again");
     }
 
-    /// Its log speaks OpenSSL, in words that change from release to release.
+    /// Mosquitto logs OpenSSL's words, which change from release to release.
     async fn named(&mut self, _refusal: &str) {}
 
     async fn beyond_rights(&mut self, _peer: PeerId) {}

@@ -1,5 +1,5 @@
-//! Obligations of every broker on the command plane, from any author. The form of a refusal is the broker's own business; that no
-//! message passes which the table of rights does not grant is not.
+//! Obligations of every broker on the command plane, from any author. The form of a refusal is the broker's own
+//! business; that no message passes which the table of rights does not grant is not.
 
 use std::time::Duration;
 
@@ -18,10 +18,11 @@ const AGAIN: Duration = Duration::from_millis(50);
 
 /// A running broker with the certificates and rights of a run.
 pub(crate) trait Broker: Sized {
-    /// True if it refuses a subscription to a topic that its holder may not read. One that does not has to deliver no message of it.
+    /// True if it refuses a subscription to a topic that its holder may not read. One that does not has to deliver no
+    /// message of it.
     const REFUSES_SUBSCRIPTIONS: bool;
 
-    /// Starts one, or says on standard error why there is none here.
+    /// Starts a broker; without one on this host, reports that on standard error.
     async fn start(pki: &RunPki) -> Option<Self>;
 
     /// Address at which it listens.
@@ -30,10 +31,11 @@ pub(crate) trait Broker: Sized {
     /// Gives it this revocation list.
     async fn revoke(&mut self, list_der: Vec<u8>);
 
-    /// Checks that its last refusal is in its log under this name, as far as its log has names.
+    /// Checks that the broker's log has its last refusal under this name, as far as the log names refusals.
     async fn named(&mut self, refusal: &str);
 
-    /// Checks that its last refusal is in its log as beyond the rights of `peer`, as far as its log reports it.
+    /// Checks that the broker's log has its last refusal as beyond the rights of `peer`, as far as the log reports
+    /// that.
     async fn beyond_rights(&mut self, peer: PeerId);
 
     /// Waits until it has ended a session of `peer`.

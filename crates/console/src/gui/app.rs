@@ -1,8 +1,8 @@
-//! The window as a program: takes the newest picture, draws it, sends the person's acts. Between it and the console's core
-//! stands a [`Source`], so that a live core and a recording are drawn by the same code.
+//! The window as a program: takes the newest picture, draws it, sends the person's acts. Between it and the console's
+//! core stands a [`Source`], so that a live core and a recording are drawn by the same code.
 //!
-//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without a new one the window still draws a few times a second
-//! with ages increased, and reports it once the last is too old to be called current.
+//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without a new one the window still draws a few times a
+//! second with ages increased, and reports it once the last is too old to be called current.
 
 use std::io::Read;
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
     eframe::run_native(&title, options, Box::new(make)).map_err(|error| format!("the window cannot be opened: {error}"))
 }
 
-/// The program.
+/// State of the window's program.
 struct Program {
     window: ConsoleWindow,
     source: Box<dyn Source>,

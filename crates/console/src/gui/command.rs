@@ -62,7 +62,7 @@ pub(super) fn no_repeats(ui: &Ui) {
     ui.input_mut(|input| input.events.retain(|event| !repeated(event)));
 }
 
-/// The column.
+/// Draws the column of commands.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     towards_safe(ui, view_state, shown, wishes);
     ui.add_space(2.0);
@@ -198,8 +198,8 @@ fn choice(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut V
     chosen.into_iter().for_each(|order| arm(ui, view_state, shown, &order, wishes));
 }
 
-/// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind a
-/// button.
+/// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind
+/// a button.
 fn revocations(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     if shown.revocable.is_empty() {
         return;

@@ -4,18 +4,19 @@ use crate::site::{GroundPoint, Relief};
 
 /// Distances between two lines that are chosen from, metres.
 const STEPS: [f32; 9] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
-/// At most a given number of lines between the lowest and the highest place.
+/// Most lines between the lowest and the highest place.
 const LINES: f32 = 8.0;
 
 /// The lines of a survey.
 pub(super) struct Contours {
-    /// Between two of them, metres.
+    /// Height between two lines, metres.
     pub(super) step: f32,
-    /// Pieces of them, each within one cell.
+    /// Pieces of the lines, each within one cell.
     pub(super) segments: Vec<[GroundPoint; 2]>,
 }
 
-/// The lines; `None` if the survey is empty or flat.
+/// Lines of a survey; `None` if the survey is empty, flat, or higher than the largest step divides into [`LINES`]
+/// lines.
 pub(super) fn lines(relief: &Relief) -> Option<Contours> {
     let rows = relief.rows();
     let heights = || rows.iter().flat_map(|row| row.iter().copied());

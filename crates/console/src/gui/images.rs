@@ -1,5 +1,5 @@
-//! Images of the track that an order rests on, beside its interlocks and above its button. They came over the link and the unit
-//! vouches for them, unlike the pictures of `sidecar`.
+//! Images of the track that an order rests on, beside its interlocks and above its button. They came over the link and
+//! the unit vouches for them, unlike the pictures of `sidecar`.
 
 use eframe::egui::{RichText, Ui, vec2};
 use wire::person::Order;

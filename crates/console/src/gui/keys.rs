@@ -34,7 +34,7 @@ pub(super) fn on_map(ui: &Ui, map: &Response) -> Option<Pressed> {
     Some(Pressed { to, zoom: libm::powf(ZOOM, steps), fit: times(Key::Home) > 0.0 })
 }
 
-/// Lets keys scroll the next list in `ui`, which takes the rest of its room and holds no control.
+/// Lets keys scroll the list that is drawn next in `ui`. The list takes the rest of the room and holds no control.
 pub(super) fn scroll_next(ui: &mut Ui, name: &str) {
     let room = ui.available_rect_before_wrap();
     let list = ui.interact(room, ui.scope_id().with("list"), Sense::focusable_noninteractive());

@@ -20,7 +20,7 @@ pub const MAX_NAMED: usize = 6;
 /// The longest name, characters.
 pub const MAX_NAME: usize = 16;
 
-/// A pane.
+/// A pane of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pane {
@@ -34,7 +34,7 @@ pub enum Pane {
     Ages,
     /// Refusals by reason.
     Refusals,
-    /// Alarms.
+    /// Alarms and history.
     Alarms,
 }
 
@@ -42,7 +42,7 @@ impl Pane {
     /// Every pane.
     pub const ALL: [Pane; 6] = [Pane::Map, Pane::Tracks, Pane::Why, Pane::Ages, Pane::Refusals, Pane::Alarms];
 
-    /// Its title.
+    /// Title of the pane.
     pub fn title(self) -> &'static str {
         match self {
             Pane::Map => "Map",
@@ -67,10 +67,10 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// Every one.
+    /// Every preset.
     pub const ALL: [Preset; 3] = [Preset::Operate, Preset::Examine, Preset::Map];
 
-    /// Its name.
+    /// Name of the preset.
     pub fn name(self) -> &'static str {
         match self {
             Preset::Operate => "Operate",
@@ -83,7 +83,7 @@ impl Preset {
 /// Saved layouts cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum LayoutError {
-    /// Too long.
+    /// The saved text is too long.
     #[error("layouts of at most {MAX_SAVED} bytes expected, got {0}")]
     Length(usize),
     /// Not a layout.
@@ -156,7 +156,7 @@ impl Layouts {
         self.named.remove(name);
     }
 
-    /// Merges layouts that another has by name and neither we nor the `last` common state had, as far as there is room.
+    /// Merges named layouts of `other` that neither this one nor the `last` common state has, as far as there is room.
     pub fn join(&mut self, other: &Self, last: &Self) {
         let new = other.named.iter().filter(|(name, _)| !last.named.contains_key(*name));
         for (name, layout) in new {
@@ -166,7 +166,7 @@ impl Layouts {
         }
     }
 
-    /// As saved.
+    /// The layouts as text, to be saved.
     pub fn saved(&self) -> Result<String, LayoutError> {
         Ok(serde_json::to_string(self)?)
     }
@@ -199,13 +199,13 @@ fn is_name(name: &str) -> bool {
     sized && !is_preset && name.chars().all(plain) && name.split(' ').all(|word| !word.is_empty())
 }
 
-/// A layout.
+/// A layout of the panes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Tiling(Tree<Pane>);
 
 impl Tiling {
-    /// One to choose from.
+    /// The layout of a preset.
     pub fn new(preset: Preset) -> Self {
         let mut tiles = Tiles::default();
         let [map, tracks, tile, ages, refusals, alarms] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
@@ -250,8 +250,9 @@ fn split_vertical(tiles: &mut Tiles<Pane>, upper: TileId, lower: TileId, share: 
     tiles.insert_container(Linear::new_binary(LinearDir::Vertical, [upper, lower], share))
 }
 
-/// True if every tile but the root is the child of one other existing tile, and each pane is there once and not hidden. With as
-/// many tiles as are reached from the root, there is no cycle. A layout with ids that leave no room for another tile is refused.
+/// True if every tile but the root is the child of one other existing tile, and each pane is there once and not hidden.
+/// With as many tiles as are reached from the root, there is no cycle. A layout with ids that leave no room for another
+/// tile is refused.
 fn holds_together(tree: &Tree<Pane>) -> bool {
     let Some(root) = tree.root() else { return false };
     let (mut seen, mut panes, mut open) = (BTreeSet::new(), BTreeSet::new(), vec![root]);
@@ -320,7 +321,7 @@ impl Behavior<Pane> for Panes<'_> {
 mod tests {
     use super::*;
 
-    /// Or repeated.
+    /// A layout with a repeated pane is not read either.
     #[test]
     fn saved_layout_is_read_unless_panes_are_missing() {
         for preset in Preset::ALL {

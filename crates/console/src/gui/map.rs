@@ -1,9 +1,11 @@
-//! The map from above, north up: the planned site, the units, their tracks, and how far each may have gone since it was seen.
+//! The map from above, north up: the planned site, the units, their tracks, and how far each may have gone since it was
+//! seen.
 //!
-//! Around each thing stands the circle in which it may be by now at the platform's greatest speed: its age times that speed,
-//! which the map states. The circle of a lost thing is pale and ends at [`WIDEST_LOST`]: its place is unknown. A lost thing stays
-//! at its last place, crossed out. A track is drawn the smaller and paler the less sure its unit is of it. Fresh is drawn above
-//! stale, symbols above labels; a label that finds no room is left out, and their number is stated.
+//! Around each thing stands the circle in which it may be by now at the platform's greatest speed: its age times that
+//! speed, which the map states. The circle of a lost thing is pale and ends at [`WIDEST_LOST`]: its place is unknown. A
+//! lost thing stays at its last place, crossed out. A track is drawn the smaller and paler the less sure its unit is of
+//! it. Fresh is drawn above stale, symbols above labels; a label that finds no room is left out, and their number is
+//! stated.
 
 use eframe::egui::{
     Button, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, TextWrapMode, Ui, Vec2, WidgetInfo, vec2,
@@ -36,7 +38,8 @@ const PALEST: f32 = 0.3;
 const STEP_PX: f32 = 60.0;
 /// Click distance, points.
 const REACH: f32 = 14.0;
-/// Number of circles beyond which circles of tracks would hide the map: then the chosen track and the units keep theirs.
+/// Number of circles beyond which circles of tracks would hide the map: then the chosen track and the units keep
+/// theirs.
 const MOST_CIRCLES: usize = 40;
 /// Scales that can be zoomed to, points a metre.
 const SCALES: std::ops::RangeInclusive<f32> = 0.5..=200.0;
@@ -99,7 +102,7 @@ struct Thing {
     chosen: bool,
 }
 
-/// The map.
+/// Draws the map.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: &Shown) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     let all = visible_places(site, shown);
@@ -294,8 +297,8 @@ fn label(name: &str, freshness: Freshness, word: &str, age: Span) -> String {
     if freshness == Freshness::Fresh { name.to_owned() } else { format!("{name} {word} {}", seconds(age)) }
 }
 
-/// Paints all of it, no label over `written` areas; returns the number of labels without room, and whether circles were left
-/// out.
+/// Paints every thing, without a label over `written` areas. Returns the number of labels without room, and whether
+/// circles were left out.
 fn paint(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> (usize, bool) {
     let wide = |thing: &&Thing| thing.may_be > 8.0;
     let crowded = things.iter().filter(wide).count() > MOST_CIRCLES;
@@ -343,8 +346,8 @@ fn arrow(painter: &Painter, thing: &Thing, yaw: f32, color: eframe::egui::Color3
     }
 }
 
-/// Labels from the most to the least important, each at the first of four places that is free of symbols, of other labels and of
-/// `written` areas.
+/// Labels from the most to the least important, each at the first of four places that is free of symbols, of other
+/// labels and of `written` areas.
 fn labels(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> usize {
     let inside = painter.clip_rect();
     let size = |thing: &Thing| match (thing.chosen, thing.yaw) {

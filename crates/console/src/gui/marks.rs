@@ -1,7 +1,7 @@
 //! Marks for a mode, a freshness or a life: always a shape and a word, and a colour where it is abnormal.
 //!
-//! `map` writes the labels on the map, `text` and `page/page.js` outside the window have their own marks. When a value is stale is
-//! decided in `age`.
+//! `map` writes the labels on the map, `text` and `page/page.js` outside the window have their own marks. When a value
+//! is stale is decided in `age`.
 //!
 //! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.
 
@@ -33,7 +33,7 @@ pub(super) enum Tone {
 }
 
 impl Tone {
-    /// Its colour.
+    /// Colour of the tone.
     pub(super) fn color(self, palette: &Palette) -> Color32 {
         match self {
             Tone::Weak => palette.weak,
@@ -46,7 +46,7 @@ impl Tone {
     }
 }
 
-/// A shape.
+/// A shape, drawn beside a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     /// As it should be.
@@ -135,7 +135,8 @@ pub(super) fn shape(ui: &mut Ui, shape: Shape, tone: Tone, name: &str) -> Respon
     response
 }
 
-/// A chip: a shape and a text in a box, `width` wide; filled where it is meant to be seen across a room. Named by `name`.
+/// A chip: a shape and a text in a box, `width` wide; filled where it is meant to be seen across a room. Named by
+/// `name`.
 pub(super) fn chip(ui: &mut Ui, width: f32, sign: (Tone, Shape), text: &str, filled: bool, name: &str) -> Response {
     let palette = Palette::current(ui);
     let color = sign.0.color(palette);

@@ -10,7 +10,7 @@ use crate::shown::Shown;
 
 const HEADS: [(&str, f32); 4] = [("reason", 92.0), ("times", 56.0), ("last", 84.0), ("from", 92.0)];
 
-/// The table.
+/// Draws the table.
 pub(super) fn draw(ui: &mut Ui, shown: &Shown) {
     if shown.refusals.is_empty() {
         ui.label(RichText::new("Nothing was refused.").weak());

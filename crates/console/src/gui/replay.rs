@@ -65,8 +65,8 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes:
     }
 }
 
-/// The whole recording as a line: a stroke above it for each change of the display, one below for each true event, and the
-/// present position.
+/// The whole recording as a line: a stroke above it for each change of the display, one below for each true event, and
+/// the present position.
 fn line(ui: &mut Ui, tape: &Tape) {
     let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::hover());
     let really = tape.moments.iter().filter(|moment| moment.truth).count();

@@ -1,7 +1,7 @@
 //! Live sensor pictures of a unit, in its own window: for the tester, beside the operator's.
 //!
-//! They came over no link and no console accepted them, so they are in no window that can give orders, and report it. Their source and
-//! the bound of their age are for their [`Sensors`] to state.
+//! They came over no link and no console accepted them, so they are in no window that can give orders, and report it.
+//! Their source and the bound of their age are for their [`Sensors`] to state.
 
 use eframe::egui::{self, CentralPanel, Context, Panel, RichText, Ui, vec2};
 use eframe::{App, CreationContext, Frame, NativeOptions};
@@ -18,7 +18,7 @@ use crate::source::{Sensed, Sensors};
 const GAP: f32 = 8.0;
 /// Most height of the caption below a picture.
 const WORDS: f32 = 22.0;
-/// Pictures beside each other.
+/// Pictures in a row.
 const COLUMNS: usize = 2;
 
 /// The content of the window.
@@ -67,7 +67,7 @@ impl Content {
     }
 }
 
-/// Their age; with a sign where it is unknown, or too old to be called current.
+/// Draws the age of the pictures; with a sign where the age is unknown, or too large for a current picture.
 fn age(ui: &mut Ui, sensed: &Sensed) {
     match sensed.at_most {
         _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", &left(sensed.at_least))),

@@ -1,5 +1,5 @@
-//! Evidence panel of a recording, above its bar: sensor pictures and reasons for the mode. It is labelled as evidence, and exists in a replay
-//! only.
+//! Evidence panel of a recording, above its bar: sensor pictures and reasons for the mode. It is labelled as evidence,
+//! and exists in a replay only.
 
 use std::sync::Arc;
 
@@ -158,7 +158,7 @@ fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
 mod tests {
     use super::*;
 
-    /// Its bytes do not match its size, or no graphics card takes it.
+    /// An image is not drawn if its bytes do not match its size, or if no graphics card takes that size.
     #[test]
     fn mismatched_or_oversized_image_is_not_drawn() {
         let texture = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }, 2_048).is_some();

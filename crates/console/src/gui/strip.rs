@@ -1,7 +1,7 @@
 //! The safety strip: state, cause, start, authority and age of each unit.
 //!
-//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit. It gives a
-//! figure's meaning for the operator; the figure itself is in the tooltip.
+//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit.
+//! It gives a figure's meaning for the operator; the figure itself is in the tooltip.
 
 use eframe::egui::{Align, Label, Layout, Response, RichText, Role, Ui, WidgetInfo, vec2};
 use wire::event::Freshness;
@@ -175,8 +175,9 @@ fn run(ui: &mut Ui, shown: &Shown) {
     });
 }
 
-/// A link as the gateway's last word has it, which ages; when something last came through it, which is as much out of normal
-/// as a report of that age; and whether the clock at its other end keeps step, without which no age is to be relied on.
+/// A link as the gateway's last word has it, which ages; when something last came through it, which is as much out of
+/// normal as a report of that age; and whether the clock at its other end keeps step, without which no age is to be
+/// relied on.
 fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) {
     let (open, freshness) = link.open.get();
     let heard = link.heard.map_or("no report yet".to_owned(), |age| format!("report {} ago", seconds(age)));

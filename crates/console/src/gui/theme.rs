@@ -1,8 +1,9 @@
 //! Colours and sizes: grey is normal, a saturated colour means that something is not, and is never the only sign of it.
 //!
-//! In the dark theme the four saturated hues are of Okabe and Ito's palette or beside it; in the light one, where all have to be
-//! dark enough to read, they differ in lightness too. Every text colour has a contrast of at least [`LEAST_CONTRAST`] on every
-//! surface, and no two of the hues look alike to the colour-blind: tests compute both. Still none stands without a shape and a word.
+//! In the dark theme the four saturated hues are of Okabe and Ito's palette or beside it; in the light one, where all
+//! have to be dark enough to read, they differ in lightness too. Every text colour has a contrast of at least
+//! [`LEAST_CONTRAST`] on every surface, and no two of the hues look alike to the colour-blind: tests compute both.
+//! Still none stands without a shape and a word.
 
 use eframe::egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Ui, Vec2, Visuals,
@@ -21,7 +22,7 @@ pub const DISABLED: f32 = 0.9;
 /// Height of a row of a table, points.
 pub const ROW: f32 = 20.0;
 
-/// One set of colours.
+/// A set of colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Palette {
     /// Behind everything.

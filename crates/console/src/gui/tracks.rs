@@ -32,7 +32,7 @@ pub(super) enum Sort {
     Confidence,
 }
 
-/// One row.
+/// A row of the table.
 struct Row<'s> {
     unit: &'s ShownUnit,
     track: &'s Labelled<ReportedTrack>,
@@ -152,7 +152,7 @@ fn class(row: &Row<'_>) -> &'static str {
     row.track.get().0.class.name()
 }
 
-/// The cells of a row; whether its name was pressed.
+/// Draws the cells of a row. True if the track's name was pressed.
 fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut Vec<Wish>) -> bool {
     let (track, _) = of.track.get();
     let dead = command::dead(shown);

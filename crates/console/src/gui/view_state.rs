@@ -1,5 +1,5 @@
-//! State that the window keeps between two pictures: selection, typed text and views. It holds no knowledge of the world
-//! but the plotted ages, which are of pictures that were drawn.
+//! State that the window keeps between two pictures: selection, typed text and views. It holds no knowledge of the
+//! world but the plotted ages, which are of pictures that were drawn.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -21,11 +21,11 @@ const BETWEEN_AGES: Span = Span::ms(100);
 /// The window's own state.
 #[derive(Debug)]
 pub(super) struct ViewState {
-    /// Whom commands go to.
+    /// Unit that commands go to.
     pub(super) unit: UnitId,
-    /// The track that is looked at.
+    /// Track that is selected.
     pub(super) track: Option<(UnitId, TrackId)>,
-    /// The order away from safe that is looked at.
+    /// Order away from safe whose conditions are displayed.
     pub(super) order: Option<Order>,
     /// True if the menu of revocable identities is open.
     pub(super) revoking: bool,
@@ -33,7 +33,7 @@ pub(super) struct ViewState {
     pub(super) values: Option<Settings>,
     /// The typed reason for the prepared order.
     pub(super) reason: String,
-    /// The number of the act that prepared it.
+    /// Number of the act that prepared the order.
     prepared: Option<u64>,
     /// Search text for alarms and history.
     pub(super) search: String,

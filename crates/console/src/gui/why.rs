@@ -50,7 +50,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
     });
 }
 
-/// One condition: whether it holds, its name, its value and its limit. One that is not current says how it was.
+/// Draws a condition: whether it holds, its name, value and limit. A condition that is not current is worded in the
+/// past.
 pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
     let palette = Palette::current(ui);
     let (tone, shape, word) = match (predicate.holds, current) {

@@ -12,7 +12,8 @@ use crate::skew::Rate;
 /// Longest name that is written whole, characters.
 const MAX_NAME: usize = 48;
 
-/// An age in seconds, as wide as the eye expects: two decimals below ten seconds. It is rounded up, for it is an age at most.
+/// An age in seconds, as wide as the eye expects: two decimals below ten seconds. It is rounded up, for it is an age at
+/// most.
 pub(super) fn seconds(span: Span) -> String {
     if span == Span(u64::MAX) { "unknown".to_owned() } else { written(span, u64::div_ceil) }
 }
@@ -40,7 +41,8 @@ pub(super) fn event_time(shown: &Shown, time: Instant) -> String {
     }
 }
 
-/// A time of the run, microseconds: in seconds, which an hour has too, so that any two are distinguished by number alone.
+/// A time of the run, microseconds: in seconds, which an hour has too, so that any two are distinguished by number
+/// alone.
 pub(super) fn on_run(us: i128) -> String {
     format!("{:.2} s", us.div_euclid(10_000) as f64 / 100.0)
 }

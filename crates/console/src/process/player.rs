@@ -1,8 +1,8 @@
 //! A recording of a console, looked at again: the same core, fed its input journal, to any moment forward and back.
 //!
 //! The picture at a moment is what the core shows then, so ages grow between two inputs as they did. Copies of the core
-//! are kept on the way, so that going back costs no more than a few hundred inputs. The acts of the person and the script
-//! are in the journal; new ones are not possible. Drawing is left to `gui`.
+//! are kept on the way, so that going back costs no more than a few hundred inputs. The acts of the person and the
+//! script are in the journal; new ones are not possible. Drawing is left to `gui`.
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -25,7 +25,7 @@ pub const READING: &str = "console.json";
 const MAX_READING: u64 = 1 << 20;
 /// Inputs that are kept: hours of a console that is fed forty times a second.
 const MAX_TURNS: usize = 1 << 20;
-/// Inputs between two copies of the core.
+/// Inputs between two copies of the core, from which a seek starts.
 const APART: usize = 512;
 /// The file of true events, beside it: for viewers of the recording, never for a live console.
 pub const TRUTH: &str = "truth.json";
@@ -36,13 +36,13 @@ pub enum PlayerError {
     /// The file needed to view it is missing.
     #[error("{0}; is this the folder that `run --live --out` was given?")]
     Reading(String),
-    /// Its console's input journal cannot be read.
+    /// The console's input journal cannot be read.
     #[error("the console's input journal: {0}")]
     Journal(#[from] JournalError),
     /// The core cannot be made.
     #[error(transparent)]
     Core(#[from] ConsoleError),
-    /// It has no inputs.
+    /// The journal has no inputs.
     #[error("the recording is empty")]
     Empty,
 }
@@ -208,7 +208,8 @@ impl Player {
         self.at = to;
     }
 
-    /// Goes a given number of inputs on, or back. Inputs of one instant are passed together, for the picture is of an instant.
+    /// Goes a given number of inputs on, or back. Inputs of one instant are passed together, for the picture is of an
+    /// instant.
     pub fn step(&mut self, steps: i32) {
         let last = self.turns.len().saturating_sub(1);
         let index = if steps < 0 {
@@ -226,7 +227,7 @@ impl Player {
         self.turns.first().map_or(self.at, |first| first.now)
     }
 
-    /// One turn on.
+    /// Feeds the next input.
     fn take(&mut self) {
         let Some(turn) = self.turns.get(self.taken) else { return };
         self.console.handle(turn.now, &turn.input);

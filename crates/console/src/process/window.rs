@@ -31,7 +31,7 @@ const _: () = assert!(drive::ACTS > crate::alarms::MAX_ALARMS);
 
 #[derive(Default)]
 struct Slot {
-    /// And when it was put there.
+    /// The newest picture, and the time at which it was put there.
     newest: Option<(Arc<Shown>, u64)>,
     wake: Option<Wake>,
     over: bool,

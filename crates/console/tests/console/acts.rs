@@ -225,7 +225,7 @@ fn viewer_neither_signs_nor_acknowledges() {
     assert!(!bench.console.shown(bench.now).alarms[0].acknowledged);
 }
 
-/// With the person, the act and its result.
+/// The log entry of an act has the person, the act and its result.
 #[test]
 fn every_act_is_answered_and_logged() {
     let mut bench = Bench::seating(Role::Supervise);
@@ -316,7 +316,7 @@ fn dropped_track_stays_until_noted_or_back() {
     assert!(bench.console.shown(bench.now).alarms.iter().all(|shown| shown.alarm != alarm));
 }
 
-/// One that begins again has to be acknowledged again.
+/// An alarm that begins again has to be acknowledged again.
 #[test]
 fn alarm_stays_until_over_and_acknowledged() {
     let mut bench = Bench::seating(Role::Operate);
@@ -382,7 +382,7 @@ fn history_keeps_order_and_drops_the_oldest() {
     assert!(links > MAX_PAST / 8, "{links}");
 }
 
-/// It comes back when the event happens again.
+/// The alarm comes back when the event happens again.
 #[test]
 fn alarm_on_a_past_event_ends_when_noted() {
     let mut bench = Bench::seating(Role::Operate);

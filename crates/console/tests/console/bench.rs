@@ -73,12 +73,12 @@ impl Bench {
         vec![(node, Revocation { of: node }.sign(&key_of(NodeId::AUTHORITY)))]
     }
 
-    /// With a person in this role and no script.
+    /// A console with a person in this role and no script.
     pub(crate) fn seating(role: Role) -> Self {
         Self::with_script(Policy::default(), role, Vec::new(), Self::revocations())
     }
 
-    /// With the full policy, and these revocations at hand.
+    /// A console with the full policy, and these revocations at hand.
     pub(crate) fn revoking(script: Vec<ScriptStep>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
         Self::with_script(Policy::default(), Role::Supervise, script, revocations)
     }
@@ -87,12 +87,12 @@ impl Bench {
         Self::from_console(console(policy, role, script, revocations, START))
     }
 
-    /// With a person in this role, who commands these units.
+    /// A console with a person in this role, who commands these units.
     pub(crate) fn with_units(units: &[UnitId], policy: Policy, role: Role) -> Self {
         Self::from_console(console_of(units, policy, role, Vec::new(), Vec::new(), START))
     }
 
-    /// With the units A and B admitted, of which only these take part.
+    /// A console with the units A and B admitted, of which only these take part.
     pub(crate) fn awaiting(awaited: &[UnitId]) -> Self {
         let (setup, config) =
             making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, Vec::new(), Vec::new());
@@ -100,7 +100,7 @@ impl Bench {
         Self::from_console(Console::new(setup, config, START).unwrap())
     }
 
-    /// With an operator who follows this script and looks with this eye.
+    /// A console with an operator who follows this script and looks with this eye.
     pub(crate) fn with_eye(script: Vec<ScriptStep>, eye: Option<Eye>) -> Self {
         let (setup, config) = making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, script, Vec::new());
         Self::from_console(Console::new(setup, ConsoleConfig { eye, ..config }, START).unwrap())

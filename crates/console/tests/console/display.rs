@@ -15,7 +15,7 @@ use wire::time::{Echo, Instant, PeerStamp, Span};
 
 use crate::bench::{Bench, report, sign};
 
-/// It is shown all the same once it reports.
+/// An absent unit is shown all the same once it reports.
 #[test]
 fn absent_unit_is_not_called_silent() {
     let mut bench = Bench::awaiting(&[UnitId::B]);
@@ -195,7 +195,7 @@ fn an_echo_under_another_signature_lowers_no_age() {
     assert_eq!(freshness, Freshness::Late, "{age}");
 }
 
-/// As in the paper.
+/// The fault that the paper describes: an old picture without a sign of its age.
 #[test]
 fn waived_ageing_keeps_an_old_picture_fresh() {
     let waived = [(DisplayRule::AgeOut, Requirement::Waived)];
@@ -281,7 +281,8 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
 /// The reference: claimed send time of each report, and required label of an age.
 #[derive(Default)]
 struct Reference {
-    /// Each report's signed bytes, the latest instant at which its content can have been true, and whether it was accepted.
+    /// Each report's signed bytes, the latest instant at which its content can have been true, and whether it was
+    /// accepted.
     told: Vec<(Vec<u8>, Instant, bool)>,
 }
 

@@ -24,7 +24,7 @@ use crate::bench::{Asked, Bench, console, retracing};
 use crate::display::label;
 use crate::world::{Does, Move, Step, Told, always, check_sequence, refused_by_both};
 
-/// One test for each property, asked after every move.
+/// A test for each property, asked after every move.
 macro_rules! after_every_move {
     ($($name:ident($step:ident) $body:block)*) => {$(
         #[test]

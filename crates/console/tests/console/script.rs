@@ -91,7 +91,7 @@ fn a_hold_is_never_kept_back() {
     assert_eq!((intent.kind, intent.nonce), (CommandKind::Hold, Nonce(0)));
 }
 
-/// It is shown as unanswered.
+/// The first command is shown as unanswered.
 #[test]
 fn unanswered_command_is_retried_under_a_new_id() {
     let mut bench = Bench::new(Policy::default(), vec![step(0, Action::Hold, Mode::Ready)]);
@@ -118,7 +118,7 @@ fn step_without_time_follows_the_previous_one() {
     assert_eq!(bench.intents()[1].0.kind, CommandKind::Hold);
 }
 
-/// It waits for hours without an alarm, and its execution is reported once more.
+/// A stored command waits for hours without an alarm, and its execution is reported once more.
 #[test]
 fn stored_command_shows_its_time_until_executed() {
     let tag = Some(TimeTag { after: Span::s(20), within: Span::s(1) });

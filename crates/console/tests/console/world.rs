@@ -27,9 +27,9 @@ pub(crate) struct Says {
     tracks: u8,
     failing: bool,
     authority: bool,
-    /// It has eight tracks that no report had before.
+    /// True if the report has eight tracks that no report had before.
     others: bool,
-    /// It repeats the last command given.
+    /// True if the report repeats the last command given.
     heard: bool,
     /// The unit has started again.
     reboot: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Says {
 pub(crate) enum Does {
     Now(CommandKind),
     Prepare(CommandKind),
-    /// One step to the act that the shown mode allows.
+    /// A one-step order, of the act that the shown mode allows.
     NowFitting,
     /// The order that the shown mode allows.
     PrepareFitting,
@@ -59,7 +59,7 @@ pub(crate) enum Does {
     Again,
 }
 
-/// One thing that happens.
+/// A move of the property tests.
 #[derive(Clone, Debug)]
 pub(crate) enum Move {
     Gap(u64),
@@ -191,8 +191,8 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     prop::collection::vec(some, 1..40).prop_map(|some| some.concat())
 }
 
-/// An order away from safe on its whole way to the unit's answer, now and then withdrawn on it, repeated by a key that is
-/// held down, or given when the picture is old: by itself that much hardly ever comes together.
+/// An order away from safe on its whole way to the unit's answer, now and then withdrawn on it, repeated by a key that
+/// is held down, or given when the picture is old: by itself that much hardly ever comes together.
 fn order() -> impl Strategy<Value = Vec<Move>> {
     let union = prop_oneof![
         6 => Just(vec![Does::PrepareFitting, Does::Confirm(true)]),

@@ -1,5 +1,5 @@
-//! Memory of a snapshot of a running twin, core by core: bytes that a fork takes from the allocator and keeps, and the core's
-//! own. Parts shared with the original (scene, terrain, model) are not in it.
+//! Memory of a snapshot of a running twin, core by core: bytes that a fork takes from the allocator and keeps, and the
+//! core's own. Parts shared with the original (scene, terrain, model) are not in it.
 //!
 //! Run with `cargo bench --bench snapshot` (or with `--profile dev`: bytes are the same).
 

@@ -1,8 +1,8 @@
 //! Branches from a moment by other chances: the seed's variations are drawn again, and everything else stays.
 //!
 //! A branch is no run and cannot pass for one: it has its own world, and its log begins at the branch, so that every
-//! chain in it lacks its beginning. The draws made once, before a trial starts (clocks, places, phases), are part of the state
-//! that is copied. Nonces go on as they were: no outcome lies in their values.
+//! chain in it lacks its beginning. The draws made once, before a trial starts (clocks, places, phases), are part of
+//! the state that is copied. Nonces go on as they were: no outcome lies in their values.
 
 use autonomy::Autonomy;
 use scenario::Varies;
@@ -30,7 +30,8 @@ impl Twin {
         branch
     }
 
-    /// Runs to `end`, or until `reached` holds of the twin as it is now or after anything that happens; says whether it does.
+    /// Runs to `end`, or until `reached` holds of the twin as it is now or after anything that happens; says whether it
+    /// does.
     pub fn run_until_reached(&mut self, end: Micros, reached: impl Fn(&Twin) -> bool) -> bool {
         while !reached(self) {
             if !self.step(end) {

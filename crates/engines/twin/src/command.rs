@@ -36,13 +36,13 @@ const KEEP_ALIVE: Micros = link::mqtt::KEEP_ALIVE_S as Micros * 1_000_000;
 /// The relayed path and the nodes at its ends.
 #[derive(Clone)]
 pub(super) struct Relayed {
-    /// End that dials.
+    /// Node that dials.
     pub(super) client: NodeIndex,
     /// Relay in between.
     pub(super) relay: NodeIndex,
     pub(super) stream: Stream,
     redial: Redial,
-    /// The broker's ingress observer.
+    /// Log of the observer at the broker's ingress.
     ingress: Journal,
     /// Arrival of the last piece of each leg: client to relay, broker to relay, relay to client, relay to broker.
     latest: [Micros; 4],
@@ -54,7 +54,7 @@ impl Relayed {
         Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), ingress, latest: [0; 4] }
     }
 
-    /// Node at the end at `side`.
+    /// Node at the `side` end of the path.
     fn end(&self, side: Side, nodes: &[Node]) -> NodeId {
         if side == Side::Client { nodes[usize::from(self.client)].id } else { NodeId::BROKER }
     }

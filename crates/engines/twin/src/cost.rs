@@ -1,6 +1,5 @@
-//! Cost of one trial by stage, cost of the physics in it alone, and the same trial again where a run
-//! is known: along with it, and forked from it. Reading a clock, repeating and putting numbers together is left to the
-//! caller.
+//! Cost of one trial: by stage, of its physics alone, along a known run, and forked from a known run. Reading a clock,
+//! repeating trials and comparing figures are left to the caller.
 
 use std::sync::Arc;
 
@@ -27,11 +26,11 @@ use super::verified::SignatureCounts;
 
 /// A trial that was watched.
 pub struct Watched {
-    /// Its time by stage.
+    /// Time of the trial by stage.
     pub stopwatch: Stopwatch,
     /// Number of signatures that a core made, asked about, and had to verify.
     pub signatures: SignatureCounts,
-    /// Its row.
+    /// Row of the trial in a table of results.
     pub trial: Trial,
 }
 
@@ -102,7 +101,7 @@ impl Course {
         Ok(Some(Course { asked: requested.collect(), scene: Arc::new(scene), body }))
     }
 
-    /// Simulated seconds.
+    /// Length of the course, simulated seconds.
     pub fn seconds(&self) -> f64 {
         (self.asked.len() as u64 * STEP.0) as f64 / 1e6
     }
@@ -116,7 +115,7 @@ impl Course {
     }
 }
 
-/// Rapier with only the world and the vehicle.
+/// The physics engine (Rapier) with only the world and the vehicle.
 pub struct Bare<'a> {
     course: &'a Course,
     world: World,

@@ -1,12 +1,12 @@
-//! Delays in the twin: stages, hops over shared memory and over loopback.
+//! Delays in the twin: of stages, and of hops over shared memory and over loopback.
 //!
-//! Uniform over ranges that were fitted by hand to the 5th percentile and the median of live runs (`lab stages
-//! --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the gap that is left. Left out are the
-//! live tails: a reader that waits for a core which the renderer has. A stage's delay is drawn once for each input that
-//! makes it speak.
+//! A delay is uniform over a range. The ranges were fitted by hand to the 5th percentile and the median of live runs
+//! (`lab stages --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the remaining gap. The
+//! tails of live delays are left out, such as of a reader that waits for a core while the renderer has it. A stage's
+//! delay is drawn once for each input with an output.
 //!
-//! A delay is a function of the seed, of sender and receiver, and of the time of sending. So one message more or less
-//! changes the delay of no other: two runs of one seed differ by the actions in them, and not by their luck since.
+//! A delay is a function of the seed, of sender and receiver, and of the time of sending. One message more or less
+//! therefore changes the delay of no other: two runs of one seed differ by the actions in them, and by no other chance.
 
 use std::collections::VecDeque;
 use std::hash::Hasher;
@@ -22,9 +22,9 @@ use super::queue::Micros;
 /// Both ends, microseconds.
 type Range = (u64, u64);
 
-/// One hop over shared memory, with the wake-up of its reader.
+/// A hop over shared memory, with the wake-up of its reader, microseconds.
 const BUS: Range = (20, 120);
-/// One datagram over loopback, with the wake-up of its reader.
+/// A datagram over loopback, with the wake-up of its reader, microseconds.
 const DATAGRAM: Range = (70, 270);
 /// Delay of a flight of a handshake after its cause: with a relay's hops all six take 2 to 3 ms, seen live 2.
 const FLIGHT: Range = (20, 120);
@@ -39,7 +39,7 @@ pub const INSTRUMENT: Micros = 100;
 /// Sender and receiver; one and the same for a node's own work.
 pub type EndPair = (NodeId, NodeId);
 
-/// Work or way that takes time.
+/// Source of a delay: a stage's work, or a hop.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Stage,
@@ -50,7 +50,7 @@ enum Kind {
     Command,
 }
 
-/// Seeded delays.
+/// Delays as a function of the seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Delays {
     seed: u64,

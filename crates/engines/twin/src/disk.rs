@@ -13,29 +13,30 @@ use wire::id::NodeId;
 use super::Twin;
 use super::queue::NodeIndex;
 
-/// A disk that can be full.
+/// A disk that may be full for a time.
 #[derive(Clone)]
 pub(super) struct Disk {
     full: bool,
     waiting: VecDeque<Vec<u8>>,
     room: usize,
-    /// Bytes on it, and how many of them were reported.
+    /// Bytes written.
     kept: u64,
     told: u64,
 }
 
 impl Disk {
-    /// An empty disk with room on it.
+    /// An empty disk.
     pub(super) fn new() -> Self {
         Self { full: false, waiting: VecDeque::new(), room: ROOM, kept: 0, told: 0 }
     }
 
-    /// True if it takes no bytes.
+    /// True if the disk takes no bytes.
     pub(super) fn full(&self) -> bool {
         self.full
     }
 
-    /// An entry for it; gives it back where it is written. An entry without room is lost.
+    /// Writes an entry, and gives it back once written. On a full disk the entry waits; without room to wait it is
+    /// lost.
     fn write(&mut self, bytes: Vec<u8>) -> Option<Vec<u8>> {
         if !self.full {
             self.kept += bytes.len() as u64;
@@ -50,7 +51,7 @@ impl Disk {
 }
 
 impl Twin {
-    /// The disk takes no more bytes, or takes the waiting entries again.
+    /// Sets whether the disk is full. Once it has room again, the waiting entries are written.
     pub(super) fn fill(&mut self, node: NodeId, on: bool) {
         let Some(disk) = &mut self.disk else { return };
         disk.full = on;

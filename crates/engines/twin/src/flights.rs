@@ -1,8 +1,8 @@
 //! The six flights of a handshake with mutual certificates, as bytes on the wire, without its cryptography.
 //!
-//! Record types and lengths are as of the real library with our certificates (RFC 6347 §4.2.4; seen in live logs); their
-//! content is the output of a keyed hash, so that a flight is known by its bytes and cannot be made without the key.
-//! Senders and times of flights are the business of `super::net` and `super::sessions`.
+//! Record types and lengths are those of the real library with the certificates of a run (RFC 6347 §4.2.4; seen in live
+//! logs). The content is the output of a keyed hash, so that a flight is known by its bytes and cannot be made without
+//! the key. Senders and times of flights are the business of `super::net` and `super::sessions`.
 
 use link::guard::SEAL;
 use link::guard::record::{CHANGE_CIPHER_SPEC, HANDSHAKE, HEADER, Split, split};
@@ -16,7 +16,7 @@ const MESSAGE: usize = 12;
 const HELLO: usize = 2 + 32 + 1 + 1 + 4 + 2 + 2 + 4;
 /// The cookie of a HelloVerifyRequest, bytes.
 const COOKIE: usize = 20;
-/// Filling of the one extension up to the length of ours together, bytes.
+/// Filling of the one extension, bytes: as long together as the extensions of the real library.
 const FILLING: usize = 76;
 
 /// A record of a flight.
@@ -26,7 +26,7 @@ enum Part {
     Hello(usize),
     /// Another plaintext message: its type, and its length.
     Message(u8, usize),
-    /// ChangeCipherSpec.
+    /// A ChangeCipherSpec record.
     Change,
     /// Finished, sealed, by the length of its message.
     Finished(usize),
@@ -72,8 +72,8 @@ impl Flights {
         bytes
     }
 
-    /// Number of the flight, of the handshake `number`, that a datagram is, at any numbers of its records: all of one flight, and
-    /// no other bytes.
+    /// Number of the flight, of the handshake `number`, that a datagram is, at any numbers of its records: all of one
+    /// flight, and no other bytes.
     pub(super) fn which(secret: &[u8; 32], number: u32, datagram: &[u8]) -> Option<u8> {
         // Nearly all datagrams carry data, and are distinguished by their first byte.
         if !matches!(datagram.first(), Some(&(HANDSHAKE | CHANGE_CIPHER_SPEC))) {

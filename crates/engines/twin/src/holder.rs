@@ -1,7 +1,7 @@
 //! Holder of an identity's session at the broker: one connection at a time, the newest.
 //!
-//! The unit under test holds its own over the modelled [`super::stream`]; the others are a hop away and dial in no time. A
-//! displaced client sees its connection end and dials again after the pauses of the live client.
+//! The unit under test holds its own over the modelled [`super::stream`]; the others are a hop away and dial in no
+//! time. A displaced client sees its connection end and dials again after the pauses of the live client.
 
 use std::collections::VecDeque;
 

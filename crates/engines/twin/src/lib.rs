@@ -63,13 +63,13 @@ pub use guard::UNKNOWN_PEER;
 const OPENS_AT: Micros = 20_000;
 /// Time after the relays have ended for which a passed message may still be under way.
 const UNDER_WAY: Micros = 50_000;
-/// One process of the twin.
+/// A process of the twin.
 pub struct Node {
-    /// Identity.
+    /// Identity of the node.
     pub id: NodeId,
-    /// Its core.
+    /// Core of the process.
     pub part: Part,
-    /// Its host: shared memory reaches the nodes of one host only, and they share a clock.
+    /// Host of the process: shared memory reaches only the nodes of one host, and they share a clock.
     pub host: u8,
     /// Channels it reads.
     pub subscribes: Vec<Topic>,
@@ -77,9 +77,9 @@ pub struct Node {
     pub endpoint: BusEndpoint,
     /// Role on the command plane.
     pub commands: Option<Client>,
-    /// True if it has steps that can be called.
+    /// True if the process has steps that wait for a cue.
     pub takes_cues: bool,
-    /// True if its process lives.
+    /// True if the process lives.
     pub alive: bool,
     armed: Option<Micros>,
     generation: u64,
@@ -119,22 +119,22 @@ enum Happening {
     ProcessFault(usize, Turn),
 }
 
-/// One input of a core and its outputs.
+/// An input of a core, and its outputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JournalEntry {
-    /// Local time.
+    /// Time on the core's host.
     pub now: Instant,
-    /// Input.
+    /// Input as fed.
     pub input: Input,
     /// Outputs, in order.
     pub outputs: Vec<Output>,
-    /// Time at which it wants to be woken after that.
+    /// Time at which the core wants to be woken after the input.
     pub deadline: Option<Instant>,
 }
 
 /// The twin of a whole platform, its operator, and the adversary between them.
 pub struct Twin {
-    /// Which world this is; a fork makes a new one.
+    /// World of the twin; a fork has another one.
     pub world: WorldId,
     now: Micros,
     queue: Queue<Happening>,
@@ -172,17 +172,17 @@ pub struct Twin {
 pub struct Assembly {
     /// Nodes, in the order that breaks ties.
     pub nodes: Vec<Node>,
-    /// One clock a host.
+    /// Clock of each host.
     pub clocks: Vec<HostClock>,
-    /// Secure associations.
+    /// Secure associations between nodes.
     pub associations: Vec<Association>,
     /// The client with the way to the broker through a stream relay, that relay, and the secret of the model's keys.
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
     /// State of the broker's table of rights.
     pub rights: Requirement,
-    /// Delays.
+    /// Delays of stages and links.
     pub delays: Delays,
-    /// Process faults.
+    /// Faults of processes, by plan.
     pub process_faults: Vec<ProcessFault>,
     /// Participants of processes that may be started again.
     pub spare: Vec<Member>,
@@ -196,7 +196,7 @@ pub struct Assembly {
     pub journals: bool,
     /// The keys of guards and launcher.
     pub witnesses: BTreeMap<NodeId, Key>,
-    /// Knowledge of signatures that its cores share.
+    /// Knowledge of good signatures that the cores share.
     pub verified: Verified,
     /// The guest that drives the unit under test, started.
     pub guest: Option<Session>,
@@ -298,7 +298,7 @@ impl Twin {
         }
     }
 
-    /// True time.
+    /// True time of the twin.
     pub fn now(&self) -> Micros {
         self.now
     }
@@ -318,7 +318,7 @@ impl Twin {
         (self.log, self.stopwatch)
     }
 
-    /// Has the time that it takes from now on added up by stage.
+    /// Adds up the time spent from now on by stage.
     pub fn watch(&mut self, stopwatch: Stopwatch) {
         self.stopwatch = Some(stopwatch);
         self.enter(WorkStage::Engine);
@@ -329,7 +329,7 @@ impl Twin {
         self.verified.counts()
     }
 
-    /// The nodes.
+    /// Nodes in the order that breaks ties.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -360,7 +360,7 @@ impl Twin {
         self.now = end;
     }
 
-    /// Lets the next thing happen, if one does by `end`.
+    /// Lets the next event happen, if one is due by `end`; false without one.
     fn step(&mut self, end: Micros) -> bool {
         if self.queue.next_time().is_none_or(|t| t > end) {
             return false;
@@ -376,7 +376,8 @@ impl Twin {
         self.release_all();
         (0..self.nodes.len() as NodeIndex).for_each(|node| self.feed(node, Input::Quiesce));
         self.run_until(self.now + grace);
-        // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
+        // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends
+        // count.
         for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND] {
             self.index(relay).into_iter().for_each(|relay| self.part_with(relay));
         }
@@ -559,7 +560,7 @@ impl Twin {
         }
     }
 
-    /// The guest's answer. Virtual time stands still meanwhile: how long a guest takes is no part of a result.
+    /// The guest's answer. Virtual time stands still meanwhile: the time that a guest takes is no part of a result.
     fn ask_guest(&mut self, request: &[u8]) -> Vec<u8> {
         let none = || codec::encode(&Failure::new(Fault::Unavailable, "this world has no guest process").answer());
         self.enter(WorkStage::Guest);

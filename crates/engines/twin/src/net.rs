@@ -1,8 +1,8 @@
 //! The model of the secure telemetry link: DTLS associations as bytes on a wire, without sockets.
 //!
-//! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; without a key only lengths, epochs
-//! and sequence numbers can be seen. The record filter is the real one's judgement (`link::guard`). The model behind it acts
-//! as the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
+//! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; without a key only lengths, epochs and sequence
+//! numbers can be seen. The record filter is the real one's judgement (`link::guard`). The model behind it acts as the
+//! real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
 //! `docs/developer/link-model.md` lists where they still differ, and in which direction.
 
 use ground_truth::GuardVerdict;
@@ -21,18 +21,18 @@ const CLOSE_NOTIFY: [u8; 2] = [1, 0];
 /// Distance from one handshake's handle of a session to the next one's: more than there are associations.
 const HANDLES: u32 = 256;
 
-/// One end of an association.
+/// An end of an association.
 #[derive(Clone, Debug)]
 pub struct End {
-    /// Which node.
+    /// Node of the end.
     pub node: NodeIndex,
     /// Identity, by its certificate.
     pub peer: PeerId,
-    /// Its handle of the first session.
+    /// Handle of the first session at this end.
     first: SessionId,
     shaking: Option<Shaking>,
     open: Option<Open>,
-    /// Number of its next plaintext record in its newest handshake.
+    /// Number of the next plaintext record in the end's newest handshake.
     sequence: u64,
 }
 
@@ -55,48 +55,48 @@ pub enum Arrival {
     Discarded,
     /// Taken for a part of a handshake.
     Handshake,
-    /// It ends the session, or the handshake that was to lead to one: a close_notify, or a plaintext record that no guard
-    /// kept out. The end has yet to hang up, or to give up.
+    /// The record ends the session, or the handshake that was to lead to one: a close_notify, or a plaintext record
+    /// that no guard kept out. The end has yet to hang up, or to give up.
     Ended,
 }
 
-/// One record of a datagram, with its fate.
+/// A record of a datagram, with its fate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seen<'a> {
     /// Part that anyone on the path could read.
     pub outside: Outside,
     /// Header and body.
     pub bytes: &'a [u8],
-    /// Its fate.
+    /// Fate of the record.
     pub arrival: Arrival,
 }
 
 /// Progress of an end, with the number of the handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionState {
-    /// There is none.
+    /// Neither a session nor a handshake.
     Down,
     /// A handshake is under way.
     Shaking(u32),
-    /// It carries records.
+    /// A session carries records.
     Open(u32),
 }
 
 /// Message of an end in its handshake.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Spoken {
-    /// The handshake.
+    /// Number of the handshake.
     pub number: u32,
-    /// Its flight, from 0.
+    /// Number of the flight, from 0.
     pub flight: u8,
-    /// The datagram.
+    /// Bytes of the datagram.
     pub bytes: Vec<u8>,
 }
 
 /// Result of a datagram.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Come<'a> {
-    /// Its records.
+    /// Records of the datagram.
     pub seen: Vec<Seen<'a>>,
     /// The session that its end took it to belong to, if there is any.
     pub session: Option<SessionId>,
@@ -109,9 +109,9 @@ pub struct Come<'a> {
 /// Header fields as anyone on the path can read them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outside {
-    /// Epoch.
+    /// Epoch of the record.
     pub epoch: u16,
-    /// Sequence.
+    /// Sequence of the record.
     pub sequence: u64,
 }
 
@@ -127,7 +127,7 @@ pub struct Association {
     pub relay: Option<NodeIndex>,
     /// The record filter in front of both ends.
     pub guard: Requirement,
-    /// Handshakes begun.
+    /// Number of handshakes begun.
     begun: u32,
     secret: [u8; 32],
     /// Datagrams of the dialling end, over all handshakes.
@@ -189,7 +189,8 @@ impl Association {
         }
     }
 
-    /// Time at which a record last came out at the end `at`, or its session opened, if that stands on the handshake `number`.
+    /// Time at which a record last came out at the end `at`, or its session opened, if that stands on the handshake
+    /// `number`.
     pub fn heard(&self, at: usize, number: u32) -> Option<Micros> {
         self.ends[at].open.as_ref().filter(|open| open.number == number).map(|open| open.heard)
     }
@@ -229,6 +230,8 @@ impl Association {
         let mut seen: Vec<Seen<'a>> =
             split(datagram).map(|piece| self.record(at, piece, flight.is_some(), now)).collect();
         let ended = seen.iter().position(|seen| seen.arrival == Arrival::Ended);
+        // An ended session delivers no more. What a guard refused stays refused: guards judge each record before the
+        // session.
         let later = ended.map_or(&mut [][..], |ended| &mut seen[ended + 1..]);
         later
             .iter_mut()
@@ -273,7 +276,8 @@ impl Association {
         Arrival::Delivered(plain)
     }
 
-    /// A flight of the handshake under way came whole to the end `at`: its answer, and whether the session opens with it.
+    /// A flight of the handshake under way came whole to the end `at`: its answer, and whether the session opens with
+    /// it.
     fn advance(&mut self, at: usize, flight: u8, now: Micros) -> (Option<Spoken>, bool) {
         let Some(shaking) = self.ends[at].shaking.as_mut() else { return (None, false) };
         let number = shaking.number;
@@ -314,7 +318,8 @@ fn plaintext(raw: &RawRecord<'_>) -> Arrival {
     if matches!(raw.content, ALERT | APPLICATION_DATA) { Arrival::Ended } else { Arrival::Handshake }
 }
 
-/// True if a plaintext handshake record is in a datagram: to an end that has completed, a sign that its last flight was lost.
+/// True if a plaintext handshake record is in a datagram: to an end that has completed, a sign that its last flight was
+/// lost.
 fn asks(datagram: &[u8]) -> bool {
     split(datagram).any(|piece| matches!(piece, Split::Record(raw) if raw.epoch == 0 && raw.content == HANDSHAKE))
 }
@@ -325,12 +330,12 @@ impl End {
         (self.shaking, self.sequence) = (Some(Shaking { number, expects }), 0);
     }
 
-    /// Its handle of the session that stands on the handshake `number`.
+    /// Handle at this end of the session that stands on the handshake `number`.
     pub fn session(&self, number: u32) -> SessionId {
         SessionId(self.first.0 + HANDLES * (number - 1))
     }
 
-    /// Its newest handshake, or 0.
+    /// Number of the end's newest handshake, or 0.
     fn newest(&self) -> u32 {
         self.shaking.map(|s| s.number).or(self.open.as_ref().map(|o| o.number)).unwrap_or(0)
     }

@@ -18,7 +18,7 @@ use wire::time::Instant;
 
 use baseline::Following;
 
-/// One core.
+/// The core of one process.
 pub enum Part {
     /// World, plant and sensors of one unit.
     Sim(Box<Sim>),

@@ -1,5 +1,5 @@
-//! Process faults of a twin: processes end, are kept from running, find their disk full, are started again; and the calls to steps that
-//! wait for an event on the instrument plane.
+//! Process faults of a twin: processes end, are kept from running, find their disk full, are started again; and the
+//! calls to steps that wait for an event on the instrument plane.
 //!
 //! A process that does not run is fed no input and wakes at no deadline, while its host's clock goes on. Inputs for it
 //! wait as they would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that
@@ -22,12 +22,12 @@ use super::{Happening, OPENS_AT, Twin};
 
 /// Time from an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
 const CUE: Micros = 500;
-/// Datagrams that wait in front of a socket: the number of small ones within the kernel's usual limit on buffers.
+/// Most datagrams that wait in front of a socket: as many small ones as the kernel's usual limit on buffers holds.
 const DATAGRAMS: usize = 256;
 /// Anything else that waits for one process: the instrument plane's own bound, the longest of all.
 const WAITING: usize = link::instrument::QUEUE;
 
-/// ProcessFaults and who is halted.
+/// Planned faults of processes, and the processes that are halted.
 #[derive(Clone, Default)]
 pub(super) struct Processes {
     process_faults: Vec<ProcessFault>,

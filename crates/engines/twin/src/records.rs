@@ -1,6 +1,8 @@
-//! Record layer of one handshake at one end of an association: its keys, its window, and the records that it seals and opens.
+//! Record layer of one handshake at one end of an association: its keys, its window, and the records that it seals and
+//! opens.
 //!
-//! A record has the DTLS 1.2 header, a ciphertext and a tag, as long as the real ones. Its result at its end is [`super::net`]'s.
+//! A record has the DTLS 1.2 header, a ciphertext and a tag, as long as the real ones. Its result at its end is
+//! [`super::net`]'s.
 
 use link::guard::SEAL;
 use link::guard::record::{HEADER, RawRecord};
@@ -12,10 +14,10 @@ const TAG: usize = 16;
 /// Explicit nonce in front of the ciphertext.
 const NONCE: usize = SEAL - TAG;
 
-/// One end of a session.
+/// Keys and window at one end of a session.
 #[derive(Clone, Debug)]
 pub(super) struct Open {
-    /// The handshake that it stands on.
+    /// Number of the handshake that made the keys.
     pub(super) number: u32,
     /// Time at which a record last came out here, or it opened.
     pub(super) heard: Micros,
@@ -60,6 +62,7 @@ impl Open {
             return None;
         }
         let (signed, tag) = raw.bytes.split_at(raw.bytes.len() - TAG);
+        // The tag comes before the window: a forged record must not mark the sequence of a genuine one as seen.
         let expected = blake3::keyed_hash(&self.receive_key, signed);
         if expected.as_bytes()[..TAG] != *tag || !self.first_sight(raw.sequence) {
             return None;

@@ -1,9 +1,9 @@
-//! Replay of the inputs of a run in the twin to fresh cores.
+//! Replay of the inputs of a run to fresh cores.
 //!
-//! Under the same policy every byte has to come out again: a core is a function of its inputs. Under another policy the first
-//! decision that differs is the one that the policy would have changed. All inputs after it still belong to the run, which would have gone
-//! on otherwise too: the difference of the verdicts on them speaks of a boundary, and not of the way on under the policy. For that,
-//! run the scenario under it.
+//! Under the same policy every byte has to come out again: a core is a function of its inputs. Under another policy the
+//! first decision that differs is the one that the policy would have changed. The inputs after it are still those of
+//! the recorded run, and not those that would have followed under the other policy. So later differences say at which
+//! boundary the policy matters; to learn how a run goes under the policy, run the scenario under it.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ pub fn journalled(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Journ
 /// Part that has to be the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Same {
-    /// Every byte.
+    /// Every byte of the outputs.
     Bytes,
     /// The decisions, under any waiver.
     Decisions,
@@ -50,7 +50,7 @@ pub enum Same {
 /// Result of replaying to one core.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReplayedCore {
-    /// Which.
+    /// Node of the core.
     pub node: NodeId,
     /// Inputs fed; where bytes are compared, up to the first difference.
     pub inputs: u64,
@@ -69,9 +69,9 @@ pub struct Parted {
     pub at: Micros,
     /// The input, from 0.
     pub input: u64,
-    /// Its outputs in the run.
+    /// Outputs of the core in the run.
     pub then: Vec<Output>,
-    /// Its outputs now.
+    /// Outputs of the fresh core.
     pub now: Vec<Output>,
 }
 

@@ -1,7 +1,8 @@
-//! Receipt sabotage (N1): the instrument is informed that an injection happened when it did not, and must not believe it.
+//! Receipt sabotage (N1): the instrument is informed that an injection happened when it did not, and must not believe
+//! it.
 //!
-//! The trial is run twice from one seed, once as it is and once with idle hands. The actors' words from the first are put
-//! into the log of the second: claims that name the right bytes, sides, sensors and processes, and are all untrue.
+//! The trial is run twice from one seed, once as it is and once with idle hands. The actors' words from the first are
+//! put into the log of the second: claims that name the right bytes, sides, sensors and processes, and are all untrue.
 //! Judged with the plan, that log has to be INVALID, for any kind of action.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -42,6 +43,7 @@ pub fn sabotage(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Sabotag
     evidence.entries.extend(&claims);
     evidence.entries.sort_by_key(|w| w.at);
     evidence.planned = attacked.evidence.planned;
+    // The plan of the attack: the claims are about its actions, and are judged by it.
     evidence.killed = attacked.evidence.killed;
     let verdict = judge(&evidence);
     Ok(Sabotaged { evidence, verdict, claims: claims.len() })

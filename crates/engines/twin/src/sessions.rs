@@ -1,7 +1,8 @@
-//! The telemetry link of a twin: dialling, handshakes, silence, and the result of a datagram at an end or at the cookie exchange.
+//! The telemetry link of a twin: dialling, handshakes, silence, and the result of a datagram at an end or at the cookie
+//! exchange.
 //!
-//! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', the filters' notes on both
-//! [`super::guard`]'s.
+//! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', the filters' notes on
+//! both [`super::guard`]'s.
 
 use ground_truth::{GuardVerdict, Note};
 use link::guard::hello::before_association;
@@ -23,8 +24,8 @@ const HANDSHAKE_LIMIT: Micros = link::dtls::HANDSHAKE_LIMIT.as_micros() as Micro
 const FLIGHT_INTERVAL: Micros = link::dtls::FLIGHT_INTERVAL.as_micros() as Micros;
 /// Without a record for so long a session is ended, by the dialler and by the listener, as live.
 const IDLE: [Micros; 2] = [link::dtls::DIAL_IDLE.as_micros() as Micros, link::dtls::LISTEN_IDLE.as_micros() as Micros];
-/// Flights that are repeated by themselves until they are answered. The request for a cookie (1) is not, as in the library, and
-/// the last (5) is where the other end shows that it lacks it.
+/// Flights that are repeated by themselves until they are answered. The request for a cookie (1) is not, as in the
+/// library, and the last (5) is where the other end shows that it lacks it.
 const REPEATED: [u8; 4] = [0, 2, 3, 4];
 
 /// Event due for one end of an association, if the handshake of this number is still its.
@@ -44,7 +45,7 @@ enum What {
     GiveUp,
     /// Timeout of a silent session.
     Idle,
-    /// Its core ended the session.
+    /// The core at this end ended the session.
     HangUp,
 }
 
@@ -200,8 +201,8 @@ impl Twin {
         }
     }
 
-    /// A datagram from an address that has no association. A sound ClientHello begins a handshake without a
-    /// sequel; all unknown peers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
+    /// A datagram from an address that has no association. A sound ClientHello begins a handshake without a sequel; all
+    /// unknown peers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
     pub(super) fn unknown_peer(&mut self, association: u8, bytes: &[u8]) {
         let target = self.associations[usize::from(association)].ends[1].node;
         let Some(guard) = &mut self.guards[usize::from(target)] else { return };

@@ -10,7 +10,7 @@ pub enum WorkStage {
     Setup,
     /// World, plant, sensors and ground truth.
     Sim,
-    /// Detection or its stand-in, corroboration, tracks.
+    /// Detection (in a run without rendering, its substitute), corroboration, tracks.
     Perception,
     /// The state machine, navigation, reports.
     Autonomy,
@@ -66,7 +66,7 @@ impl WorkStage {
         }
     }
 
-    /// Its name in tables and JSON.
+    /// Name of the stage in tables and JSON.
     pub fn name(self) -> &'static str {
         match self {
             WorkStage::Setup => "setup",
@@ -102,7 +102,7 @@ impl Stopwatch {
         Self { clock, since: clock(), stage, spent: [0; WorkStage::ALL.len()], laps: 0 }
     }
 
-    /// Counts time as `stage`'s.
+    /// Counts the time from now on for `stage`.
     pub fn enter(&mut self, stage: WorkStage) {
         if stage != self.stage {
             let now = (self.clock)();
@@ -112,7 +112,7 @@ impl Stopwatch {
         }
     }
 
-    /// Nanoseconds of `stage` up to the last change.
+    /// Nanoseconds spent in `stage` up to the last change of stage.
     pub fn spent(&self, stage: WorkStage) -> u64 {
         self.spent[stage as usize]
     }

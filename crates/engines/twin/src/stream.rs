@@ -1,9 +1,9 @@
 //! The model of the command path between a unit and the broker: TLS-like records over a byte stream, without sockets.
 //!
-//! A stream keeps its order and loses no byte while it stands; held bytes hold back all behind them. Each end
-//! takes whole records, authenticated under keys that follow from both hellos as that end saw them: one changed bit,
-//! in a hello or later, and the end that finds it refuses the stream and hangs up. An ended connection takes with it
-//! the bytes under way; the client dials again after the pauses of the live client and a session starts clean. An attacker
+//! A stream keeps its order and loses no byte while it stands; held bytes hold back all behind them. Each end takes
+//! whole records, authenticated under keys that follow from both hellos as that end saw them: one changed bit, in a
+//! hello or later, and the end that finds it refuses the stream and hangs up. An ended connection takes with it the
+//! bytes under way; the client dials again after the pauses of the live client and a session starts clean. An attacker
 //! without a key can hold, cut and damage: the adversary's stream relay, the same core as live, is in between.
 //!
 //! Left out, each with a live row: the certificates (both ends are who they are), TCP's windows and retransmission, the
@@ -40,19 +40,19 @@ const PONG: u8 = 5;
 /// Response of an end to an arrival.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Its side writes these bytes.
+    /// The end at this side writes bytes.
     Write(Side, Vec<u8>),
-    /// A publication came out at its side.
+    /// A publication was delivered at this side.
     Published(Side, Subject, Vec<u8>),
     /// The client asks the broker for its session.
     Connects,
     /// The client's session stands.
     Up,
-    /// Its secure layer refuses the record; it hangs up.
+    /// The secure layer at this side refuses a record, and hangs up.
     Refused(Side),
 }
 
-/// One end of a connection.
+/// An end of a connection.
 #[derive(Clone, Debug, Default)]
 struct End {
     open: bool,

@@ -20,17 +20,17 @@ use scenario::{Scenario, Setup};
 use topology::{RunSecret, Topology, lay_out};
 use wire::sign::SharedVerifier;
 
-/// Time for which messages under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
-/// shipped scenarios; messages still held by a relay then are in its own account.
+/// Time for which messages under way may take to arrive at the end of a run. Longer than any delay a relay imposes in
+/// the shipped scenarios; messages still held by a relay then are in its own account.
 pub const GRACE: Micros = 1_500_000;
 
 /// A finished run.
 pub struct Run {
-    /// Participants.
+    /// Topology of the trial.
     pub topology: Topology,
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
-    /// Trust anchors of it outside the recorder.
+    /// Trust anchors of the log outside the recorder.
     pub anchors: TrustAnchors,
     /// Evidence for the oracle.
     pub evidence: Evidence,

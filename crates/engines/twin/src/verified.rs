@@ -1,9 +1,10 @@
-//! Signatures that are known to be good, for several cores in one process: the twin verifies those that none of them made.
+//! Signatures that are known to be good, for several cores in one process: the twin verifies those that none of them
+//! made.
 //!
-//! The validity of a signature depends on key, message and signature alone, so an answer may be remembered; and a key's own
-//! signature verifies under it (RFC 8032 §5.1). All three are kept, byte for byte, only where a core
-//! signed it or [`PublicKey::verifies`] said yes, and the newest `KEPT` only. Public keys are decompressed once. Live there
-//! is none of this: a [`Verifier`] does not travel in a setup.
+//! The validity of a signature depends on key, message and signature alone, so an answer may be remembered; and a key's
+//! own signature verifies under it (RFC 8032 §5.1). All three are kept, byte for byte, only where a core signed it or
+//! [`PublicKey::verifies`] said yes, and the newest `KEPT` only. Public keys are decompressed once. Live there is none
+//! of this: a [`Verifier`] does not travel in a setup.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,16 +16,16 @@ use wire::sign::{PublicKey, SharedVerifier, Verifier};
 /// signs its log once a second.
 const KEPT: usize = 1024;
 
-/// Which signatures were found good lately. Clones share one memory.
+/// Signatures that were found good lately. Clones share one memory.
 #[derive(Clone, Debug, Default)]
 pub struct Verified(Arc<Known>);
 
 /// Number of signatures that cores made, of those asked about, and of those that then had to be verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SignatureCounts {
-    /// Signatures made.
+    /// Number of signatures made.
     pub made: u64,
-    /// Questions.
+    /// Number of signatures asked about.
     pub asked: u64,
     /// Verifications; the rest was known to be good.
     pub verified: u64,
@@ -51,19 +52,19 @@ struct Good {
 }
 
 impl Verified {
-    /// Its own memory with the same knowledge; it has not been asked yet.
+    /// A separate memory with the same knowledge, and counts of zero.
     #[must_use]
     pub fn detached(&self) -> Verified {
         let memory = self.0.with_memory(|memory| Memory { counts: SignatureCounts::default(), ..memory.clone() });
         Verified(Arc::new(Known(Mutex::new(memory))))
     }
 
-    /// It as the verifier of a core.
+    /// The memory as the verifier of a core.
     pub fn shared(&self) -> SharedVerifier {
         SharedVerifier(Arc::<Known>::clone(&self.0))
     }
 
-    /// Counts of its use.
+    /// Counts of the use of this memory.
     pub fn counts(&self) -> SignatureCounts {
         self.0.with_memory(|memory| memory.counts)
     }
@@ -112,6 +113,7 @@ impl Verifier for Known {
 impl Memory {
     fn knows(&mut self, requested: &Good) -> bool {
         self.counts.asked += 1;
+        // The newest first: the signature asked about was mostly made a moment ago.
         self.good.iter().rev().any(|good| good == requested)
     }
 
@@ -207,7 +209,7 @@ mod tests {
         assert_eq!(verify(&ring(&verified, 8), Purpose::Report, &bytes), refused);
     }
 
-    /// It is verified again each time.
+    /// A bad signature is verified again each time.
     #[test]
     fn bad_signature_is_refused_every_time() {
         let verified = Verified::default();

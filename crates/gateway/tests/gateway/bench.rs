@@ -1,4 +1,4 @@
-//! A gateway on a bench: units with their own clocks and keys, a console, and everything it put out.
+//! A bench around one gateway: units with their own clocks and keys, a console, and every output of the gateway.
 
 use std::collections::BTreeMap;
 
@@ -83,9 +83,9 @@ pub(crate) struct Bench {
     pub(crate) progress: Vec<(CommandStage, Option<Reason>)>,
     /// Losses as reported to the display.
     pub(crate) losses: Vec<u32>,
-    /// Crops as passed on to it.
+    /// Crops as passed on to the display.
     pub(crate) crops: Vec<(UnitId, Vec<u8>)>,
-    /// And of refusals.
+    /// Refusals as reported to the display, each with its count.
     pub(crate) refusals: Vec<(Reason, Option<PeerId>, u64)>,
     pub(crate) ended: Vec<SessionId>,
     pub(crate) console: Sender,
@@ -118,7 +118,7 @@ impl Bench {
         bench
     }
 
-    /// Opens a session for `node`, with a clock far from ours.
+    /// Opens a session for `node`, with a clock far from the gateway's.
     pub(crate) fn open(&mut self, session: u32, node: NodeId) -> SessionId {
         let id = SessionId(session);
         self.units.insert(id, Unit::new(node));
@@ -235,7 +235,7 @@ impl Bench {
         self.gateway.accounts().total(account)
     }
 
-    /// Delivered = accepted + Σ refused, by the gateway's own account and by ours.
+    /// Delivered = accepted + Σ refused, by the gateway's own account and by the bench's.
     pub(crate) fn assert_conserved(&self) {
         let interface = Interface::Uplink;
         let refused: u64 = Reason::ALL.iter().map(|reason| self.count(Account::Refused(interface, *reason))).sum();
@@ -256,15 +256,15 @@ fn verdict(event: &Event) -> Option<Option<Reason>> {
 pub(crate) struct Unit {
     pub(crate) node: NodeId,
     pub(crate) boot: Boot,
-    /// Count of its own session records and its own reports.
+    /// Number of the unit's session records, and number of its reports.
     pub(crate) sequence: u64,
     pub(crate) reports: u64,
-    /// Its session nonce, the gateway's, and the echo due to it.
+    /// Session nonce of the unit, that of the gateway, and the echo due to the gateway.
     pub(crate) nonce: Nonce,
     pub(crate) theirs: Nonce,
     pub(crate) echo: Option<Echo>,
     pub(crate) product: ProductMode,
-    /// Its clock minus ours.
+    /// Offset of the unit's clock from the gateway's.
     offset: u64,
     /// Grants and teammates' envelopes received.
     pub(crate) grants: usize,
@@ -335,7 +335,7 @@ impl Unit {
         self.session_message(now, SessionBody::Report(report.as_slice().into()))
     }
 
-    /// Its own next report, signed.
+    /// Next report of the unit, signed.
     pub(crate) fn signed(&mut self, now: Instant) -> Vec<u8> {
         let report = self.next_report(now);
         sign(self.node, &report)

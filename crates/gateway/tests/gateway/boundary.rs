@@ -40,7 +40,7 @@ fn spoilt_message(unit: &mut Unit, now: wire::time::Instant, spoil: fn(&mut Sess
     codec::encode(&outer)
 }
 
-/// Each record gets exactly one.
+/// Each provoked record gets exactly one refusal.
 #[test]
 fn every_record_refusal_can_be_provoked() {
     let cases: [(Reason, Spoil); 15] = [
@@ -282,7 +282,7 @@ fn a_fork_goes_on_as_the_original_does() {
     }
 }
 
-/// As many a second as a peer with a session can send, for two seconds, and one of another kind in the midst of them.
+/// Records at the rate of a peer with a session for two seconds, and one of another kind among them.
 #[test]
 fn refusal_flood_is_bounded_with_exact_count() {
     let mut bench = Bench::new(Policy::default());

@@ -163,7 +163,7 @@ fn of_second(sequence: u64, kind: CommandKind) -> Vec<u8> {
     key_of(NodeId::OPERATOR_2).sign(Purpose::Intent, &codec::encode(&intent))
 }
 
-/// It takes neither rate nor room nor the rate class for HOLD from another.
+/// A flooding station takes neither rate nor room from another, and no place in the rate class for HOLD.
 #[test]
 fn flooding_station_takes_no_rate_or_room() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());

@@ -102,7 +102,7 @@ fn gateway_without_sound_table_is_not_made() {
     );
 }
 
-/// With 64 units, of which each hears the next three.
+/// Each of 64 units hears the next three.
 #[test]
 fn each_unit_hears_its_interest_set_alone() {
     let (all, mut config): (Vec<UnitId>, _) = (UnitId::all().collect(), config());

@@ -146,7 +146,7 @@ fn refusal_flood_is_counted_whole_fed_partly() {
     bench.assert_conserved();
 }
 
-/// It reaches a unit that opens later with its first record.
+/// A challenge reaches a unit that opens later with its first record.
 #[test]
 fn display_challenge_reaches_each_unit_at_once() {
     let mut bench = Bench::new(Policy::default());

@@ -19,7 +19,7 @@ pub struct Depth {
 pub struct DetectionPlace {
     /// Middle of the object: metres forward, metres left.
     pub middle: [f64; 2],
-    /// One standard deviation on each axis, metres.
+    /// Standard deviation on each axis, metres.
     pub sigma: f64,
 }
 
@@ -37,8 +37,8 @@ pub struct Spatial {
 }
 
 impl Spatial {
-    /// As if `unheard` modalities bore out the claims that they contradict. Where they contradict each other there is no
-    /// place still.
+    /// Turns contradictions of `unheard` modalities into support. Where depth and LiDAR contradict each other, there
+    /// still is no place.
     pub(super) fn pass_over(&mut self, unheard: Modalities) {
         let heard = |m: &Modality| self.vetoed.contains(*m) && !unheard.contains(*m);
         let left = Modality::ALL.into_iter().filter(heard).fold(Modalities::default(), Modalities::with_modality);
@@ -188,7 +188,7 @@ fn plausible(camera: &Camera, detection: &Detection, metres: f64) -> bool {
     fits(bounds.x0, bounds.x1, camera.width, prior.width) && fits(bounds.y0, bounds.y1, camera.height, prior.height)
 }
 
-/// Place between the near surface to the middle, along the line of sight.
+/// Place of a detection: from the near surface towards the middle of the object, along the line of sight.
 fn place(camera: &Camera, detection: &Detection, near: [f64; 2]) -> DetectionPlace {
     let along = (near[0] - f64::from(camera.forward_m)).max(NEAREST_M);
     let range = (along * along + near[1] * near[1]).sqrt();

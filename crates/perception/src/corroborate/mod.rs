@@ -23,7 +23,7 @@ pub struct CorroborationLimits {
     pub score: u16,
     /// Depth and LiDAR may disagree by this much at no distance, metres.
     pub agreement_m: f32,
-    /// And by this much more for each metre of distance.
+    /// Further disagreement allowed for each metre of distance, metres.
     pub agreement_per_m: f32,
 }
 
@@ -38,11 +38,11 @@ impl Default for CorroborationLimits {
 pub struct Sighting {
     /// Class that the detector gave.
     pub class: Class,
-    /// Its score, permille.
+    /// Score of the detection, permille.
     pub score: u16,
     /// Place of its middle: metres forward and metres left in the body frame.
     pub place: [f64; 2],
-    /// One standard deviation of the place on each axis, metres.
+    /// Standard deviation of the place on each axis, metres.
     pub sigma: f64,
     /// Modalities that speak for it.
     pub supported: Modalities,
@@ -67,7 +67,7 @@ impl Sighting {
 /// The modalities' verdicts on one detection, placed or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
-    /// Which detection of the frame.
+    /// Index of the detection in the frame.
     pub detection: u8,
     /// Modalities that speak for the detection.
     pub supported: Modalities,
@@ -77,8 +77,8 @@ pub struct Judgement {
     pub sighting: Option<Sighting>,
 }
 
-/// Judges every detection of a frame, in the order of the detections. One that is `disputed` between the networks is vetoed by colour.
-/// Objections of `unheard` modalities are passed over: their contradictions count as support.
+/// Judges every detection of a frame, in the order of the detections. One that is `disputed` between the networks is
+/// vetoed by colour. Objections of `unheard` modalities are passed over: their contradictions count as support.
 pub fn corroborate(
     camera: &Camera,
     limits: &CorroborationLimits,
@@ -109,6 +109,7 @@ fn judge(
     let mut spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
     spatial.pass_over(unheard);
     let mut warmth = thermal::judge(detection, candidates.thermal.as_deref());
+    // A waived thermal check counts as support, as in `Spatial::pass_over` for depth and LiDAR.
     if matches!(warmth, Warmth::Contradicts | Warmth::Absent) && unheard.contains(Modality::Thermal) {
         warmth = Warmth::Fits;
     }
@@ -129,7 +130,8 @@ fn judge(
     Judgement { detection: index as u8, supported, vetoed, sighting }
 }
 
-/// Two modalities besides colour: depth with LiDAR, or, when one of the two stages is silent, the other with warmth.
+/// True if two modalities besides colour support the object: depth and LiDAR, or, where one of the two stages is
+/// silent, the other and warmth.
 fn enough(spatial: &Spatial, warmth: Warmth) -> bool {
     match (spatial.depth, spatial.lidar) {
         (Some(true), Some(true)) => true,

@@ -1,8 +1,9 @@
 //! Fit of warmth to a detection's class.
 //!
-//! The thermal stage reports regions warm like a vehicle or like a person; that is believed within bounds of temperature alone:
-//! a vehicle shows a warm engine, a person skin and clothes. A decoy and an obstacle are no warmer than their surroundings, or
-//! not warm like either. Limits are on the peak as the camera reads it, contrast already faded by distance.
+//! The thermal stage reports regions warm like a vehicle or like a person; that is believed within bounds of
+//! temperature alone: a vehicle shows a warm engine, a person skin and clothes. A decoy and an obstacle are no warmer
+//! than their surroundings, or not warm like either. Limits are on the peak as the camera reads it, contrast already
+//! faded by distance.
 
 use wire::sensor::{Blob, Class, Detection};
 
@@ -20,7 +21,7 @@ pub enum Warmth {
     Unknown,
     /// A class without warmth, and none there.
     Neutral,
-    /// As warm as its class.
+    /// As warm as the class.
     Fits,
     /// No warmth where there should be some: a cold object, or a frame that the stage missed.
     Absent,

@@ -1,8 +1,9 @@
 //! The process of a detector of others: loads one model, tries it, then answers each image with detections.
 //!
-//! The runtime's backend ends its process where it fails on a graph or on an image that it did not expect, and no caller can catch
-//! that. So a model of others runs here alone, within the limits of CPU time and memory that the starter has set, and with no right but to
-//! read its file: a failure ends this process and no other. Standard input is a socket to the starter; the process ends with it.
+//! The runtime's backend ends its process where it fails on a graph or on an image that it did not expect, and no
+//! caller can catch that. So a model of others runs here alone, within the limits of CPU time and memory that the
+//! starter has set, and with no right but to read its file: a failure ends this process and no other. Standard input is
+//! a socket to the starter; the process ends with it.
 
 use std::error::Error;
 use std::io;
@@ -32,7 +33,7 @@ const IMAGE: usize = 3 * WIDTH * HEIGHT;
 /// The first message: the detector to load.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct LoadRequest {
-    /// The detector.
+    /// File and decoding of the detector.
     pub brought: Brought,
     /// An ONNX Runtime library in place of the pure-Rust backend.
     pub runtime: Option<ModelRef>,
@@ -43,7 +44,8 @@ pub fn request(image: &[u8], least: u16) -> Vec<u8> {
     [&least.to_le_bytes(), image].concat()
 }
 
-/// An answer as a message: a byte, and detections behind 0, a reason behind 1. That to [`LoadRequest`] has no detections.
+/// An answer as a message: a byte, and detections behind 0, a reason behind 1. That to [`LoadRequest`] has no
+/// detections.
 pub fn answer(found: Result<&List<Detection, 32>, &str>) -> Vec<u8> {
     match found {
         Ok(found) => [&[0], codec::encode(found).as_slice()].concat(),

@@ -1,8 +1,8 @@
 //! Contacts of a link: the times at which it carries, known to both of its ends beforehand.
 //!
-//! A contact plan follows from an orbit and from the places of ground stations. It is public and proves nothing about a peer; no message is
-//! believed because of it. It bounds a supervision lease that spans the time between two contacts. Carrying the messages is left to the
-//! link, the computation of a plan to `topology`.
+//! A contact plan follows from an orbit and from the places of ground stations. It is public and proves nothing about a
+//! peer; no message is believed because of it. It bounds a supervision lease that spans the time between two contacts.
+//! Carrying the messages is left to the link, the computation of a plan to `topology`.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,21 +11,21 @@ use wire::time::Span;
 /// Most contacts of a plan.
 pub const MAX_CONTACTS: usize = 16;
 
-/// Time before and after the end of a contact in which a lease may span the gap. Clocks of two ends that started a second apart still agree,
-/// and a grant every tenth of a second is given ten times at least.
+/// Time before and after the end of a contact in which a lease may span the gap. Clocks of two ends that started a
+/// second apart still agree, and a grant every tenth of a second is given ten times at least.
 pub const NEAR: Span = Span::s(2);
 
-/// Time that a spanning lease lasts into the next contact: a dialler's longest pause (0.8 s), the repeat of a lost flight (0.25 s), the
-/// handshake, and the periods of a report and of a grant (0.1 s each) take less.
+/// Time that a spanning lease lasts into the next contact: a dialler's longest pause (0.8 s), the repeat of a lost
+/// flight (0.25 s), the handshake, and the periods of a report and of a grant (0.1 s each) take less.
 pub const ACQUISITION: Span = Span::s(2);
 
-/// One contact, from the start of the run.
+/// A time at which the link carries, from the start of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Start.
+    /// Beginning of the contact.
     pub from: Span,
-    /// End.
+    /// End of the contact.
     pub until: Span,
 }
 
@@ -34,13 +34,13 @@ pub struct Contact {
 #[serde(try_from = "Vec<Contact>", into = "Vec<Contact>")]
 pub struct Contacts(Vec<Contact>);
 
-/// Reason that contacts are no plan.
+/// Reason for which contacts are no plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ContactsError {
     /// There are too many.
     #[error("at most {MAX_CONTACTS} contacts expected, got {0}")]
     Many(usize),
-    /// One ends before it begins, or begins before the end of the one before.
+    /// A contact ends before it begins, or begins before the end of the contact before.
     #[error("contact {0} is out of order")]
     Order(usize),
 }
@@ -72,7 +72,8 @@ impl Contacts {
         self.0.iter()
     }
 
-    /// Time left in the contact under way this long after the start of the run, zero between contacts, and time to the next one; none without a plan.
+    /// Time left in the present contact at `since` after the start of the run, zero between contacts, and time to the
+    /// next contact; absent without a plan.
     pub fn time_left(&self, since: Span) -> Option<(Span, Option<Span>)> {
         let left = self.0.iter().find(|contact| (contact.from..contact.until).contains(&since));
         let next = self.0.iter().find(|contact| contact.from > since);
@@ -80,9 +81,10 @@ impl Contacts {
         (!self.is_empty()).then(|| (left.map_or(Span::ZERO, |c| to(c.until)), next.map(|c| to(c.from))))
     }
 
-    /// Longest lease that may be granted this long after the start of the run: `usual`, or, near the end of a contact that another
-    /// one follows, until [`ACQUISITION`] into that one.
+    /// Longest lease that may be granted at `since` after the start of the run. Near the end of a contact with a
+    /// successor the lease may last until [`ACQUISITION`] into the next contact; at any other time, for `usual`.
     pub fn lease(&self, since: Span, usual: Span) -> Span {
+        // Also after the end: the clocks of the two ends need not agree on its moment.
         let near = |contact: &Contact| since.0.abs_diff(contact.until.0) <= NEAR.0;
         let next = self.0.windows(2).find(|pair| near(&pair[0]) && since < pair[1].from).map(|pair| pair[1].from);
         next.map_or(usual, |from| usual.max(Span(from.0 - since.0) + ACQUISITION))

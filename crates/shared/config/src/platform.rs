@@ -1,8 +1,8 @@
 //! The body of a platform and the limits of its guards: numbers of a platform file beside its bounds.
 //!
-//! A file of `platforms/` states them, and the launcher hands each core the part that it needs: the vehicle to `sim`, the sensors'
-//! mounting to `sim` and `perception`, the limits to `autonomy`. Ranges and the numbers' agreement with each other and
-//! with [`wire::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
+//! A file of `platforms/` states them, and the launcher hands each core the part that it needs: the vehicle to `sim`,
+//! the sensors' mounting to `sim` and `perception`, the limits to `autonomy`. Ranges and the numbers' agreement with
+//! each other and with [`wire::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
 
 use serde::{Deserialize, Serialize};
 use spacecraft::orbit::Elements;
@@ -11,7 +11,7 @@ use wire::time::Span;
 
 use wire::sensor::{Camera, Lidar};
 
-/// The longest lease of a set-point that is honoured, counted from arrival.
+/// The longest lease of a set-point that a plant honours, counted from arrival.
 pub const MAX_LEASE: Span = Span::ms(1000);
 
 /// A platform's body.
@@ -19,24 +19,25 @@ pub const MAX_LEASE: Span = Span::ms(1000);
 #[serde(rename_all = "snake_case")]
 #[expect(clippy::large_enum_variant, reason = "a run has one of them, which is copied where it begins")]
 pub enum Body {
-    /// It drives on wheels.
+    /// A vehicle on wheels.
     Wheeled(Vehicle),
-    /// It flies on rotors.
+    /// An aircraft on four rotors.
     Multirotor(Multirotor),
-    /// It flies on a fixed wing.
+    /// An aircraft on a fixed wing.
     FixedWing(FixedWing),
-    /// It turns in an orbit.
+    /// A satellite in an orbit.
     Satellite(Satellite),
 }
 
 impl Default for Body {
-    /// [`Vehicle::GROUND`].
+    /// The vehicle of `platforms/ground.toml`.
     fn default() -> Self {
         Body::Wheeled(Vehicle::GROUND)
     }
 }
 
-/// A body on four rotors in X, with the loops of a flight controller. Body frame: x forward, y left, z up, origin in the centre of mass.
+/// A body on four rotors in X, with the loops of a flight controller. Body frame: x forward, y left, z up, origin in
+/// the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Multirotor {
@@ -64,13 +65,13 @@ pub struct Multirotor {
     pub max_climb_m_s: f32,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: f32,
-    /// Change of the velocity that its controller follows, speeding up and braking, m/s².
+    /// Acceleration and braking of the velocity that the controller follows, m/s².
     pub acceleration_m_s2: [f32; 2],
     /// Greatest tilt, degrees.
     pub tilt_deg: f32,
     /// Capacity of the battery, W·h.
     pub battery_w_h: f32,
-    /// Power in a hover, and of everything but the rotors, W.
+    /// Power in a hover, and power of everything but the rotors, W.
     pub power_w: [f32; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: f32,
@@ -87,8 +88,9 @@ pub struct Multirotor {
 }
 
 impl Multirotor {
-    /// That of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and drags are as of the quadrotor of
-    /// PX4's SIH (`sih_params.c`); the rest is assumed, with its reason in the file.
+    /// The body of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and
+    /// drags are those of the quadrotor of PX4's SIH (`sih_params.c`); the rest is assumed, with its reason in the
+    /// file.
     pub const SIH: Multirotor = Multirotor {
         mass_kg: 1.0,
         inertia_kg_m2: [0.025, 0.025, 0.030],
@@ -115,7 +117,8 @@ impl Multirotor {
     };
 }
 
-/// A body on a fixed wing, with an autopilot for airspeed, bank and climb. Body frame: x forward, y left, z up, origin in the centre of mass.
+/// A body on a fixed wing, with an autopilot for airspeed, bank and climb. Body frame: x forward, y left, z up, origin
+/// in the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixedWing {
@@ -131,27 +134,27 @@ pub struct FixedWing {
     pub max_climb_m_s: f32,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: f32,
-    /// Change of the airspeed, speeding up and slowing down, m/s².
+    /// Increase and decrease of the airspeed, m/s².
     pub acceleration_m_s2: [f32; 2],
     /// Greatest bank, degrees.
     pub bank_deg: f32,
-    /// Natural frequency of the bank, rad/s, and its damping.
+    /// Natural frequency, rad/s, and damping ratio of the bank.
     pub roll: [f32; 2],
     /// Time constant of the climb, seconds.
     pub climb_s: f32,
     /// Capacity of the battery, W·h.
     pub battery_w_h: f32,
-    /// Power in flight, and on the ground, W.
+    /// Power in flight, and power on the ground, W.
     pub power_w: [f32; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: f32,
     /// Airspeed on the circle of its safe motion, m/s.
     pub circle_m_s: f32,
-    /// Bank on it, degrees.
+    /// Bank on that circle, degrees.
     pub circle_bank_deg: f32,
     /// Time for which it circles without a lead, seconds; then it lands.
     pub circle_s: f32,
-    /// Horizontal distance that it keeps to the place where a circle began, metres.
+    /// Largest horizontal distance from the place where a circle began, metres.
     pub stays_m: f32,
     /// Speed of the descent, m/s.
     pub descent_m_s: f32,
@@ -164,7 +167,7 @@ pub struct FixedWing {
 }
 
 impl FixedWing {
-    /// That of `platforms/wing.toml`; a test holds the two equal.
+    /// The body of `platforms/wing.toml`; a test holds the two equal.
     pub const SLOW_FLYER: FixedWing = FixedWing {
         mass_kg: 0.06,
         body_m: [0.85, 0.85, 0.2],
@@ -190,8 +193,9 @@ impl FixedWing {
     };
 }
 
-/// A small satellite on three wheels, pointed at places of a region that it passes over. Body frame: principal axes, +z the payload's line of
-/// sight, the solar array on the other side. Speeds apply to the point that the payload looks at, in units of the map.
+/// A small satellite on three wheels, pointed at places of a region that it passes over. Body frame: principal axes, +z
+/// the payload's line of sight, the solar array on the other side. Speeds apply to the point that the payload looks at,
+/// in units of the map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Satellite {
@@ -203,23 +207,25 @@ pub struct Satellite {
     pub wheel_momentum_n_m_s: f64,
     /// Greatest dipole of a magnetic torquer, A·m².
     pub torquer_a_m2: f64,
-    /// Natural frequency of the attitude controller, rad/s, and its damping.
+    /// Natural frequency, rad/s, and damping ratio of the attitude controller.
     pub controller: [f64; 2],
     /// Greatest speed of a set-point, m/s of the map.
     pub max_speed_m_s: f64,
     /// Greatest turn of a set-point, rad/s.
     pub max_turn_rad_s: f64,
-    /// Change of the speed that the controller follows, speeding up and braking, m/s² of the map.
+    /// Acceleration and braking of the speed that the controller follows, m/s² of the map.
     pub acceleration_m_s2: [f64; 2],
     /// Rate and acceleration of a slew to the sun, rad/s and rad/s².
     pub slew: [f64; 2],
     /// Greatest rate of the safe motion, rad/s.
     pub safe_rate_rad_s: f64,
-    /// Time for which it keeps looking at its place without a lead, payload shut, seconds; then it turns its array to the sun.
+    /// Time for which the payload, shut, keeps looking at its place without a lead, seconds; then the satellite turns
+    /// its array to the sun.
     pub hold_s: f64,
     /// Least angle between the open payload's line of sight and the sun, degrees.
     pub keep_out_deg: f64,
-    /// Capacity of the battery, W·h; the charge at the start of a run and the least that its safe mode needs, as shares.
+    /// Battery: capacity, W·h; charge at the start of a run; least charge that the safe mode needs. Charges are shares
+    /// of the capacity.
     pub battery: [f64; 3],
     /// Power of the array at normal incidence, and of the loads, W.
     pub power_w: [f64; 2],
@@ -251,7 +257,7 @@ const LINE: usize = 69;
 pub struct Line([u8; LINE]);
 
 impl Line {
-    /// The text.
+    /// The line as text.
     pub fn as_str(&self) -> &str {
         core::str::from_utf8(&self.0).unwrap_or_default()
     }
@@ -282,14 +288,16 @@ pub struct Aloft {
     pub floor_ceiling_mm: [u32; 2],
     /// Greatest climb and descent that is asked for, mm/s.
     pub climb_mm_s: u32,
-    /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
+    /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain,
+    /// millimetres.
     pub height_gate_mm: u32,
     /// Room that set-points leave below the largest speed, for the part that gusts add, mm/s.
     #[serde(default)]
     pub gust_spare_mm_s: u32,
 }
 
-/// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
+/// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the
+/// chassis centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Vehicle {
@@ -324,7 +332,7 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// That of `platforms/ground.toml`; a test holds the two equal.
+    /// The body of `platforms/ground.toml`; a test holds the two equal.
     pub const GROUND: Vehicle = Vehicle {
         mass_kg: 300.0,
         chassis_m: [1.6, 0.9, 0.44],
@@ -354,7 +362,7 @@ impl Vehicle {
 }
 
 impl Default for Vehicle {
-    /// [`Vehicle::GROUND`].
+    /// The vehicle of `platforms/ground.toml`.
     fn default() -> Self {
         Self::GROUND
     }
@@ -366,7 +374,7 @@ impl Default for Vehicle {
 pub struct Sensors {
     /// Camera of colour, depth and thermal images.
     pub camera: Camera,
-    /// LiDAR.
+    /// Beams and mounting of the LiDAR.
     pub lidar: Lidar,
 }
 
@@ -387,7 +395,7 @@ impl Sensors {
 }
 
 impl Default for Sensors {
-    /// [`Sensors::GROUND`].
+    /// Sensors of `platforms/ground.toml`.
     fn default() -> Self {
         Self::GROUND
     }
@@ -409,8 +417,8 @@ pub struct Limits {
     pub odometry_permille: u32,
     /// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
     pub unobserved_mm: u32,
-    /// Distance of the rear axle behind the body's origin, millimetres: half of the wheelbase. Wheels that do not steer do not slide, so in a
-    /// curve the origin moves sideways by this times the rate of turn.
+    /// Distance of the rear axle behind the body's origin, millimetres: half of the wheelbase. Wheels that do not steer
+    /// do not slide, so in a curve the origin moves sideways by this times the rate of turn.
     pub rear_axle_mm: u32,
     /// Greatest curvature that is asked of the plant, 1/km.
     pub curvature_per_km: u32,
@@ -433,7 +441,8 @@ pub struct Limits {
     pub corridor_mm: u32,
     /// Distance kept to an obstacle that is seen in the corridor, millimetres.
     pub standoff_mm: u32,
-    /// Clearance that driving keeps beyond the fence guard's margin, so that driving does not trip the guard, millimetres.
+    /// Clearance that driving keeps beyond the fence guard's margin, so that driving does not trip the guard,
+    /// millimetres.
     pub fence_spare_mm: u32,
     /// Clearance of planned ways to the fence beyond its margin, and to obstacles on the map, millimetres.
     pub plan_clearance_mm: u32,
@@ -483,7 +492,7 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// [`Limits::GROUND`].
+    /// Limits of `platforms/ground.toml`.
     fn default() -> Self {
         Self::GROUND
     }

@@ -13,14 +13,14 @@ use wire::sign::{Key, Keyring, Secret, SharedVerifier};
 use wire::time::Span;
 use wire::trust::BusGate;
 
-/// One channel that a core sends or receives on; a producer has one for each of its readers.
+/// A channel that a core sends or receives on; a producer has one for each of its readers.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Channel {
-    /// Which.
+    /// Topic of the messages.
     pub topic: Topic,
-    /// Only node that may write it.
+    /// The only node that may write the channel.
     pub producer: NodeId,
-    /// Its key.
+    /// Key shared by the producer and this reader.
     pub key: ChannelKey,
 }
 
@@ -29,26 +29,26 @@ pub struct Channel {
 pub struct Setup {
     /// Identity of the core.
     pub node: NodeId,
-    /// Number of its starts.
+    /// Number of starts of the core.
     pub boot: Boot,
     /// The world it runs in; zero live.
     pub world: WorldId,
-    /// Seed of everything it draws.
+    /// Seed of everything that the core draws.
     pub seed: u64,
     /// Policy in force.
     pub policy: Policy,
     /// Bounds in force.
     pub bounds: Bounds,
-    /// Its own Ed25519 secret.
+    /// Secret of the core's Ed25519 key.
     pub secret: Secret,
     /// The identities of the run, each once, with its public key.
     pub public_keys: Vec<(NodeId, [u8; 32])>,
-    /// Its channels.
+    /// Channels of the core.
     pub channels: Vec<Channel>,
-    /// The scenario loader's consent to a policy that waives something.
+    /// The scenario loader's consent to a policy with waivers; without it such a policy admits no authority.
     pub ablation: Option<Ablation>,
-    /// Verifier of signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live service
-    /// verifies everything itself.
+    /// Verifier of signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live
+    /// service verifies everything itself.
     #[serde(skip)]
     pub verifier: Option<SharedVerifier>,
 }
@@ -89,6 +89,7 @@ impl Setup {
     pub fn sender(&self, topic: Topic) -> Result<Sender, NoChannel> {
         let keys = self.channels.iter().filter(|c| c.topic == topic).map(|c| c.key.clone());
         let keys: Vec<ChannelKey> = keys.collect();
+        // A missing tag would make one reader deaf in silence: each reader checks for its own.
         if keys.len() != topic.readers() {
             return Err(NoChannel(topic));
         }
@@ -101,7 +102,8 @@ impl Setup {
         Ok(BusGate::new(topic, channel.producer, channel.key.clone(), freshness))
     }
 
-    /// The gates in front of `topic`, one for each station that may write there; a message may be at most `freshness` old.
+    /// The gates in front of `topic`, one for each station that may write there; a message may be at most `freshness`
+    /// old.
     pub fn gates(&self, topic: Topic, freshness: Span) -> Result<Vec<BusGate>, NoChannel> {
         let of_topic = self.channels.iter().filter(|c| c.topic == topic);
         let gates: Vec<BusGate> = of_topic.map(|c| BusGate::new(topic, c.producer, c.key.clone(), freshness)).collect();
@@ -110,6 +112,8 @@ impl Setup {
 
     /// True if authority may be minted under this policy: full, or an admitted ablation.
     pub fn admits_authority(&self) -> bool {
+        // A policy with waivers needs the loader's consent besides: a run that its artefacts do not name an ablation
+        // must not act.
         self.policy.is_full() || self.ablation.is_some()
     }
 

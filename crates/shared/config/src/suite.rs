@@ -1,7 +1,8 @@
-//! The sensors in the places of the modalities, by the names that people have for them: one list for each kind of platform.
+//! The sensors in the places of the modalities, by the names that people have for them: one list for each kind of
+//! platform.
 //!
-//! Tracks, guards and faults know four places ([`Modality`]) on every platform. Logs, files and policies keep the names of the places;
-//! words for people name the sensor that is mounted there.
+//! Tracks, guards and faults know four places ([`Modality`]) on every platform. Logs, files and policies keep the names
+//! of the places; words for people name the sensor that is mounted there.
 
 use wire::mode::{Cause, Guard};
 use wire::motion::ReportedMotion;
@@ -18,7 +19,7 @@ pub enum Suite {
 }
 
 impl Suite {
-    /// Suite of a unit that reports this motion: sunlight is reported in an orbit alone.
+    /// Suite of a unit that reports this motion: only a satellite reports sunlight.
     pub fn from_motion(motion: Option<&ReportedMotion>) -> Self {
         if motion.is_some_and(|motion| motion.sunlit.is_some()) { Suite::Sky } else { Suite::Scene }
     }

@@ -14,8 +14,8 @@ use crate::refusal::Refusal;
 use crate::time::Instant;
 
 /// Refusals of one shared-memory interface that are logged one by one; later ones are only counted. A writer to a
-/// segment is as fast as memory, with no handshake before it and no key needed to be refused: each entry
-/// would be hashed, recorded and signed for. This many show the sender and the content; of more, the count is enough, and the
+/// segment is as fast as memory, with no handshake before it and no key needed to be refused: each entry would be
+/// hashed, recorded and signed for. This many show the sender and the content; of more, the count is enough, and the
 /// closing account gives it. Other interfaces have a link's pace or their own rate.
 pub const WRITTEN_REFUSALS: u64 = 256;
 
@@ -24,7 +24,7 @@ pub const WRITTEN_REFUSALS: u64 = 256;
 pub struct Accounts(BTreeMap<Account, u64>);
 
 impl Accounts {
-    /// Adds one.
+    /// Counts one more of `account`.
     pub fn count(&mut self, account: Account) {
         *self.0.entry(account).or_default() += 1;
     }

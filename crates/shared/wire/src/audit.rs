@@ -1,8 +1,8 @@
 //! The audit log: each node chains its own events and signs its chain once a second; the recorder seals them all.
 //!
 //! An entry holds the SHA-256 of the entry before it, so that an edit, a deletion or a swap breaks the chain at a known
-//! place. A chain does not depend on which events there are: services write [`Event`]s, others may write their own. Writing
-//! files is left to `link`; judging the meaning of the events, to the oracle.
+//! place. A chain does not depend on which events there are: services write [`Event`]s, others may write their own.
+//! Writing files is left to `link`; judging the meaning of the events, to the oracle.
 
 use core::marker::PhantomData;
 
@@ -25,13 +25,13 @@ pub const SIGN_PERIOD: Span = Span::s(1);
 /// Period at which the recorder seals.
 const SEAL_PERIOD: Span = Span::ms(250);
 
-/// One event in a node's chain.
+/// An event as an entry of its node's chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Entry<E = Event> {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
-    /// Its boot.
+    /// Boot of the node.
     #[n(1)]
     pub boot: Boot,
     /// Position in the chain, from 1.
@@ -40,7 +40,7 @@ pub struct Entry<E = Event> {
     /// Time on the node's own clock.
     #[n(3)]
     pub at: Instant,
-    /// The event.
+    /// Content of the entry.
     #[n(4)]
     pub event: E,
     /// SHA-256 of the encoded entry before; zero for the first.
@@ -49,8 +49,8 @@ pub struct Entry<E = Event> {
 }
 
 impl<E> Entry<E> {
-    /// Bytes that the signature in this entry covers: the entry itself, its signature's 64 bytes zero. So it covers its own time too, behind
-    /// which no other entry stands where it is the last, and by `previous` everything before it.
+    /// Bytes that the signature in this entry covers: the entry itself, its signature's 64 bytes zero. So it covers its
+    /// own time too, behind which no other entry stands where it is the last, and by `previous` everything before it.
     pub fn signed_as(&self) -> Vec<u8> {
         let Entry { node, boot, counter, at, event: _, previous } = *self;
         codec::encode(&Entry { node, boot, counter, at, event: Event::Signed { signature: [0; 64] }, previous })
@@ -125,7 +125,7 @@ pub struct Head {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
-    /// Boot.
+    /// Boot of the node.
     #[n(1)]
     pub boot: Boot,
     /// Entries so far.
@@ -147,10 +147,10 @@ impl Head {
 /// Reason that an entry does not continue its chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChainError {
-    /// Unreadable.
+    /// The bytes are no entry.
     #[error("unreadable entry: {0}")]
     Malformed(#[from] Malformed),
-    /// Not the next one, or not on this predecessor.
+    /// The entry has another counter or another predecessor than the next one.
     #[error("chain of {node} broken at entry {counter}")]
     Broken {
         /// Node that writes the chain.
@@ -229,15 +229,16 @@ pub struct SealedHead {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
-    /// Boot.
+    /// Boot of the node.
     #[n(1)]
     pub boot: Boot,
-    /// Entries sealed.
+    /// Number of entries sealed.
     #[n(2)]
     pub counter: u64,
 }
 
-/// The recorder's core: follows every chain, seals four times a second and reports it on the bus. `E` is any event that it is sent.
+/// The recorder's core: follows every chain, seals four times a second and reports it on the bus. `E` is any event that
+/// it is sent.
 #[derive(Clone, Debug)]
 pub struct Recorder<E = Event> {
     chains: Chains,
@@ -285,6 +286,8 @@ impl<E> Recorder<E> {
             Err(ChainError::Full { node }) => {
                 self.journal.write(now, Event::ChainBroken { node, counter: 1 }, &mut self.out);
             }
+            // An unreadable entry names no chain, so the note has the recorder's own number. Like every entry that
+            // continues no chain, it is in no seal.
             Err(ChainError::Malformed(_)) => {
                 self.journal.write(now, Event::ChainBroken { node: NodeId::RECORDER, counter: 0 }, &mut self.out);
             }

@@ -1,4 +1,5 @@
-//! Readings of attitude sensors, sim to perception, in place of frames and candidates on a platform that looks at stars and not at objects.
+//! Readings of attitude sensors, sim to perception, in place of frames and candidates on a platform that looks at stars
+//! and not at objects.
 
 use minicbor::{Decode, Encode};
 
@@ -24,7 +25,8 @@ impl Direction {
     }
 }
 
-/// One synchronous set of readings. An absent one: its sensor gave no product. Each takes the place of one modality in tracks, guards and faults.
+/// A synchronous set of readings; a sensor without a product is absent. Each sensor takes the place of one modality in
+/// tracks, guards and faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Bearings {
     /// Counts from 1 within a boot.

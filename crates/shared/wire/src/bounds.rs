@@ -1,4 +1,5 @@
-//! The time bounds of a platform: one file each, fixed before measuring (`docs/reference/bounds.md` names the two that were not). A scenario may tighten them.
+//! The time bounds of a platform: one file each, fixed before measuring (`docs/reference/bounds.md` names the two that
+//! were not). A scenario may tighten them.
 
 use crate::time::Span;
 
@@ -34,9 +35,10 @@ pub struct Bounds {
     pub authority_ms: u64,
     /// Time for which guards must hold before DEGRADED may end, ms.
     pub hysteresis_ms: u64,
-    /// Longest time that a loss may last before DEGRADED becomes HOLD_SAFE, ms; only for losses that driving depends on.
+    /// Longest time that a loss may last before DEGRADED becomes HOLD_SAFE, ms; only for losses that driving depends
+    /// on.
     pub unrecovered_ms: u64,
-    /// Oldest that the recorder's newest seal over our log may be, ms.
+    /// Largest age of the recorder's newest seal over the unit's log, ms.
     pub seal_limit_ms: u64,
     /// Largest distance from a designated position to a true object of the class at an act (P11), mm.
     pub designation_mm: u32,
@@ -45,8 +47,8 @@ pub struct Bounds {
     /// Confidence below which a designated track is given up, permille; lower than the above, so that a track at the
     /// threshold does not come and go.
     pub designation_keep: u16,
-    /// Least angle between the outermost lines of sight along which a track was borne out before it can be designated, milliradians;
-    /// 0 asks for none.
+    /// Least angle between the outermost lines of sight along which a track was borne out before it can be designated,
+    /// milliradians; 0 asks for none.
     pub designation_bearings_mrad: u32,
     /// Longest time that a designated track may go without an update, ms; at most *Td*.
     pub track_limit_ms: u64,
@@ -102,7 +104,7 @@ impl Bounds {
         sequence_jump: 600,
     };
 
-    /// *Tf*.
+    /// Largest age of an accepted record, *Tf*.
     pub fn freshness(&self) -> Span {
         Span::ms(self.freshness_ms)
     }

@@ -26,13 +26,13 @@ impl core::fmt::Debug for ChannelKey {
 /// Header that stands before the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Channel.
+    /// Channel of the message.
     pub topic: Topic,
     /// Number of the producer in the table of identities, not yet believed.
     pub producer: u8,
-    /// Its boot.
+    /// Boot of the producer.
     pub boot: Boot,
-    /// Its sequence on this channel, from 1.
+    /// Sequence of the message on this channel, from 1.
     pub sequence: Sequence,
     /// Time at which it was made, on this host's clock.
     pub stamp: Instant,
@@ -105,18 +105,18 @@ pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
     split(bytes).map(|parts| usize::from(parts.header.producer))
 }
 
-/// A message taken apart.
+/// Parts of a message, not yet judged.
 #[derive(Debug)]
 pub(crate) struct Parts<'b> {
     pub(crate) header: Header,
     /// Bytes that the tags cover: header and body.
     pub(crate) signed: &'b [u8],
     pub(crate) body: &'b [u8],
-    /// One tag after the other.
+    /// Tags, one for each reader of the channel.
     pub(crate) tags: &'b [u8],
 }
 
-/// Takes a message apart; `None` when it is too short or of no known topic.
+/// Splits a message into its parts; `None` when it is too short or of no known topic.
 pub(crate) fn split(bytes: &[u8]) -> Option<Parts<'_>> {
     let header = bytes.first_chunk::<HEADER_LEN>()?;
     let topic = Topic::ALL.get(usize::from(header[0])).copied()?;

@@ -124,6 +124,7 @@ impl<C, T: Encode<C>, const N: usize> Encode<C> for List<T, N> {
 impl<'b, C, T: Decode<'b, C>, const N: usize> Decode<'b, C> for List<T, N> {
     fn decode(d: &mut Decoder<'b>, ctx: &mut C) -> Result<Self, minicbor::decode::Error> {
         let len = d.array()?.ok_or_else(|| minicbor::decode::Error::message("indefinite length"))?;
+        // Before an item is read: the length is the sender's word.
         if len > N as u64 {
             return Err(minicbor::decode::Error::message("list longer than its bound"));
         }
@@ -151,7 +152,7 @@ impl<const N: usize> Text<N> {
         Text(string)
     }
 
-    /// As a string slice.
+    /// The text as a string slice.
     pub fn as_str(&self) -> &str {
         &self.0
     }

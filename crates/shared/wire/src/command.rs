@@ -18,14 +18,14 @@ pub const MAX_ORDER: usize = 1024;
 /// Furthest that a time tag may lie ahead.
 pub const MAX_AHEAD: Span = Span::s(86_400);
 
-/// Time at which a command is carried out, on the clock of its unit alone: both are counted from the issue of the nonce that the
-/// intent repeats, so a delay on the way moves neither.
+/// Time at which a command is carried out, on the clock of its unit alone: both are counted from the issue of the nonce
+/// that the intent repeats, so a delay on the way moves neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, serde::Deserialize)]
 pub struct TimeTag {
     /// Time from the nonce's issue until the command is due.
     #[n(0)]
     pub after: Span,
-    /// Time after that within which it may be carried out.
+    /// Time from then on during which the command may be carried out.
     #[n(1)]
     pub within: Span,
 }
@@ -65,7 +65,7 @@ pub enum CommandKind {
 }
 
 impl OrderKind {
-    /// Its name in files and logs.
+    /// Name of the kind in files and logs.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -84,7 +84,8 @@ impl CommandKind {
         }
     }
 
-    /// True if the kind may wait for a time. An arming and its confirmation rest on the display of the moment, settings on IDLE.
+    /// True if the kind may wait for a time. An arming and its confirmation rest on the display of the moment, settings
+    /// on IDLE.
     pub fn may_wait(self) -> bool {
         match self {
             CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable | CommandKind::Resume => true,
@@ -115,10 +116,10 @@ impl CommandKind {
 /// First step, signed by the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Intent {
-    /// Idempotency key.
+    /// Id of the command: by it repetitions and their order are recognised.
     #[n(0)]
     pub id: CommandId,
-    /// Which unit.
+    /// Unit that is to carry the command out.
     #[n(1)]
     pub unit: UnitId,
     /// The unit's command nonce as last displayed.
@@ -138,8 +139,8 @@ pub struct Intent {
     pub shown: Option<ReportHash>,
 }
 
-/// SHA-256 of a signed intent's bytes, to which its confirmation, its acknowledgement and its progress are bound. An id is
-/// chosen by its signer; this is of one intent only.
+/// SHA-256 of a signed intent's bytes. Confirmation, acknowledgement and progress name the intent by this hash: an id
+/// is chosen by its signer, and two intents can have the same.
 pub type IntentHash = [u8; 32];
 
 /// SHA-256 of a signed report's bytes: by it an order names the report that its operator was shown.

@@ -73,8 +73,8 @@ impl Topic {
         self.into()
     }
 
-    /// Number of readers of one unit for which its producer tags each message, every one under a key that no other reader has: a
-    /// reader of a channel must not be able to write it to another.
+    /// Number of readers of one unit for which its producer tags each message, every one under a key that no other
+    /// reader has: a reader of a channel must not be able to write it to another.
     pub fn readers(self) -> usize {
         match self {
             Topic::Navigation => 2,
@@ -167,14 +167,14 @@ pub enum Input {
     /// A message on a shared-memory channel.
     #[n(1)]
     Bus {
-        /// Channel.
+        /// Channel of the message.
         #[n(0)]
         topic: Topic,
         /// Sealed bus message (`wire::bus`).
         #[cbor(n(1), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
-    /// A secure session stands; `peer` is who the handshake authenticated.
+    /// A secure session was established.
     #[n(2)]
     Opened {
         /// Local handle of the session.
@@ -184,13 +184,13 @@ pub enum Input {
         #[n(1)]
         peer: PeerId,
     },
-    /// One application record out of a secure session.
+    /// An application record of a secure session.
     #[n(3)]
     Record {
         /// Local handle of the session.
         #[n(0)]
         session: SessionId,
-        /// Plaintext.
+        /// Decrypted record.
         #[cbor(n(1), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
@@ -201,13 +201,13 @@ pub enum Input {
         #[n(0)]
         session: SessionId,
     },
-    /// A publication on the command plane. `publisher` is the broker's claim; no decision rests on it.
+    /// A publication on the command plane. Nothing in it names the publisher but the signatures in the payload.
     #[n(5)]
     Published {
-        /// Subject.
+        /// Subject of the publication.
         #[n(0)]
         subject: Subject,
-        /// Payload.
+        /// Payload of the publication.
         #[cbor(n(1), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
@@ -224,7 +224,7 @@ pub enum Input {
     /// A piece of a byte stream reached a relay from `side`; an empty piece is the end of that direction.
     #[n(7)]
     Stream {
-        /// Connection handle.
+        /// Local handle of the connection.
         #[n(0)]
         connection: SessionId,
         /// Peer that sent it.
@@ -254,14 +254,15 @@ pub enum Input {
         #[n(0)]
         step: Text<MAX_CUE>,
     },
-    /// Our session at the broker has ended, and not by us: it was cut, or another connection under our certificate has taken
-    /// it. The dialler on our side dials again.
+    /// The service's session at the broker has ended, and not by the service: the session was cut, or another
+    /// connection under the same certificate has taken it over. The dialler of the service dials again.
     #[n(41)]
     SessionLost,
-    /// The host kept a service of the run waiting for a core so long, by the launcher's count (the console only, live only).
+    /// The host kept a service of the run waiting for a core so long, by the launcher's count (the console only, live
+    /// only).
     #[n(42)]
     HostWait {
-        /// The wait.
+        /// Length of the wait.
         #[n(0)]
         wait: Span,
     },
@@ -287,7 +288,7 @@ pub enum Output {
     /// Publish on a shared-memory channel.
     #[n(0)]
     Bus {
-        /// Channel.
+        /// Channel of the message.
         #[n(0)]
         topic: Topic,
         /// Sealed bus message.
@@ -300,24 +301,24 @@ pub enum Output {
         /// Local handle of the session.
         #[n(0)]
         session: SessionId,
-        /// Plaintext.
+        /// Record to be encrypted.
         #[cbor(n(1), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
     /// Publish on the command plane.
     #[n(2)]
     Publish {
-        /// Subject.
+        /// Subject of the publication.
         #[n(0)]
         subject: Subject,
-        /// Payload.
+        /// Payload of the publication.
         #[cbor(n(1), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
     /// Emit a datagram towards `side` (relay only).
     #[n(3)]
     Datagram {
-        /// Destination.
+        /// Side that receives the datagram.
         #[n(0)]
         side: Side,
         /// Bytes on the wire.
@@ -327,10 +328,10 @@ pub enum Output {
     /// Emit a piece of a byte stream towards `side` (relay only); an empty piece ends that direction.
     #[n(4)]
     Stream {
-        /// Connection handle.
+        /// Local handle of the connection.
         #[n(0)]
         connection: SessionId,
-        /// Destination.
+        /// Side that receives the bytes.
         #[n(1)]
         side: Side,
         /// Bytes on the wire.
@@ -340,14 +341,14 @@ pub enum Output {
     /// Cut a relayed stream in both directions at once.
     #[n(5)]
     Reset {
-        /// Connection handle.
+        /// Local handle of the connection.
         #[n(0)]
         connection: SessionId,
     },
     /// An encoded `wire::audit::Entry` for the instrument plane.
     #[n(6)]
     Audit {
-        /// Encoded entry.
+        /// Encoded `wire::audit::Entry`.
         #[cbor(n(0), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },

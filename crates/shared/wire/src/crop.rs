@@ -1,7 +1,7 @@
 //! Crops: the part of a camera's image that shows one track, as an operator sees it.
 //!
-//! A crop travels from perception through autonomy and the gateway to the console, unsigned: the unit's signed report names its
-//! hash ([`Pictured`]), and none that no report names is shown. Cutting is left to perception.
+//! A crop travels from perception through autonomy and the gateway to the console, unsigned: the unit's signed report
+//! names its hash ([`Pictured`]), and none that no report names is shown. Cutting is left to perception.
 
 use minicbor::{Decode, Encode, bytes::ByteArray};
 
@@ -56,7 +56,7 @@ pub enum Pixels {
 }
 
 impl Pixels {
-    /// As an image: red, green and blue of each pixel.
+    /// Pixels as an image: red, green and blue of each.
     pub fn rgb(&self) -> Vec<u8> {
         let channel = |packed: u16, from: u16, bits: u16| (packed >> from << (8 - bits)) as u8;
         match self {
@@ -78,7 +78,7 @@ pub struct Pictured {
     /// Age of their frame when the report was made.
     #[n(1)]
     pub age: Span,
-    /// Their hashes.
+    /// Hashes of the crops.
     #[n(2)]
     pub crops: List<CropHash, CAMERAS>,
 }

@@ -59,13 +59,13 @@ pub struct Act {
     /// Serial of the consumed authority.
     #[n(2)]
     pub authority: u32,
-    /// Designated track.
+    /// Track that the authority is bound to.
     #[n(3)]
     pub track: TrackId,
     /// Position at which autonomy holds the track to be: east, millimetres.
     #[n(4)]
     pub x_mm: i32,
-    /// North, millimetres.
+    /// Place of the track, north, millimetres.
     #[n(5)]
     pub y_mm: i32,
     /// Command that confirmed it.

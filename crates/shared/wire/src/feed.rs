@@ -1,4 +1,5 @@
-//! Messages of the gateway to the console. On arrival they are untrusted again: the console checks tag, schema and signature.
+//! Messages of the gateway to the console. On arrival they are untrusted again: the console checks tag, schema and
+//! signature.
 
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
@@ -9,20 +10,21 @@ use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::time::{Instant, Span};
 
-/// One message of the feed.
+/// A message of the feed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Feed<'b> {
     /// A report passed the boundary.
     #[n(0)]
     Accepted(#[b(0)] AcceptedReport<'b>),
-    /// Something was refused; how many were by now in this boot, for this reason and from this peer. Not every refusal is
-    /// reported: from one number to the next is how many there were.
+    /// Refusals: the reason, the peer, and the number of both together so far in this boot. Not every refusal is
+    /// reported; the difference of two numbers is the number of refusals between them.
     #[n(1)]
     Refused(#[n(0)] Reason, #[n(1)] Option<PeerId>, #[n(2)] u64),
     /// A session opened (true) or ended (false).
     #[n(2)]
     Session(#[n(0)] PeerId, #[n(1)] bool),
-    /// The progress at the gateway of the command with this signed intent; and why, where it refused it for a reason.
+    /// Progress at the gateway of the command with this signed intent, and the reason where the gateway refused the
+    /// command.
     #[n(3)]
     Command(#[cbor(n(0), with = "minicbor::bytes")] IntentHash, #[n(1)] CommandStage, #[n(2)] Option<Reason>),
     /// The unit's signed acknowledgement, as it came.
@@ -39,10 +41,10 @@ pub enum Feed<'b> {
 /// A report that passed the boundary, for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct AcceptedReport<'b> {
-    /// Session peer that brought it.
+    /// Session peer that brought the report.
     #[n(0)]
     pub via: PeerId,
-    /// The unit that the boundary attributes it to.
+    /// The unit that the boundary attributes the report to.
     #[n(1)]
     pub unit: UnitId,
     /// Time at which the gateway received it, on the control host's clock.
@@ -51,7 +53,7 @@ pub struct AcceptedReport<'b> {
     /// Upper bound of its age at `received`; absent when freshness was waived and unknown.
     #[n(3)]
     pub age: Option<Span>,
-    /// Checks that were waived on its way.
+    /// Checks that the report passed by waiver.
     #[n(4)]
     pub waived: Waived,
     /// The signed report.

@@ -1,8 +1,9 @@
-//! Messages between an autonomy core and a *guest*: a third party's program that takes the place of mission and navigation.
+//! Messages between an autonomy core and a *guest*: a third party's program that takes the place of mission and
+//! navigation.
 //!
-//! A guest is asked once at the start and then once a step, and answers each request with one message. Keys, signatures,
-//! links and the clock stay with the core, so that a guest needs none of them. The form in which a program reads and writes these
-//! messages is left to the crate `guest`; what follows from an answer to `autonomy`.
+//! A guest is asked once at the start and then once a step, and answers each request with one message. Keys,
+//! signatures, links and the clock stay with the core, so that a guest needs none of them. The form in which a program
+//! reads and writes these messages is left to the crate `guest`; what follows from an answer to `autonomy`.
 
 use minicbor::{Decode, Encode};
 use strum::{EnumCount, IntoStaticStr, VariantArray};
@@ -13,9 +14,9 @@ use crate::sensor::Navigation;
 use crate::time::{Instant, Span};
 use crate::track::Track;
 
-/// Most points of a route, corners of a fence or obstacles of a map that are told as discs.
+/// Most points of a route, corners of a fence, or obstacles of a map that are sent as discs.
 pub const MAX_POINTS: usize = 64;
-/// Most obstacles of a map that are told as blocks.
+/// Most obstacles of a map that are sent as blocks.
 pub const MAX_BLOCKS: usize = 256;
 /// Most places of teammates in a step.
 pub const MAX_TEAMMATES: usize = 4;
@@ -35,7 +36,7 @@ pub struct Place(#[n(0)] pub i32, #[n(1)] pub i32);
 /// A disc to keep clear of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Disc {
-    /// Centre.
+    /// Centre of the disc.
     #[n(0)]
     pub at: Place,
     /// Radius, millimetres.
@@ -46,10 +47,10 @@ pub struct Disc {
 /// An obstacle of the map by its length and width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Block {
-    /// Its middle.
+    /// Centre of the block.
     #[n(0)]
     pub at: Place,
-    /// Half of length and width, millimetres.
+    /// Half of the length and of the width, millimetres.
     #[n(1)]
     pub half_mm: [u32; 2],
     /// Direction of its length, milliradians counter-clockwise from east.
@@ -84,7 +85,7 @@ pub struct MissionStart {
     /// Obstacles on the map as discs that reach to their ends, the first [`MAX_POINTS`].
     #[n(7)]
     pub obstacles: List<Disc, MAX_POINTS>,
-    /// The same obstacles by length and width; none in a recording from before they were told.
+    /// Obstacles by length and width; none in a recording from before this field.
     #[n(8)]
     pub blocks: Option<List<Block, MAX_BLOCKS>>,
 }
@@ -118,10 +119,10 @@ pub struct ControlStep {
 /// A request of the core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Request {
-    /// The mission.
+    /// Take this mission.
     #[n(0)]
     Start(#[n(0)] Box<MissionStart>),
-    /// A step.
+    /// Answer this step.
     #[n(1)]
     Step(#[n(0)] Box<ControlStep>),
 }
@@ -131,13 +132,13 @@ pub enum Request {
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Declared {
-    /// It follows its mission.
+    /// The guest follows its mission.
     #[n(0)]
     Nominal,
-    /// It goes on with less.
+    /// The guest goes on with reduced performance.
     #[n(1)]
     Degraded,
-    /// It has brought the vehicle into its safe state, or does so.
+    /// The guest has brought the vehicle into its safe state, or is about to.
     #[n(2)]
     Safe,
 }
@@ -165,7 +166,8 @@ pub struct Reply {
     /// Curvature, 10⁻⁶ per metre, positive to the left.
     #[n(2)]
     pub curvature_um: i32,
-    /// The guest's own name for its state, and its place in the guest's table; none from a guest that declares no states.
+    /// The guest's own name for its state, and its place in the guest's table; none from a guest that declares no
+    /// states.
     #[n(3)]
     pub state: Option<(Declared, Text<MAX_NAME>)>,
     /// The place that the guest drives by; none from a guest that states no place.
@@ -228,13 +230,13 @@ pub enum Answer {
     /// The guest has taken the mission.
     #[n(0)]
     Ready,
-    /// Its set-point.
+    /// The guest's set-point for the step.
     #[n(1)]
     Reply(#[n(0)] Reply),
     /// The guest failed; no further request is answered.
     #[n(2)]
     Failed {
-        /// Kind.
+        /// Kind of the failure.
         #[n(0)]
         fault: Fault,
         /// Expected and got.

@@ -235,12 +235,12 @@ impl UnitId {
     }
 }
 
-/// One `T` for each peer.
+/// A table with one `T` for each peer.
 #[derive(Debug)]
 pub struct ByPeer<T>([T; NODES]);
 
 impl<T> ByPeer<T> {
-    /// Each made again.
+    /// A table with one value of `make` for each peer.
     pub fn new(mut make: impl FnMut() -> T) -> Self {
         Self(core::array::from_fn(|_| make()))
     }
@@ -306,10 +306,10 @@ pub struct RecordId {
     /// Claimed maker of the record.
     #[n(0)]
     pub node: NodeId,
-    /// Its boot.
+    /// Boot of the maker.
     #[n(1)]
     pub boot: Boot,
-    /// Its sequence within the boot.
+    /// Sequence of the record within the boot.
     #[n(2)]
     pub sequence: Sequence,
 }
@@ -352,7 +352,7 @@ pub struct CommandId {
     /// Operator whose key signed it.
     #[n(0)]
     pub operator: NodeId,
-    /// Console boot.
+    /// Boot of the console.
     #[n(1)]
     pub boot: Boot,
     /// Sequence within the boot, from 1.

@@ -1,7 +1,7 @@
 //! Measurements by which a unit's guards are judged: for each a value, in its own unit, and its bound.
 //!
-//! A unit reports both the failing guards (`mode::Guards`) and these values. Some guards fail for a reason without a number, or until a value
-//! has come back further than it had to go: the failing guards are never worked out from here.
+//! A unit reports both the failing guards (`mode::Guards`) and these values. Some guards fail for a reason without a
+//! number, or until a value has come back further than it had to go: the failing guards are never worked out from here.
 
 use minicbor::{Decode, Encode};
 
@@ -13,8 +13,8 @@ use crate::time::Span;
 
 /// The sum of excesses at which fixes are taken to drift, millimetre seconds: half a second of one deviation.
 pub const DRIFT_MM_S: i32 = 20;
-/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times the share of
-/// delivery and of the stamping of a reading.
+/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times the
+/// share of delivery and of the stamping of a reading.
 pub const OFFSET_US: i32 = 5_000;
 
 /// The values, as they were when a report was made.
@@ -29,20 +29,20 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// With a value for `guard`, in the unit of its limit.
+    /// Sets the value of `guard`, in the unit of its limit.
     #[must_use]
     pub fn with_value(mut self, guard: Guard, value: Option<i32>) -> Self {
         self.values[guard as usize] = value;
         self
     }
 
-    /// With an age: the begun millisecond counts, so that a value above its limit never looks as if it were not.
+    /// Sets an age, rounded up to milliseconds: an age above its limit never appears within the limit.
     #[must_use]
     pub fn aged(self, guard: Guard, age: Option<Span>) -> Self {
         self.with_value(guard, age.map(|age| i32::try_from(age.0.div_ceil(1000)).unwrap_or(i32::MAX)))
     }
 
-    /// With the findings about teammates' claims.
+    /// Sets the finding about teammates' claims.
     #[must_use]
     pub fn claimed(self, teammate: Option<(UnitId, Inconsistency)>) -> Self {
         Measured { teammate, ..self }

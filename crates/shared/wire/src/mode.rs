@@ -93,7 +93,7 @@ pub enum Guard {
     /// Teammates' claims agree with each other, with physics and with their time base.
     #[n(8)]
     Teammates,
-    /// The recorder has sealed our log within the limit.
+    /// The recorder has sealed the unit's log within the limit.
     #[n(9)]
     SealedLog,
     /// The designated track is fresh, corroborated and confident. Authority only.
@@ -133,7 +133,7 @@ impl Guard {
 pub struct Guards(#[n(0)] pub u16);
 
 impl Guards {
-    /// With one more.
+    /// The set with one guard more.
     #[must_use]
     pub fn with_guard(self, g: Guard) -> Guards {
         Guards(self.0 | 1 << g as u16)
@@ -178,7 +178,7 @@ pub enum Cause {
     /// The operator asked for it.
     #[n(1)]
     Operator,
-    /// This guard failed.
+    /// A guard failed.
     #[n(2)]
     Lost(#[n(0)] Guard),
     /// All guards have held for the hysteresis time.
@@ -210,7 +210,7 @@ impl Cause {
     }
 }
 
-/// As its label.
+/// A cause is serialised as its label.
 impl serde::Serialize for Cause {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.label())
@@ -231,7 +231,7 @@ pub enum Because {
     /// A sensor frame.
     #[n(2)]
     Frame(#[n(0)] FrameId),
-    /// A command.
+    /// An operator's command.
     #[n(3)]
     Command(#[n(0)] CommandId),
     /// No message since then.

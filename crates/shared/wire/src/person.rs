@@ -1,8 +1,8 @@
 //! Acts of a person at the console, as data: the one way from a hand to the console's core.
 //!
-//! An act enters the core as an input like any other, so that it is in the input journal and a run with a person in it can be
-//! replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses after a
-//! time, and then confirmed with a reason. Judging acts is left to `console::act`.
+//! An act enters the core as an input like any other, so that it is in the input journal and a run with a person in it
+//! can be replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses
+//! after a time, and then confirmed with a reason. Judging acts is left to `console::act`.
 
 use minicbor::{Decode, Encode};
 use strum::{EnumCount, VariantArray};
@@ -42,7 +42,7 @@ impl Order {
     }
 }
 
-/// One thing that a person does at the console.
+/// An act of a person at the console.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Act {
@@ -66,10 +66,10 @@ pub enum Act {
 /// An act with its number at the window, from 1 and rising: none is carried out twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Numbered {
-    /// Its number.
+    /// Number of the act.
     #[n(0)]
     pub serial: u64,
-    /// The act.
+    /// Content of the act.
     #[n(1)]
     pub act: Act,
 }
@@ -96,7 +96,7 @@ pub enum Alarm {
     /// The gateway has no session with this peer any more.
     #[n(5)]
     LinkDown(#[n(0)] PeerId),
-    /// This peer's session at the broker was cut, or taken by another connection.
+    /// A peer's session at the broker was cut, or taken over by another connection.
     #[n(6)]
     SessionLost(#[n(0)] PeerId),
     /// No message about a command in time.
@@ -118,7 +118,7 @@ pub enum Alarm {
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Look.
+    /// Look at the display, and nothing more.
     #[n(0)]
     View,
     /// Stop, disarm, enable, resume; take note of alarms.
@@ -153,13 +153,13 @@ pub enum Unable {
     /// Not an act, or too long.
     #[n(0)]
     Malformed,
-    /// Its number is not above the last one's: it was carried out already, or is out of order.
+    /// The number of the act is not above the last one: the act was carried out already, or is out of order.
     #[n(1)]
     Repeated,
     /// The role does not allow it.
     #[n(2)]
     Role,
-    /// It leads away from safe, and that takes two steps.
+    /// The order leads away from safe, which takes two steps.
     #[n(3)]
     TwoSteps,
     /// A condition shown beside the control does not hold.
@@ -171,7 +171,7 @@ pub enum Unable {
     /// No order is prepared, or another one is.
     #[n(6)]
     NotPrepared,
-    /// It was not confirmed in time.
+    /// The order was not confirmed in time.
     #[n(7)]
     Lapsed,
     /// A reason is required.
@@ -183,7 +183,7 @@ pub enum Unable {
     /// The run is over.
     #[n(10)]
     Over,
-    /// It leads towards safe, and that takes one step.
+    /// The order leads towards safe, which takes one step.
     #[n(11)]
     OneStep,
 }

@@ -1,7 +1,7 @@
 //! Characters that are safe to print: text of others reaches terminals, logs and pages.
 
-/// True unless the character is a control character, or one that changes the direction, joins or hides its neighbours (Unicode's
-/// bidirectional controls and zero-width characters), by which a line can read otherwise than it is.
+/// True unless the character is a control character, or one that changes the direction, joins or hides its neighbours
+/// (Unicode's bidirectional controls and zero-width characters), by which a line can read otherwise than it is.
 pub fn is_plain(c: char) -> bool {
     let hides = matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
     !c.is_control() && !hides
@@ -12,7 +12,8 @@ pub fn shown(c: char) -> char {
     if is_plain(c) { c } else { ' ' }
 }
 
-/// A text of several lines as it is shown: other characters than plain ones are replaced by others of as many bytes, so that places stay.
+/// A text of several lines as it is shown: other characters than plain ones are replaced by others of as many bytes, so
+/// that places stay.
 pub fn same_length(text: &str) -> String {
     let shown = |c: char| match c.len_utf8() {
         _ if is_plain(c) || matches!(c, '\n' | '\r' | '\t') => c,

@@ -26,7 +26,7 @@ pub enum Check {
     Session,
     /// Boot and sequence.
     Sequence,
-    /// Live product.
+    /// A product made by live sensors.
     Product,
     /// The keyed tag of a shared-memory message.
     Tag,
@@ -60,7 +60,8 @@ pub enum Check {
     Content,
     /// The network over all cameras shares a detection of the colour detector.
     Fusion,
-    /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where it said.
+    /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where
+    /// it said.
     Shown,
     /// No vehicle is warm within a minute where a claimed one was cold for a second.
     Steady,
@@ -82,7 +83,7 @@ impl Check {
 #[derive(EnumCount, VariantArray, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum DisplayRule {
-    /// Values age with the console's own clock and are marked late, stale, lost.
+    /// Values age by the console's own clock, and are marked late, stale or lost.
     AgeOut,
     /// A report is shown only under its unit's signature.
     Signature,
@@ -105,10 +106,10 @@ impl DisplayRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Requirement {
-    /// It stands.
+    /// The check is made.
     #[default]
     Required,
-    /// It is passed over, and that is recorded.
+    /// The check is passed over, and the record is marked so.
     Waived,
 }
 
@@ -118,13 +119,13 @@ pub enum Requirement {
 pub struct Waived(#[n(0)] pub u32);
 
 impl Waived {
-    /// With one more.
+    /// The set with one check more.
     #[must_use]
     pub fn with_check(self, check: Check) -> Waived {
         Waived(self.0 | 1 << check as u16)
     }
 
-    /// Both together.
+    /// Union of both sets.
     #[must_use]
     pub fn union(self, other: Waived) -> Waived {
         Waived(self.0 | other.0)

@@ -15,15 +15,15 @@ pub enum Refusal {
     /// Longer than the channel carries.
     #[error("length: at most {max} bytes expected, got {got}")]
     Length {
-        /// Limit.
+        /// Largest length, bytes.
         max: usize,
-        /// Length.
+        /// Received length, bytes.
         got: usize,
     },
     /// Not the message type that belongs here, or out of range.
     #[error("schema: unreadable at byte {at}")]
     Schema {
-        /// Offset.
+        /// Offset of the first unreadable byte.
         at: usize,
     },
     /// On a channel that is none of this service's.
@@ -32,21 +32,21 @@ pub enum Refusal {
     /// Not the canonical encoding.
     #[error("canonical: other than the canonical encoding at byte {at}")]
     Canonical {
-        /// Offset.
+        /// Offset of the first byte that differs.
         at: usize,
     },
     /// Another version of the session layer.
     #[error("version: {expected} expected, got {got}")]
     Version {
-        /// Ours.
+        /// Version of the receiver.
         expected: u8,
-        /// Theirs.
+        /// Version in the record.
         got: u8,
     },
-    /// Its age may be above the limit.
+    /// The age of the record may be above the limit.
     #[error("stale: at most {limit} expected, may be {age}")]
     Stale {
-        /// Limit.
+        /// Largest age.
         limit: Span,
         /// Upper bound of the age.
         age: Span,
@@ -54,7 +54,7 @@ pub enum Refusal {
     /// No valid echo within the limit: no age can be bounded.
     #[error("no echo: a valid echo within {limit} expected, got none")]
     NoEcho {
-        /// Limit.
+        /// Longest time that an echo serves.
         limit: Span,
     },
     /// The session's peer is not the record's origin.
@@ -80,9 +80,9 @@ pub enum Refusal {
     /// Another session's nonce.
     #[error("session: nonce {expected:?} expected, got {got:?}")]
     Session {
-        /// Ours.
+        /// Nonce that the receiver announced.
         expected: Nonce,
-        /// Theirs.
+        /// Nonce in the record.
         got: Nonce,
     },
     /// Not of an established session.
@@ -91,7 +91,7 @@ pub enum Refusal {
     /// Number from before the sender's newest boot.
     #[error("epoch: boot {expected:?} or later expected, got {got:?}")]
     Epoch {
-        /// Newest seen.
+        /// Newest boot seen.
         expected: Boot,
         /// The boot in the record.
         got: Boot,
@@ -99,7 +99,7 @@ pub enum Refusal {
     /// Seen before, or too old for the window.
     #[error("sequence: above {highest:?} or unseen in the window expected, got {got:?}")]
     Replayed {
-        /// Highest accepted.
+        /// Highest accepted sequence.
         highest: Sequence,
         /// The number in the record.
         got: Sequence,
@@ -109,7 +109,7 @@ pub enum Refusal {
     Jump {
         /// Largest step.
         limit: u64,
-        /// Highest accepted.
+        /// Highest accepted sequence.
         highest: Sequence,
         /// The number in the record.
         got: Sequence,
@@ -123,27 +123,27 @@ pub enum Refusal {
     /// A live product expected, something else came.
     #[error("product: live expected, got {got:?}")]
     Product {
-        /// Received mode.
+        /// Mode of the received product.
         got: ProductMode,
     },
     /// Not addressed to this unit.
     #[error("unit: {expected} expected, got {got}")]
     Unit {
-        /// Us.
+        /// The receiving unit.
         expected: UnitId,
-        /// Addressee.
+        /// Unit that the intent names.
         got: UnitId,
     },
     /// Not addressed to a unit of this gateway's.
     #[error("unit: one of this gateway's expected, got {got}")]
     NoUnit {
-        /// Addressee.
+        /// Unit that the intent names.
         got: UnitId,
     },
     /// The peer or signer may not do this.
     #[error("role: one that may do this expected, got {got}")]
     Role {
-        /// Signer.
+        /// Identity that asked.
         got: NodeId,
     },
     /// The peer may not have a session, or not say this in one.
@@ -152,10 +152,10 @@ pub enum Refusal {
         /// Peer that the session authenticated.
         got: PeerId,
     },
-    /// The intent repeats no nonce that is still answerable: it is too old, or was never for us.
+    /// The intent repeats no nonce that is still answerable: the intent is too old, or was for another unit.
     #[error("late: a nonce issued within {limit} expected, got {got:?}")]
     Late {
-        /// Limit.
+        /// Largest age of the nonce.
         limit: Span,
         /// The nonce in the intent.
         got: Nonce,
@@ -163,7 +163,7 @@ pub enum Refusal {
     /// A command of the same operator after it was already seen.
     #[error("duplicate: a command after {last:?} expected, got {got:?}")]
     Duplicate {
-        /// Newest seen.
+        /// Newest command seen.
         last: CommandId,
         /// The id in the intent.
         got: CommandId,
@@ -171,7 +171,7 @@ pub enum Refusal {
     /// A command away from safe without its second signed step.
     #[error("confirmation: one for {expected:?} expected, got none or another's")]
     Confirmation {
-        /// The command.
+        /// Command that the confirmation has to name.
         expected: CommandId,
     },
     /// A command away from safe without a reason.
@@ -180,13 +180,13 @@ pub enum Refusal {
     /// The machine's mode or a guard does not allow it.
     #[error("interlock: not in {mode:?} with its present guards")]
     Interlock {
-        /// Mode it was in.
+        /// Mode of the unit.
         mode: Mode,
     },
     /// A table is full.
     #[error("room: at most {limit} expected")]
     Full {
-        /// Bound.
+        /// Places in the table.
         limit: usize,
     },
     /// The very same command, by the hash of its signed bytes, was already seen.
@@ -216,17 +216,17 @@ pub enum Refusal {
     /// More of them in a short time than there can be need for.
     #[error("rate: at most {burst} at once and {per_s} a second of {got} expected, got more")]
     Rate {
-        /// At once.
+        /// Commands at once.
         burst: u32,
         /// Limit in a second.
         per_s: u32,
-        /// Sender.
+        /// Sender of the commands.
         got: NodeId,
     },
     /// More verifications failed than there can be need for, for any claimed sender.
     #[error("rate: at most {burst} at once and {per_s} a second that do not verify expected, got more")]
     Unproven {
-        /// At once.
+        /// Failed verifications at once.
         burst: u32,
         /// Limit in a second.
         per_s: u32,
@@ -242,15 +242,15 @@ pub enum Refusal {
     Expired {
         /// Expired peer or signer.
         got: NodeId,
-        /// For how long it has been over.
+        /// Time since the end of admission.
         over: Span,
     },
     /// Each value is legal, and together they are not safe.
     #[error("joint: {what} of at least {least} expected, got {got}")]
     Joint {
-        /// Which value is too small for the others.
+        /// Name of the value that is too small for the others.
         what: &'static str,
-        /// The least that goes with the others.
+        /// Least value that is safe with the others.
         least: u32,
         /// Value asked for.
         got: u32,
@@ -264,7 +264,7 @@ pub enum Refusal {
     /// A time tag too far ahead.
     #[error("time tag: at most {limit} ahead expected, got {got}")]
     AheadTag {
-        /// Limit.
+        /// Furthest that a time tag may lie ahead.
         limit: Span,
         /// Time from the nonce's issue to the end of the window.
         got: Span,
@@ -272,7 +272,8 @@ pub enum Refusal {
     /// Stored, and the mode has changed since, a HOLD has come or the session at the broker is lost.
     #[error("interlock: void, since the unit is not as it was when the order was stored")]
     Voided,
-    /// The order names none of the unit's newest reports, or one without the track: its operator was shown something else.
+    /// The order names none of the unit's newest reports, or one without the track: its operator was shown something
+    /// else.
     #[error("shown: one of the last {kept} reports, with {track:?} in it, expected, got another or none")]
     Shown {
         /// Number of reports remembered.
@@ -285,15 +286,15 @@ pub enum Refusal {
     Moved {
         /// The order's track.
         track: TrackId,
-        /// Largest distance.
+        /// Largest distance, millimetres.
         limit_mm: u32,
-        /// Distance.
+        /// Distance from the displayed place, millimetres.
         got_mm: u32,
     },
     /// The window of a time tag is over.
     #[error("late: a window that is open expected, over for {over}")]
     Missed {
-        /// For how long it has been over.
+        /// Time since the end of the window.
         over: Span,
     },
 }

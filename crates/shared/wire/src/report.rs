@@ -84,16 +84,16 @@ pub struct ReportedContact {
 /// A unit's state, 10 times a second.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Report {
-    /// Claimed maker.
+    /// Claimed maker of the report.
     #[n(0)]
     pub origin: NodeId,
-    /// Its boot.
+    /// Boot of the maker.
     #[n(1)]
     pub boot: Boot,
-    /// Its report sequence, from 1.
+    /// Sequence of the report, from 1.
     #[n(2)]
     pub sequence: Sequence,
-    /// Its clock.
+    /// Time by the maker's clock.
     #[n(3)]
     pub stamp: PeerStamp,
     /// Source of the content.
@@ -157,8 +157,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// The report of a unit that stands in READY at the origin of its plane, with no track, order or measurement: a start for
-    /// reports that state more.
+    /// The report of a unit that stands in READY at the origin of its plane, with no track, order or measurement: a
+    /// start for reports that state more.
     pub fn bare(id: RecordId, stamp: PeerStamp) -> Self {
         Self {
             origin: id.node,

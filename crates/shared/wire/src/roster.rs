@@ -1,8 +1,8 @@
 //! The table of one run: the identities that take part in it, each with its public key.
 //!
-//! The wire has a number for every identity that there can be ([`crate::id`]); a run names a few of them. A core is made
-//! only of a sound table, and only for roles that the table names: its units, teammates and operators. From then on a
-//! record that claims an identity outside the table has no key to be verified under, and is refused by that name
+//! The wire has a number for every identity that there can be ([`crate::id`]); a run names a few of them. A core is
+//! made only of a sound table, and only for roles that the table names: its units, teammates and operators. From then
+//! on a record that claims an identity outside the table has no key to be verified under, and is refused by that name
 //! ([`Refusal::Signer`](crate::refusal::Refusal::Signer)). Who may do what is left to the core's configuration.
 
 use crate::id::NodeId;
@@ -14,13 +14,13 @@ pub enum RosterError {
     /// Two keys for one identity.
     #[error("public_keys: one key for each identity expected, got a second one for `{got}`")]
     Twice {
-        /// Identity.
+        /// Identity with two keys.
         got: NodeId,
     },
     /// A key that is none.
     #[error("public_keys: a point on the curve expected as the key of `{of}`")]
     Key {
-        /// Identity.
+        /// Identity with this key.
         of: NodeId,
     },
     /// A role is given to an identity that the run does not name.
@@ -28,7 +28,7 @@ pub enum RosterError {
     Stranger {
         /// Field of the configuration.
         field: &'static str,
-        /// Identity.
+        /// Identity that the run does not name.
         got: NodeId,
     },
     /// A role is given to one identity twice.
@@ -36,13 +36,13 @@ pub enum RosterError {
     Again {
         /// Field of the configuration.
         field: &'static str,
-        /// Identity.
+        /// Identity with the role twice.
         got: NodeId,
     },
 }
 
 impl Keyring {
-    /// The table of a run.
+    /// The table of a run: each identity once, each with a key that is a point on the curve.
     pub fn of_run(mut self, public_keys: &[(NodeId, [u8; 32])]) -> Result<Self, RosterError> {
         for (node, public) in public_keys {
             if self.names(*node) {
@@ -55,7 +55,8 @@ impl Keyring {
         Ok(self)
     }
 
-    /// Checks that the run names each of `nodes`, which the configuration has in `field`, and `field` each of them once.
+    /// Checks that the run names each of `nodes`, which the configuration has in `field`, and `field` each of them
+    /// once.
     pub fn cast(&self, field: &'static str, nodes: impl IntoIterator<Item = NodeId>) -> Result<(), RosterError> {
         let mut seen = Vec::new();
         for got in nodes {

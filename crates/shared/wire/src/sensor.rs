@@ -53,7 +53,7 @@ impl Modality {
 pub struct Modalities(#[n(0)] pub u8);
 
 impl Modalities {
-    /// With one more.
+    /// The set with one modality more.
     #[must_use]
     pub fn with_modality(self, m: Modality) -> Modalities {
         Modalities(self.0 | 1 << m as u8)
@@ -64,7 +64,8 @@ impl Modalities {
         self.0 & (1 << m as u8) != 0
     }
 
-    /// True if these suffice to designate a vehicle that they support: warmth, which is costly to counterfeit, and one more.
+    /// True if these suffice to designate a vehicle that they support: warmth, which is costly to counterfeit, and one
+    /// more.
     pub fn designate(self) -> bool {
         self.count() >= 2 && self.contains(Modality::Thermal)
     }
@@ -146,7 +147,8 @@ impl Class {
         }
     }
 
-    /// Greatest apparent width and height of a thing of the class, millimetres. Perception takes no larger thing for one.
+    /// Greatest apparent width and height of a thing of the class, millimetres. Perception takes no larger thing for
+    /// one.
     pub fn largest_mm(self) -> [u16; 2] {
         match self {
             Class::Vehicle | Class::Decoy => [5500, 2800],
@@ -156,7 +158,7 @@ impl Class {
     }
 }
 
-/// One synchronous set of sensor readings. A modality without a reading is absent.
+/// A synchronous set of sensor readings. A modality without a reading is absent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Frames<'b> {
     /// Counts from 1 within a boot.
@@ -352,7 +354,7 @@ pub struct Candidates {
     /// Frame that the candidates are from.
     #[n(0)]
     pub frame: FrameId,
-    /// Its stamp.
+    /// Stamp of the frame.
     #[n(1)]
     pub stamp: Instant,
     /// Source of the product.
@@ -370,8 +372,8 @@ pub struct Candidates {
     /// LiDAR clusters.
     #[n(6)]
     pub lidar: Option<List<Cluster, 64>>,
-    /// Noise of candidates without planes: the noise of the plane that each modality's list represents, as one number, which another plane
-    /// has by chance alone. Absent where there are planes.
+    /// Noise of candidates without planes: the noise of the plane that each modality's list represents, as one number,
+    /// which another plane has by chance alone. Absent where there are planes.
     #[n(7)]
     pub grain: Option<[u32; 4]>,
 }

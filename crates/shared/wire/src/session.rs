@@ -18,10 +18,10 @@ pub const MAX_SESSION_MESSAGE: usize = 1200;
 /// Most teammates whose reports one unit gets: the gateway tells it of no more, and its memory has no more room.
 pub const MAX_TEAMMATES: usize = 3;
 
-/// One record of a session.
+/// A record of a secure session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct SessionMessage<'b> {
-    /// [`SESSION_VERSION`].
+    /// Version of the session layer, [`SESSION_VERSION`].
     #[n(0)]
     pub version: u8,
     /// The session nonce that the receiver announced; zero until its Hello has come.
@@ -42,7 +42,7 @@ pub struct SessionMessage<'b> {
     /// The receiver's newest challenge and when it was first seen.
     #[n(6)]
     pub echo: Option<Echo>,
-    /// Content.
+    /// Content of the record.
     #[b(7)]
     pub body: SessionBody<'b>,
 }

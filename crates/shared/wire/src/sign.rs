@@ -120,7 +120,7 @@ impl PublicKey {
         VerifyingKey::from_bytes(public).ok().map(PublicKey)
     }
 
-    /// Its encoding.
+    /// Encoding of the key.
     pub fn as_bytes(&self) -> &[u8; 32] {
         self.0.as_bytes()
     }
@@ -150,7 +150,7 @@ pub trait Verifier: core::fmt::Debug + Send + Sync {
 pub struct SharedVerifier(pub Arc<dyn Verifier>);
 
 impl PartialEq for SharedVerifier {
-    /// One and the same, not one that answers alike.
+    /// Identity: two verifiers that answer alike are not equal.
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
@@ -183,6 +183,7 @@ impl Keyring {
         match (key, known) {
             (Some(key), true) => self.keys[index].1 = key,
             (Some(key), false) => self.keys.insert(index, (node, key)),
+            // Bytes that are no key leave the identity without one, not with its former key.
             (None, true) => drop(self.keys.remove(index)),
             (None, false) => {}
         }
@@ -214,7 +215,7 @@ impl Keyring {
 /// A parsed COSE_Sign1 with its signature not yet checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signed<'b> {
-    /// Payload bytes.
+    /// Payload that the signature covers.
     pub payload: &'b [u8],
     signature: &'b [u8; 64],
 }

@@ -134,7 +134,7 @@ impl Age {
         Age(self.0 + before)
     }
 
-    /// The bound.
+    /// Upper bound of the age.
     pub fn upper(self) -> Span {
         self.0
     }
@@ -160,8 +160,8 @@ pub const MAX_DRIFT_PPM: u64 = 200;
 /// Bounds the age of another host's records by challenge and echo.
 ///
 /// A nonce issued here at `s` and first seen there at `τ` proves that `τ`, read on that host's clock, is not earlier
-/// than `s` read on ours. A record stamped `σ` there and received here at `r` is then at most `r − s − (σ − τ)` old:
-/// delay on either path can only make the bound larger. The bound is widened by [`MAX_DRIFT_PPM`] of the distance.
+/// than `s`, read on this host's. A record stamped `σ` there and received here at `r` is then at most `r − s − (σ − τ)`
+/// old: delay on either path can only make the bound larger. The bound is widened by [`MAX_DRIFT_PPM`] of the distance.
 /// Every proven pair bounds every age, so the smallest of the bounds that still serve is judged: a challenge that was
 /// seen late, because the record that first carried it was lost, makes no message look older than it is.
 #[derive(Clone, Debug)]
@@ -195,12 +195,12 @@ impl AgeBound {
         self.issued.map(|(_, time)| time)
     }
 
-    /// Time at which this nonce went out, if it is ours and still answerable.
+    /// Time at which this nonce went out, if this host issued it and an echo is still accepted.
     pub fn sent(&self, nonce: Nonce) -> Option<Instant> {
         [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == nonce).map(|(_, time)| time)
     }
 
-    /// Takes an echo into account. False when its nonce was not ours or is no longer answerable.
+    /// Takes an echo into account. False when this host did not issue the nonce, or accepts no echo of it any more.
     pub fn prove(&mut self, echo: Echo) -> bool {
         let Some(s) = self.sent(echo.nonce) else { return false };
         if self.proven.last().is_none_or(|(newest, _)| s > *newest) {
@@ -223,6 +223,7 @@ impl AgeBound {
             // A stamp beyond anything that could have been written by now is a lie, not youth.
             if age < -drift { None } else { Some(age.max(0) as u64) }
         });
+        // A stamp that one pair proves false is false by all: the minimum must not pass over that pair.
         bounds.reduce(|one, other| Some(one?.min(other?))).flatten().map(|age| Age(Span(age)))
     }
 }
@@ -238,10 +239,10 @@ mod tests {
         bound
     }
 
-    /// This holds for any delays.
+    /// The bound holds for any delays.
     #[test]
     fn age_bound_never_undercuts_true_age() {
-        // Peer clock = ours + 1_000_000; challenge takes 5 ms, record written 40 ms after, arrives 30 ms later.
+        // Peer clock = receiver's + 1_000_000; challenge takes 5 ms, record written 40 ms after, arrives 30 ms later.
         let bound = proven(10_000, 1_015_000);
         let age = bound.age(PeerStamp(1_055_000), Instant(85_000)).unwrap().upper();
         assert!(age >= Span::ms(30), "{age}");

@@ -58,16 +58,16 @@ pub struct StageProduct {
     /// Frame of the newest product.
     #[n(0)]
     pub frame: FrameId,
-    /// Its stamp, on the vehicle host's clock.
+    /// Stamp of the product, on the vehicle host's clock.
     #[n(1)]
     pub stamp: Instant,
 }
 
-/// Something that stands above the ground near the unit, by LiDAR alone: of no class, and no ground for an act. A body that must not touch things
-/// keeps clear of it.
+/// Something that stands above the ground near the unit, by LiDAR alone: of no class, and no ground for an act. A body
+/// that must not touch things keeps clear of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Nearby {
-    /// Number within perception's boot, of its own count: no track.
+    /// Number within perception's boot, counted apart from the numbers of tracks.
     #[n(0)]
     pub number: u32,
     /// East of the middle of its returns, millimetres, world frame.
@@ -90,13 +90,13 @@ pub struct Nearby {
 /// Most things nearby that a message tells of.
 pub const NEARBY: usize = 32;
 
-/// One message per processed frame. Liveness downstream rests on these products, never on a bare heartbeat.
+/// Tracks of one processed frame. Liveness downstream rests on these products, never on a bare heartbeat.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Tracks {
     /// Frame that caused this message.
     #[n(0)]
     pub frame: FrameId,
-    /// Its stamp.
+    /// Stamp of the frame.
     #[n(1)]
     pub stamp: Instant,
     /// Source of the products.

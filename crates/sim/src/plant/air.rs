@@ -1,8 +1,8 @@
 //! The air at a body that flies: wind and gusts.
 //!
-//! The gusts are the Dryden model's first-order forms (MIL-F-8785C, 3.7.1.2), for the horizontal components and, at half the deviation, the
-//! vertical one; the body's airspeed sets their time. The model's second-order lateral forms are left out: a body in a hover has no
-//! flight path that they could be lateral to.
+//! The gusts are the Dryden model's first-order forms (MIL-F-8785C, 3.7.1.2), for the horizontal components and, at
+//! half the deviation, the vertical one; the body's airspeed sets their time. The model's second-order lateral forms
+//! are left out: a body in a hover has no flight path that they could be lateral to.
 
 use rapier3d::prelude::Vector;
 

@@ -1,5 +1,5 @@
-//! The part that bodies which fly have in common: a box in the world, the distance to the surface below, the energy of the way down, and the envelope.
-//! Forces and motion are left to each kind.
+//! Parts that flying bodies have in common: a box in the world, the distance to the surface below, the energy of the
+//! descent, and the envelope. Forces and motion are left to each kind.
 
 use rapier3d::prelude::*;
 
@@ -10,7 +10,7 @@ use crate::world::{World, turn};
 /// Reach of the range finder, metres.
 const REACH: f32 = 40.0;
 
-/// Its place in the world, and its numbers.
+/// Body of an aircraft: its handles in the world, and its numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Airframe {
     pub(super) handle: RigidBodyHandle,
@@ -20,7 +20,7 @@ pub(super) struct Airframe {
     numbers: Numbers,
 }
 
-/// Numbers of a body that flies.
+/// Numbers that multirotor and fixed wing have in common.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Numbers {
     /// Length, width and height of the body, metres.
@@ -29,7 +29,7 @@ pub(super) struct Numbers {
     pub(super) cruise_m: f32,
     /// Power in flight, W.
     pub(super) power_w: f32,
-    /// Speed of the way down, m/s.
+    /// Speed of the descent, m/s.
     pub(super) descent_m_s: f32,
     /// Least height above the surface below while it is led, metres.
     pub(super) clearance_m: f32,
@@ -77,7 +77,8 @@ impl Airframe {
         fence.min(self.numbers.ceiling_m - self.rigid(world).translation().z)
     }
 
-    /// Distance to the surface below beyond the least, as a part of that. Unled, a body comes down to the ground, slowly.
+    /// Distance to the surface below beyond the least, as a part of that. Unled, a body comes down to the ground,
+    /// slowly.
     pub(super) fn clearance(&self, below: f32, led: bool) -> f32 {
         if led { (below - self.numbers.clearance_m) / self.numbers.clearance_m } else { 1.0 }
     }

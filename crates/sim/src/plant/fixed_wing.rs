@@ -1,11 +1,13 @@
 //! A body on a fixed wing with an autopilot, which cannot stand still: its safe motion is a circle.
 //!
-//! Motion is that of the guidance model of R. Beard and T. McLain, *Small Unmanned Aircraft* (2012), chapter 9: airspeed, bank and climb follow the
-//! autopilot's set-points with first-order lags within the airframe's limits, turns are coordinated, and the wind carries the body. Forces of the air
-//! on wing and tail are left out. The autopilot knows airspeed, bank and climb as it does from its own sensors; it has no position.
+//! Motion is that of the guidance model of R. Beard and T. McLain, *Small Unmanned Aircraft* (2012), chapter 9:
+//! airspeed, bank and climb follow the autopilot's set-points with first-order lags within the airframe's limits, turns
+//! are coordinated, and the wind carries the body. Forces of the air on wing and tail are left out. The autopilot knows
+//! airspeed, bank and climb as it does from its own sensors; it has no position.
 //!
-//! Its safe motion needs no message: it circles to the left for a time, or for as long as the battery lets it, comes down circling, and stands on the
-//! ground. A velocity below half of the least airspeed is flown as the same circle, at its height.
+//! Its safe motion needs no message: it circles to the left for a time, or for as long as the battery lets it, comes
+//! down circling, and stands on the ground. A velocity below half of the least airspeed is flown as the same circle, at
+//! its height.
 //!
 //! Body frame: x forward, y left, z up, origin in the centre of mass. A gimbal keeps the sensors level.
 
@@ -19,7 +21,8 @@ use crate::scene::StartPose;
 use crate::world::{DT, World, turn};
 
 const GRAVITY: f32 = 9.81;
-/// Height of its underside below which a body that lands levels its wings, and below which its nose touches the ground, metres.
+/// Height of its underside below which a body that lands levels its wings, and below which its nose touches the ground,
+/// metres.
 const LEVELS: f32 = 0.5;
 const TOUCH: f32 = 0.15;
 /// Deceleration on the ground, m/s².
@@ -28,13 +31,13 @@ const SKID: f32 = 4.0;
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// It follows set-points.
+    /// The aircraft follows set-points.
     Led,
-    /// It circles, for a given number of seconds so far.
+    /// The aircraft circles, for a number of seconds so far.
     Circles(f32),
-    /// It comes down, circling.
+    /// The aircraft descends in circles.
     Lands,
-    /// It is on the ground, motor off.
+    /// The aircraft is on the ground, motor off.
     Landed,
 }
 

@@ -1,4 +1,4 @@
-//! A body under set-points in an empty scene, for the tests of bodies that move freely.
+//! Test bench for bodies that move freely: one body under set-points in an empty scene.
 
 use std::sync::Arc;
 

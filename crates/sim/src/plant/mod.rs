@@ -1,9 +1,9 @@
 //! The plant: a body in the world that follows leased set-points, and the contract that every kind of body fulfils.
 //!
-//! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the body changes to its
-//! safe motion by itself, and the plant reports it once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
-//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor`,
-//! `fixed_wing` and `satellite` are such.
+//! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the
+//! body changes to its safe motion by itself, and the plant reports it once. No message is needed for that. A kind of
+//! body ([`Moves`]) gives the motions that it is able to, the way it is driven, its state, and its own terms of safety,
+//! if these are not to stand still. `wheeled`, `multirotor`, `fixed_wing` and `satellite` are such.
 
 mod air;
 mod airframe;
@@ -139,9 +139,9 @@ impl State {
 /// Margins of a body to its own terms of safety: in parts of each limit, negative beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyMargins {
-    /// Its motion, to its safe set.
+    /// Margin of the body's motion to its safe set.
     pub safe: f32,
-    /// The motion that it is asked for, to the same.
+    /// Margin of the requested motion to that set.
     pub asked: f32,
     /// Stored energy, beyond the reserve that the way to safety takes.
     pub energy: f32,
@@ -178,13 +178,13 @@ trait Moves {
     fn state(&self, world: &World) -> State;
     /// The body that carries the sensors.
     fn body(&self) -> RigidBodyHandle;
-    /// Its surface.
+    /// Collider of the body.
     fn shell(&self) -> ColliderHandle;
     /// Motion of one that leaves the ground.
     fn flight(&self, _world: &World) -> Option<Flight> {
         None
     }
-    /// Its own terms of safety while this motion is asked for; none where safety is to stand still.
+    /// Margins to the body's own terms of safety under the requested motion; none where safety is to stand still.
     fn safety_margins(&self, _asked: BodyMotion, _world: &World) -> Option<SafetyMargins> {
         None
     }
@@ -249,10 +249,11 @@ impl Plant {
         Ok(Plant { kind, set_point: None })
     }
 
-    /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to [`MAX_LEASE`] from `now`. False, and
-    /// the last one kept, where it is in the terms of another kind of body.
+    /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to
+    /// [`MAX_LEASE`] from `now`. False, and the last one kept, where it is in the terms of another kind of body.
     pub fn accept(&mut self, now: Instant, requested: SetPoint) -> bool {
         let able = self.moves().able(requested.motion);
+        // A sender that states a longer lease, or a stamp ahead, must not keep a dead autonomy's set-point in force.
         let until = requested.until.min(now + MAX_LEASE);
         self.set_point = able.map(|motion| SetPoint { motion, until }).or(self.set_point);
         able.is_some()
@@ -266,6 +267,7 @@ impl Plant {
     /// Drives for the step that ends at `now`, then steps the world. Gives the set-point of a lease that has just
     /// ended.
     pub fn step(&mut self, now: Instant, world: &mut World) -> Option<SetPoint> {
+        // Before the body is driven: no step follows a set-point with an expired lease.
         let lapsed = self.set_point.take_if(|s| s.until <= now);
         let motion = self.requested_motion();
         self.moves_mut().push(motion, world);
@@ -461,7 +463,7 @@ mod tests {
         assert!(shipped + 0.05 < laden && shipped + 0.05 < slippery, "{shipped} {laden} {slippery}");
     }
 
-    /// It brakes with at least 3 m/s².
+    /// A vehicle in a tight curve brakes with at least 3 m/s².
     #[test]
     fn tight_curve_at_full_speed_stays_upright() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };

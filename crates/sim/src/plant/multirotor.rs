@@ -1,10 +1,12 @@
 //! A body on four rotors with the loops of a flight controller.
 //!
-//! Its numbers are the platform's ([`Multirotor`]), the forces follow PX4's SIH model: thrust and torque by rotor with a first-order lag, drag
-//! by airspeed and by rate of turn. The controller is the usual cascade: velocity to acceleration, acceleration to tilt and thrust, tilt to rates,
-//! rates to torques, torques to rotors. It knows its attitude, rates and velocity as such a controller does from its own sensors; it has no position.
+//! Its numbers are the platform's ([`Multirotor`]), the forces follow PX4's SIH model: thrust and torque by rotor with
+//! a first-order lag, drag by airspeed and by rate of turn. The controller is the usual cascade: velocity to
+//! acceleration, acceleration to tilt and thrust, tilt to rates, rates to torques, torques to rotors. It knows its
+//! attitude, rates and velocity as such a controller does from its own sensors; it has no position.
 //!
-//! Its safe motion needs no message: it holds its place for a time, or for as long as the battery lets it, and then lands where it is.
+//! Its safe motion needs no message: it holds its place for a time, or for as long as the battery lets it, and then
+//! lands where it is.
 //!
 //! Body frame: x forward, y left, z up, origin in the centre of mass. A gimbal keeps the sensors level.
 
@@ -18,8 +20,8 @@ use crate::scene::StartPose;
 use crate::world::{DT, World, turn};
 
 const GRAVITY: f32 = 9.81;
-/// Gains of the cascade, 1/s: velocity, tilt, rate. Each loop is more than twice as fast as the one around it, and the last as fast as the lag of the
-/// rotors allows (20 /s in SIH).
+/// Gains of the cascade, 1/s: velocity, tilt, rate. Each loop is more than twice as fast as the one around it, and the
+/// last as fast as the lag of the rotors allows (20 /s in SIH).
 const VELOCITY: f32 = 2.5;
 const TILT: f32 = 6.0;
 const RATE: f32 = 16.0;
@@ -28,20 +30,21 @@ const INTEGRAL: f32 = 2.5;
 const MOST_INTEGRAL: f32 = 4.0;
 /// Least and greatest share of the rotors' thrust that is asked for in the air: below the least no torque can be made.
 const THRUST: [f32; 2] = [0.1, 0.9];
-/// Height of its underside below which a body that lands may have touched the ground, metres; and the descent below which it has, m/s.
+/// Height of its underside below which a body that lands may have touched the ground, metres; and the descent below
+/// which it has, m/s.
 const TOUCH: f32 = 0.15;
 const STOPPED: f32 = 0.1;
 
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// It follows set-points.
+    /// The aircraft follows set-points.
     Led,
-    /// It holds its place, for a given number of seconds so far.
+    /// The aircraft holds its place, for a number of seconds so far.
     Loiters(f32),
-    /// It comes down.
+    /// The aircraft descends.
     Lands,
-    /// It stands, rotors off.
+    /// The aircraft stands, rotors off.
     Landed,
 }
 
@@ -56,7 +59,7 @@ pub(super) struct Multirotor {
     phase: Phase,
     /// Velocity that the controller tracks, level frame, m/s.
     reference: Vector,
-    /// Its change, m/s².
+    /// Change of the tracked velocity, m/s².
     ahead: Vector,
     integral: Vector,
     /// Energy that is left, joules.
@@ -266,7 +269,8 @@ impl Moves for Multirotor {
     }
 }
 
-/// Rate at which the heading turns, rad/s: that of the body's x axis about the world's z, which a roll of a body that leans ahead leaves as it is.
+/// Rate at which the heading turns, rad/s: that of the body's x axis about the world's z, which a roll of a body that
+/// leans ahead leaves as it is.
 fn heading_rate(body: &RigidBody) -> f32 {
     let ahead = body.rotation() * Vector::X;
     let moves = body.angvel().cross(ahead);
@@ -274,7 +278,8 @@ fn heading_rate(body: &RigidBody) -> f32 {
     if flat > 1e-6 { (ahead.x * moves.y - ahead.y * moves.x) / flat } else { 0.0 }
 }
 
-/// The heading of a body as a rotation about z; its x axis never points straight up within the tilt that a controller keeps.
+/// The heading of a body as a rotation about z; its x axis never points straight up within the tilt that a controller
+/// keeps.
 fn level(rotation: &Rotation) -> Rotation {
     let ahead = rotation * Vector::X;
     let flat = (ahead.x * ahead.x + ahead.y * ahead.y).sqrt();

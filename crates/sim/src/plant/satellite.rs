@@ -1,10 +1,11 @@
 //! A small satellite on three reaction wheels, pointed at places of a region that it passes over.
 //!
-//! Its numbers are the platform's ([`Numbers`]), its physics the `spacecraft` crate's. The unit's place is where its payload looks, on the map of the
-//! region: set-points move that point. Its attitude controller knows attitude and rates as it does from its own sensors.
+//! Its numbers are the platform's ([`Numbers`]), its physics the `spacecraft` crate's. The unit's place is where its
+//! payload looks, on the map of the region: set-points move that point. Its attitude controller knows attitude and
+//! rates as it does from its own sensors.
 //!
-//! Its safe motion needs no message: it shuts the payload, keeps looking at its place for a time, so that contact is not lost, and then turns the
-//! array to the sun, slowly.
+//! Its safe motion needs no message: it shuts the payload, keeps looking at its place for a time, so that contact is
+//! not lost, and then turns the array to the sun, slowly.
 
 use config::platform::Satellite as Numbers;
 use rapier3d::prelude::*;
@@ -37,11 +38,11 @@ const NO_LIMIT: f32 = 1.0e4;
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// It follows set-points, payload open.
+    /// The satellite follows set-points, payload open.
     Led,
-    /// It keeps looking at its place, payload shut, for a given number of seconds so far.
+    /// The satellite keeps looking at its place, payload shut, for a number of seconds so far.
     Holds(f64),
-    /// It points its array at the sun, or turns there.
+    /// The satellite points its array at the sun, or slews to it.
     Suns,
 }
 
@@ -60,8 +61,9 @@ pub(super) struct Satellite {
     steps: u64,
     /// Heading of the body's x axis on the map, which stays.
     along: f64,
-    /// Place on the map that the controller looks at, direction of its way there, and speed that it tracks along and across that. Only the line of sight
-    /// follows the way: to turn the body about it would take ten times the wheels' momentum.
+    /// Place on the map that the controller looks at, direction of its way there, and speed that it tracks along and
+    /// across that. Only the line of sight follows the way: to turn the body about it would take ten times the wheels'
+    /// momentum.
     aim: [f64; 2],
     heading: f64,
     turn: f64,
@@ -111,9 +113,9 @@ impl Satellite {
         self.steps as f64 * STEP_S
     }
 
-    /// Takes the true place that the payload looks at now, and its motion since the last step.
+    /// Updates the true place that the payload looks at, and its motion since the last step.
     fn look(&mut self, first: bool) {
-        // Turned away, it looks at no place: the last one stays.
+        // Turned to the sun, the payload looks at no place: the last one stays.
         if self.phase == Phase::Suns {
             (self.seen.velocity, self.seen.yaw_rate) = (Vector::ZERO, 0.0);
             return;
@@ -135,7 +137,7 @@ impl Satellite {
     /// Changes the phase, and gives the speed that is wanted in the level frame with the turn.
     fn wanted(&mut self, motion: BodyMotion) -> ([f64; 2], f64) {
         let [east, north, up] = self.region.moment_at(self.seconds()).local_m;
-        // With any guest or navigation: a region near its horizon is no longer looked at.
+        // The plant itself turns away from a region near the horizon, whatever set-point a guest or navigation sends.
         let sunk = up < LEAST_ELEVATION * (east * east + north * north + up * up).sqrt();
         self.phase = match (motion, self.phase) {
             (_, _) if sunk => Phase::Suns,
@@ -153,7 +155,7 @@ impl Satellite {
         }
     }
 
-    /// Moves the place that it is to look at.
+    /// Moves the reference place of the payload by one step, within the limits of acceleration.
     fn track(&mut self, wanted: [f64; 2], turn: f64) {
         let [faster, slower] = self.numbers.acceleration_m_s2;
         let size = |v: [f64; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
@@ -410,8 +412,8 @@ mod tests {
         assert!(flown.safety_margins().safe > 0.0, "{:?}", flown.safety_margins());
     }
 
-    /// A lead can ask for ways of the line of sight alone. Reversed again and again at the greatest speed and turn, they stay far from a
-    /// tumble: 0.17 rad/s, which a wheel at its greatest torque reaches in 2.6 s (`spacecraft`).
+    /// A lead can ask for ways of the line of sight alone. Reversed again and again at the greatest speed and turn,
+    /// they stay far from a tumble: 0.17 rad/s, which a wheel at its greatest torque reaches in 2.6 s (`spacecraft`).
     #[test]
     fn no_lead_makes_it_tumble() {
         let fastest = |half_s: f64| {

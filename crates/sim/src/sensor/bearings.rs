@@ -1,7 +1,7 @@
 //! Readings of attitude sensors: star tracker, sun sensors, horizon sensor, magnetometer.
 //!
-//! Each fails as the modality in whose place it stands. A false place of localisation turns the star tracker with it: the place is computed from its
-//! attitude. A view that is covered by half or more gives no reading.
+//! Each fails as the modality in whose place it stands. A false place of localisation turns the star tracker with it:
+//! the place is computed from its attitude. A view that is covered by half or more gives no reading.
 
 use ground_truth::Sensor;
 use spacecraft::attitude::quaternion::{from_axis_angle, normalized, product, rotate_back};
@@ -17,8 +17,8 @@ use crate::fault::{Effect, Faults, imaging};
 use crate::noise::{Noise, Stream};
 use crate::past::Past;
 
-/// Deviations on each axis, rad: a star tracker of 10 seconds of arc, sun sensors of 0.1°, a horizon sensor of 0.1°, a magnetometer whose field model is
-/// right to 1°.
+/// Deviations on each axis, rad: a star tracker of 10 seconds of arc, sun sensors of 0.1°, a horizon sensor of 0.1°, a
+/// magnetometer whose field model is right to 1°.
 const DEVIATIONS: [f64; 4] = [5e-5, 2e-3, 2e-3, 1.7e-2];
 /// Covered share from which on a sensor sees nothing, permille.
 const BLIND: u16 = 500;
@@ -63,7 +63,8 @@ impl Bearers {
         self.noise.seek(frame.0);
         let turned = self.turn(DEVIATIONS[0] * f64::from(stars.noise));
         let false_place = faults.effect_at(run, Sensor::Localisation).displaced_mm.map(|mm| mm as f64 * self.per_mm);
-        // East on the map is a turn about the body's y axis, north one about x, for a payload that looks down with x to the east.
+        // East on the map is a turn about the body's y axis, north one about x, for a payload that looks down with x to
+        // the east.
         let shifted =
             from_axis_angle([-false_place[1], false_place[0], 0.0], norm([false_place[0], false_place[1], 0.0]));
         let seen = normalized(product(product(attitude, shifted), turned));

@@ -53,7 +53,7 @@ impl Sweep {
         self.width
     }
 
-    /// Row-major pixels.
+    /// Pixels, row by row.
     pub fn pixels(&self) -> &[Pixel] {
         &self.pixels
     }

@@ -1,8 +1,9 @@
 //! Localisation and wheel odometry: two readings of the plant's motion with their own noise.
 //!
-//! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time that
-//! does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has without a fault,
-//! as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
+//! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time
+//! that does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has
+//! without a fault, as a deceived receiver would. The receiver's time is true time, from which this host's clock
+//! drifts.
 
 use ground_truth::Sensor;
 use wire::sensor::{Fix, Odometry, Pose, ReceiverTime};
@@ -66,12 +67,14 @@ impl Navigators {
         let (fix, odometry) = (faults.effect_at(run, Sensor::Localisation), faults.effect_at(run, Sensor::Odometry));
         if fix.refreshes() {
             self.localisation.seek(n);
+            // Without the noise of faults: a deceived receiver states its usual deviation.
             let stated_mm = libm::roundf(f32::from(SIGMA_MM) * faults.own_noise()) as u16;
             self.last_fix = Some(locate(state, &mut self.localisation, &fix, stated_mm));
             let late = self.localisation.normal() * SIGMA_US;
             self.late_us = late as i64;
         }
         let time = self.time(run, &fix);
+        // A freeze stops the place, not the receiver's time.
         let last_fix = self.last_fix.map(|fix| Fix { time, ..fix });
         if odometry.refreshes() {
             self.odometry.seek(n);

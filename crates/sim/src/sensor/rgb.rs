@@ -112,8 +112,9 @@ fn lit(paint: [f32; 3], hit: &Hit, weather: &Weather) -> [f32; 3] {
     core::array::from_fn(|c| (paint[c] * light * clearness + SKY[c] * (1.0 - clearness)) * weather.brightness())
 }
 
-/// The field of its object's print at a pixel, and the share of a shift and of the heat of that field that reaches the cameras: none
-/// of an unprinted surface. Between black and white, where a print is not cut off, this is its whole effect.
+/// The field of its object's print at a pixel, and the share of a shift and of the heat of that field that reaches the
+/// cameras: none of an unprinted surface. Between black and white, where a print is not cut off, this is its whole
+/// effect.
 pub(crate) fn skin(pixel: &Pixel, world: &World) -> Option<Skin> {
     let hit = pixel.hit?;
     let Surface::Object(object) = hit.surface else { return None };

@@ -1,8 +1,9 @@
-//! Readings of a body that leaves the ground: height by satellite receiver and by air pressure, distance to the surface below, velocity by inertial
-//! and optical-flow sensors, charge of the battery; and for the display alone, as they are, attitude and sunlight.
+//! Readings of a body that leaves the ground: height by satellite receiver and by air pressure, distance to the surface
+//! below, velocity by inertial and optical-flow sensors, charge of the battery; and for the display alone, as they are,
+//! attitude and sunlight.
 //!
-//! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the velocity with odometry; the
-//! height by pressure has its own faults.
+//! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the
+//! velocity with odometry; the height by pressure has its own faults.
 
 use ground_truth::Sensor;
 use wire::motion::{Attitude, Spatial};
@@ -12,7 +13,8 @@ use crate::fault::Faults;
 use crate::noise::{Noise, Stream};
 use crate::plant::{Flight, State};
 
-/// Deviation of a fix's height, metres: one and a half times that of its place, the usual ratio of a receiver's dilutions.
+/// Deviation of a fix's height, metres: one and a half times that of its place, the usual ratio of a receiver's
+/// dilutions.
 const FIX_UP_M: f32 = 0.06;
 /// Deviation of the height by pressure, metres: a BMP388's 8 cm at full rate.
 const PRESSURE_M: f32 = 0.08;

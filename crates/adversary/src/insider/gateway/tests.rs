@@ -119,7 +119,7 @@ fn fed(insider: &mut InsiderGateway, ms: u64, sequence: u64, mode: Mode) -> Vec<
     turn(insider, at_ms(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut Vec::new())
 }
 
-/// The honest half's message on A's report.
+/// A feed message of the honest half with a report of A.
 fn honest(ms: u64, sequence: u64, mode: Mode) -> Vec<u8> {
     let report = signed(sequence, mode);
     let accepted = AcceptedReport {

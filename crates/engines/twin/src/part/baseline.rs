@@ -1,10 +1,10 @@
-//! A run that is known, and cores that go along with it for as long as they are fed the same.
+//! A known run, and cores that follow it for as long as they are fed the same inputs.
 //!
-//! A core is a function of its inputs (`tests/properties/journals.rs`). So while the core of another run, made from the same
-//! setup, is fed the same inputs as here, byte for byte and at the same time, its outputs and its next deadline are those
-//! from here, without a computation: neither physics nor inference nor signatures. At the first difference it is forked
-//! from the last snapshot here, is fed the inputs since, and runs by itself from then on. Its outputs are the same
-//! either way (`tests/properties/trunk.rs`); the baseline of a search is the run without an attack.
+//! A core is a function of its inputs (`tests/properties/journals.rs`). While a core of another run, made from the same
+//! setup, is fed the inputs of the known run, byte for byte and at the same time, its outputs and next deadline are
+//! those of the known run: without physics, inference or signatures. At the first difference the core is forked from
+//! the last snapshot of the known run, is fed the inputs since, and runs by itself from then on. Its outputs are the
+//! same either way (`tests/properties/trunk.rs`). The baseline of a search is the run without an attack.
 
 use std::sync::Arc;
 
@@ -18,10 +18,11 @@ use super::make::{AssemblyError, part};
 use crate::verified::Verified;
 use crate::{JournalEntry, Twin};
 
-/// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than one of them.
+/// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than
+/// one of them.
 const SNAPSHOTS: u64 = 64;
 
-/// A run that is known.
+/// A known run.
 pub struct Baseline {
     tracks: Vec<Track>,
     verified: Verified,
@@ -30,10 +31,10 @@ pub struct Baseline {
 /// Inputs and outputs of one core, and its state now and then.
 struct Track {
     member: Member,
-    /// Its outputs before its first input, and its first deadline.
+    /// Outputs of the core before its first input, and its first deadline.
     start: (Vec<Output>, Option<Instant>),
     journal: Vec<JournalEntry>,
-    /// After how many entries, in order; the first after none.
+    /// State of the core after a number of journal entries, in order; the first after none.
     snapshots: Vec<(usize, Part)>,
 }
 
@@ -45,6 +46,7 @@ impl Baseline {
     pub fn record(topology: &Topology, mut twin: Twin, grace: u64) -> Result<Self, AssemblyError> {
         let mut tracks = Vec::new();
         for (member, node) in topology.members.iter().zip(twin.nodes()) {
+            // The cores of `twin` have given their first outputs already, so a fresh core tells them.
             let mut fresh = part(member, twin.local_start(node.host))?;
             let outputs = std::iter::from_fn(|| fresh.output()).collect();
             let start = (outputs, fresh.deadline());
@@ -66,27 +68,27 @@ impl Baseline {
         Ok(Self { tracks, verified })
     }
 
-    /// A core of `member` that goes along; none where the baseline has none that was made in the same way.
+    /// A core of `member` that follows the baseline; none where the baseline has no core made from the same setup.
     pub fn follow(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Following> {
         let same = |track: &Track| track.member.setup == member.setup && track.member.role == member.role;
         let track = self.tracks.iter().position(same)?;
         Some(Following { baseline: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
     }
 
-    /// The signatures that its cores know to be good, in its own memory.
+    /// Signatures that the cores of the baseline know to be good, in a separate memory.
     pub fn verified(&self) -> Verified {
         self.verified.detached()
     }
 }
 
-/// A core that goes along with a baseline, or has left it.
+/// A core that follows a baseline, or has left it.
 pub struct Following {
     baseline: Arc<Baseline>,
     track: usize,
     world: WorldId,
-    /// Entries that were the same.
+    /// Number of journal entries followed.
     fed: usize,
-    /// Outputs given of the last of these.
+    /// Number of outputs given of the last of these entries.
     said: usize,
     left: Option<Part>,
 }
@@ -104,12 +106,12 @@ impl Following {
         self.left.as_ref().unwrap_or(&self.track().snapshots[0].1)
     }
 
-    /// True if it still goes along.
+    /// True while the core follows the baseline.
     pub fn follows(&self) -> bool {
         self.left.is_none()
     }
 
-    /// The core, which runs by itself from now on.
+    /// Makes the core run by itself from now on.
     pub fn leave_for_good(&mut self) -> &mut Part {
         let part = self.left.take().unwrap_or_else(|| self.leave());
         self.left.insert(part)
@@ -127,6 +129,7 @@ impl Following {
         let mut part = snapshot.fork(self.world);
         for JournalEntry { now, input, .. } in &journal[*from..self.fed] {
             part.handle(*now, input);
+            // The baseline's journal has given these outputs already.
             while part.output().is_some() {}
         }
         part

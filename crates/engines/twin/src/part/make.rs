@@ -22,7 +22,8 @@ pub struct AssemblyError {
     pub(crate) why: String,
 }
 
-/// One core, as it starts at `now` on its host's clock. It shares no state with another and verifies for itself.
+/// A core as it starts at `now` on its host's clock. The core shares no state with another and verifies every signature
+/// itself.
 pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
     core(&member.role, member.setup.clone(), now)
 }

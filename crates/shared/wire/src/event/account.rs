@@ -77,7 +77,7 @@ pub enum Account {
     /// Handshake datagrams consumed by the secure layer.
     #[n(12)]
     Handshake,
-    /// Datagrams that the kernel dropped at our socket.
+    /// Datagrams that the kernel dropped at the node's socket.
     #[n(13)]
     KernelDropped,
     /// Datagrams that a relay sent towards the server from its own source address; not in `RelayOut`.

@@ -1,10 +1,11 @@
 //! Events that services write to the instrument plane: their decisions, their observations and their accounts.
 //!
-//! The oracle judges from these and from what others write beside them about the world, the plant and the links (`ground_truth`),
-//! so that no service is the only witness of its own conduct. The numbers that are missing here are of those others' notes.
+//! The oracle judges from these and from what others write beside them about the world, the plant and the links
+//! (`ground_truth`), so that no service is the only witness of its own conduct. The numbers that are missing here are
+//! of those others' notes.
 //!
-//! The enum stays one, since its numbers are the wire's; the terms that its events are reported in are beside it: `account`,
-//! `seen`.
+//! The enum stays one, since its numbers are the wire's; the terms that its events are reported in are beside it:
+//! `account`, `seen`.
 
 use minicbor::{Decode, Encode};
 use sha2::{Digest, Sha256};
@@ -27,7 +28,8 @@ mod seen;
 pub use account::{Account, Interface};
 pub use seen::{Freshness, Inconsistency, ShownAs};
 
-/// One event. As JSON it goes without signatures and seals' heads, which cover the bytes of entries and not their JSON.
+/// An event of a node's log. The JSON form leaves out signatures and the heads of seals, which cover the bytes of
+/// entries and not their JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 #[rustfmt::skip] // a table: each event with its number, each field with its own
@@ -80,7 +82,7 @@ pub enum Event {
         #[n(7)] report: RecordId,
         /// Guards shown as failing.
         #[n(8)] failing: Guards,
-        /// Its place, where that is shown as fresh.
+        /// Place of the unit, where the place is shown as fresh.
         #[n(9)] place: Option<Pose>,
     },
     /// Part of a closing account.
@@ -162,8 +164,8 @@ pub enum Event {
     },
     /// Perception: a track is believed, or is taken for something else than before.
     #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
-    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
-    /// [`PICTURED_EVERY`]th frame.
+    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a
+    /// pattern or a print in it. Of every [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
     /// Autonomy: a guest drives, by this name.
     #[n(93)] GuestEngaged {
@@ -186,8 +188,8 @@ pub enum Event {
 /// Every given number of frames the colour image is reported: once a second.
 pub const PICTURED_EVERY: u64 = 10;
 
-/// The short hash of bytes on a wire, as [`Event::Pictured`] and the notes of relays and guards carry it: the first eight
-/// bytes of their SHA-256, big endian. Both ends of a receipt have to use this one.
+/// The short hash of bytes on a wire, as [`Event::Pictured`] and the notes of relays and guards carry it: the first
+/// eight bytes of their SHA-256, big endian. Both ends of a receipt have to use this one.
 pub fn wire_hash(bytes: &[u8]) -> u64 {
     let digest: [u8; 32] = Sha256::digest(bytes).into();
     digest.iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))

@@ -10,13 +10,13 @@ pub enum Freshness {
     /// Within its limit.
     #[n(0)]
     Fresh,
-    /// One period beyond it.
+    /// Beyond the limit by one period at most.
     #[n(1)]
     Late,
     /// Not to be relied on.
     #[n(2)]
     Stale,
-    /// Its source is gone.
+    /// The source of the value is gone.
     #[n(3)]
     Lost,
 }
@@ -66,10 +66,10 @@ pub enum Inconsistency {
     /// Two units claim one place.
     #[n(1)]
     Exclusion,
-    /// Its own sequence or stamps run backwards, or two sources claim the same report sequence.
+    /// The teammate's own sequence or stamps run backwards, or two sources claim the same report sequence.
     #[n(2)]
     TimeBase,
-    /// Over many claims its place does not go where its speed and heading lead.
+    /// Over many claims the place does not go where the claimed speed and heading lead.
     #[n(55)]
     Residual,
 }

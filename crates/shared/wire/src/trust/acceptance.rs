@@ -1,8 +1,8 @@
 //! Acceptance: the only ways from ordered to accepted.
 //!
-//! Evidence: the mark of live, synthetic or replayed that a sensor product carries under its producer's name. Which messages
-//! are products is a property of their types, and stands here; no caller states it. A statement about an intent needs the intent
-//! in place of order and product (`statement`).
+//! Evidence: the mark of live, synthetic or replayed that a sensor product carries under its producer's name. Which
+//! messages are products is a property of their types, and stands here; no caller states it. A statement about an
+//! intent needs the intent in place of order and product (`statement`).
 
 use super::{Attributed, BusMessage, Ordered, Record, SessionRecord, SignedReport, Statement};
 use crate::audit::Seal;
@@ -16,10 +16,10 @@ use crate::refusal::Refusal;
 use crate::sensor::{Candidates, Frames, Navigation, ProductMode};
 use crate::track::Tracks;
 
-/// On shared memory: it is a live product, or none.
+/// A message on shared memory that is a live product, or no sensor product.
 #[derive(Debug)]
 pub struct Live(());
-/// It may influence state.
+/// A record that may influence state.
 #[derive(Debug)]
 pub struct Accepted(());
 
@@ -67,7 +67,7 @@ macro_rules! no_product {
 no_product!(SessionRecord<'_>, Intent, Frames<'_>, Navigation, Seal, Drive, Act, Feed<'_>, Request<'_>);
 
 impl<S, M> Record<S, M> {
-    /// Only a live `product` may influence a live platform.
+    /// Checks that a `product` is live: no other may influence a live platform.
     fn live<T>(self, policy: &Policy, product: Option<ProductMode>, earned: T) -> Result<Record<T, M>, Refusal> {
         match product {
             None => Ok(self.next(earned)),
@@ -88,7 +88,7 @@ impl<'b, M: Provenance> Attributed<BusMessage<'b, M>> {
 }
 
 impl<M: Provenance> Ordered<M> {
-    /// Provenance.
+    /// Judges provenance, the last check of a record that is in order.
     pub fn accept(self, policy: &Policy) -> Result<Record<Accepted, M>, Refusal> {
         let product = self.message.product();
         self.live(policy, product, Accepted(()))

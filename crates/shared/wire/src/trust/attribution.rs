@@ -1,4 +1,5 @@
-//! Attribution: the only way from fresh to attributed, and the only place where a session's peer and a record's origin meet.
+//! Attribution: the only way from fresh to attributed, and the only place where a session's peer and a record's origin
+//! meet.
 //!
 //! Evidence, by subject: a session record is its session peer's, by the handshake; a report is its
 //! origin's, if the session's peer *is* the origin and the origin's signature verifies; a shared-memory message is its
@@ -41,22 +42,23 @@ fn node_of(peer: PeerId) -> NodeId {
 /// Relation of the session peer that brought a report to its origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bearer {
-    /// The origin's own.
+    /// The origin itself.
     Origin,
-    /// That of another peer.
+    /// Another peer than the origin.
     Other(PeerId),
 }
 
 impl SignedReport<'_> {
-    /// Relation of `peer`, over which it came, to its origin.
+    /// Relation of `peer`, which brought the report, to the report's origin.
     pub fn bearer(&self, peer: PeerId) -> Bearer {
         if node_of(peer) == self.report.origin { Bearer::Origin } else { Bearer::Other(peer) }
     }
 }
 
 impl Decoded<SignedReport<'_>> {
-    /// Bound of its age: by its own stamp if it claims to be of `peer` and `ages` has bound that clock; else as old as the
-    /// record that `carried` it, which leaves out the time for which the peer had held it. Only a unit reports.
+    /// Bound of the report's age. A report that claims to be of `peer` is judged by its own stamp, if `ages` has bound
+    /// that clock. Any other is as old as the record that `carried` it, which leaves out the time for which the peer
+    /// had held it. Only a unit reports.
     pub fn age(&self, peer: PeerId, ages: &AgeBound, carried: Evidence) -> Result<Option<Age>, Refusal> {
         let (origin, stamp) = self.claim();
         if origin.unit().is_none() {
@@ -70,13 +72,13 @@ impl Decoded<SignedReport<'_>> {
 /// A session record with the node that it is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionRecord<'b> {
-    /// The record.
+    /// Content of the record.
     pub outer: SessionMessage<'b>,
     origin: NodeId,
 }
 
 impl SessionRecord<'_> {
-    /// Its identity.
+    /// Identity of the record.
     pub fn id(&self) -> RecordId {
         RecordId { node: self.origin, boot: self.outer.boot, sequence: self.outer.sequence }
     }
@@ -138,8 +140,8 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
 }
 
 impl<S: Screened> Record<S, Intent> {
-    /// The intent is that of the operator that it names, by its signature. The dearest check, and so the last before order
-    /// is judged.
+    /// The intent is that of the operator that it names, by its signature. The dearest check, and so the last before
+    /// order is judged.
     pub fn by_operator(
         self,
         policy: &Policy,

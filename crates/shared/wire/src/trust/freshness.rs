@@ -9,10 +9,10 @@ use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 use crate::time::{Age, Span};
 
-/// Its age is bounded and within the limit.
+/// A message with a bounded age within the limit.
 #[derive(Debug)]
 pub struct Fresh(());
-/// It repeats a nonce of its unit's that is young enough.
+/// An intent that repeats a young enough nonce of its unit.
 #[derive(Debug)]
 pub struct InTime(());
 

@@ -1,5 +1,5 @@
-//! The whole ways of a session record and of a shared-memory message: the order in which the checks stand is the order in
-//! which they are read here.
+//! The whole ways of a session record and of a shared-memory message: the order in which the checks stand is the order
+//! in which they are read here.
 
 use minicbor::Decode;
 
@@ -21,13 +21,13 @@ pub struct SessionGate<'a> {
     pub peer: PeerId,
     /// Ages of this peer's records.
     pub ages: &'a mut AgeBound,
-    /// The session nonce that we announced to this peer.
+    /// The session nonce that the receiver announced to this peer.
     pub session: Nonce,
     /// Records of this session seen so far.
     pub window: &'a mut Window,
-    /// *Tf*.
+    /// Largest age of an accepted record, *Tf*.
     pub freshness: Span,
-    /// Longest time that an echo may serve.
+    /// Longest time that an echo may serve, from the issue of its nonce.
     pub echo_limit: Span,
 }
 
@@ -45,6 +45,8 @@ impl SessionGate<'_> {
             Ok(decoded) => decoded,
             Err(refusal) => return (None, Err(refusal)),
         };
+        // Taken before any verdict: session nonces and echoes are what later records are judged by, and the first ones
+        // pass no check yet.
         let exchange = decoded.exchange();
         if let Some(echo) = exchange.echo {
             self.ages.prove(echo);
@@ -68,11 +70,11 @@ impl SessionGate<'_> {
 /// The whole way of a shared-memory message from `producer`.
 #[derive(Clone, Debug)]
 pub struct BusGate {
-    /// Channel.
+    /// Channel of the messages.
     pub topic: Topic,
-    /// Only node that may write it.
+    /// The only node that may write the channel.
     pub producer: NodeId,
-    /// Its key.
+    /// Key of the channel.
     pub key: bus::ChannelKey,
     /// Messages seen so far.
     pub window: Window,
@@ -83,6 +85,7 @@ pub struct BusGate {
 impl BusGate {
     /// A gate on `topic` from `producer`; `freshness` bounds the age by this host's clock.
     pub fn new(topic: Topic, producer: NodeId, key: bus::ChannelKey, freshness: Span) -> Self {
+        // A channel keeps order, so width 0; a slow reader misses any number of messages, so no limit of the step.
         Self { topic, producer, key, window: Window::new(0, u64::MAX), freshness }
     }
 

@@ -7,10 +7,10 @@
 
 use super::stage::{Fresh, InRole, InTime, NotRepeated, NotRevoked, WithinRate, WorthVerifying};
 
-/// At the unit that is to carry it out.
+/// Checks before the signature at the unit that is to carry the intent out.
 pub type AtUnit = WorthVerifying<WithinRate<NotRepeated<NotRevoked<InRole<InTime>>>>>;
 
-/// At the gateway, which passes it on.
+/// Checks before the signature at the gateway, which passes the intent on.
 pub type AtGateway = NotRevoked<InRole<WithinRate<Fresh>>>;
 
 /// Everything has been judged that costs less than a signature.

@@ -2,9 +2,10 @@
 //!
 //! `Received → Framed → Decoded → Fresh → Attributed → Ordered → Accepted`
 //!
-//! Each check is the only way to the next stage. A stage is a token that no file can make but the one with the check that
-//! earns it; none of the types serialises, because a message that crosses a process is untrusted again on arrival. A check either
-//! gives the next stage or one [`Refusal`]. A waived check gives the stage by waiver and the record carries that from then on.
+//! Each check is the only way to the next stage. A stage is a token that no file can make but the one with the check
+//! that earns it; none of the types serialises, because a message that crosses a process is untrusted again on arrival.
+//! A check either gives the next stage or one [`Refusal`]. A waived check gives the stage by waiver and the record
+//! carries that from then on.
 //!
 //! | stage | earned in | evidence |
 //! |---|---|---|
@@ -15,9 +16,9 @@
 //! | `Ordered` | `ordering`, and `orders` in it for commands | boot, sequence, command id |
 //! | `Accepted` | `acceptance` | the product's own mark, or the intent that a statement is about |
 //!
-//! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `revocation`, `orders`
-//! and `rate` earn them, `intent` gives their order for each service. Deciding about an accepted record
-//! is left to the services.
+//! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `revocation`,
+//! `orders` and `rate` earn them, `intent` gives their order for each service. Deciding about an accepted record is
+//! left to the services.
 
 mod acceptance;
 mod attribution;
@@ -76,17 +77,17 @@ pub struct Evidence {
     pub waived: Waived,
 }
 
-/// Length is within bounds.
+/// Bytes of a length within bounds.
 pub type Framed<'a> = Record<stage::Framed, &'a [u8]>;
-/// It is a message of the expected type.
+/// A message of the expected type.
 pub type Decoded<M> = Record<stage::Decoded, M>;
-/// Its age is bounded.
+/// A message with a bounded age.
 pub type Fresh<M> = Record<stage::Fresh, M>;
 /// A record with a known maker.
 pub type Attributed<M> = Record<stage::Attributed, M>;
-/// It is in order.
+/// A message in order.
 pub type Ordered<M> = Record<stage::Ordered, M>;
-/// It may influence state.
+/// A message that may influence state.
 pub type Accepted<M> = Record<stage::Accepted, M>;
 
 impl<S, M> Record<S, M> {

@@ -1,8 +1,8 @@
 //! Ordering: the only way from attributed to ordered.
 //!
-//! Evidence: the receiver's own session nonce, a boot counter that only rises, and a sequence that was not seen
-//! before. State changes only when every judgement has passed, so a refused record leaves no trace in a window. The order
-//! of commands is `orders`'.
+//! Evidence: the receiver's own session nonce, a boot counter that only rises, and a sequence that was not seen before.
+//! State changes only when every judgement has passed, so a refused record leaves no trace in a window. The order of
+//! commands is `orders`'.
 
 pub(super) mod orders;
 
@@ -14,7 +14,7 @@ use crate::id::{Boot, NodeId, Nonce, PeerId, Sequence};
 use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 
-/// It is of this session and boot and was not seen before.
+/// A message of this session and boot that was not seen before.
 #[derive(Debug)]
 pub struct Ordered(());
 
@@ -47,6 +47,8 @@ impl Window {
         }
         let (highest, seen) = if boot > self.boot { (Sequence(0), 0) } else { (self.highest, self.seen) };
         if got.0 > highest.0 {
+            // The first record of a boot may have any sequence: a receiver that starts later than the sender has no
+            // value to measure a step from.
             let first = highest == Sequence(0);
             if !first && got.0 - highest.0 > self.jump {
                 return Err(Refusal::Jump { limit: self.jump, highest, got });

@@ -1,7 +1,7 @@
 //! Rates: the number of commands needed from one sender, with a rate class for each need.
 //!
-//! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for a message that passed
-//! (or came over a channel that already attributes it), so that no sender can empty another's. Reasons for the
+//! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for a message that
+//! passed (or came over a channel that already attributes it), so that no sender can empty another's. Reasons for the
 //! numbers are in `docs/reference/bounds.md`.
 
 use core::marker::PhantomData;
@@ -13,17 +13,17 @@ use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 use crate::time::{Instant, Span};
 
-/// There is need for one more of its sender; `S` came before.
+/// An intent within the rate of its sender; `S` came before.
 #[derive(Debug)]
 pub struct WithinRate<S>(PhantomData<S>);
-/// Little enough was verified in vain; `S` came before.
+/// An intent that is verified although verifications failed lately; `S` came before.
 #[derive(Debug)]
 pub struct WorthVerifying<S>(PhantomData<S>);
 
 /// Number at once, and rate a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Allowance {
-    /// At once.
+    /// Commands at once.
     pub burst: u32,
     /// Limit in a second, in the long run.
     pub per_s: u32,
@@ -33,23 +33,24 @@ pub struct Allowance {
 /// allowance from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateClass {
-    /// To lead away from safe.
+    /// Commands that lead away from safe.
     Away,
-    /// To take something away without stopping the unit: authority, or an identity's validity.
+    /// Commands that take authority, or an identity's validity, away without stopping the unit.
     Withdraw,
-    /// To stop. The class holds no other command, so a HOLD that is refused for its rate comes after eight HOLDs of the same
-    /// sender: no flood of another kind keeps one out, even from another holder of the sender's key.
+    /// The command to stop, alone in its class. A HOLD refused for its rate therefore comes after eight HOLDs of the
+    /// same sender: no flood of another kind keeps one out, even from another holder of the sender's key.
     Hold,
 }
 
 /// Failed verifications, for any claimed sender: at a tenth of a millisecond each, a few thousandths
 /// of a processor.
 const UNPROVEN: Allowance = Allowance { burst: 16, per_s: 16 };
-/// Refusals are counted one by one and reported at most so often, so that a flood is not one in the log and in answers too. At
-/// once as many as one operator may ask for, so that each operator is informed of each refusal while there is no flood.
+/// Refusals that are logged and answered; every refusal is counted. The rate keeps a flood of messages from becoming a
+/// flood of log entries and answers. The burst is that of one operator, so that each operator is informed of each
+/// refusal while there is no flood.
 const TOLD: Allowance = Allowance { burst: 8, per_s: 4 };
 
-/// A bucket for each sender and class, of the stations and operators of the run, and two that are nobody's.
+/// Buckets: one for each sender and class, one for failed verifications of any sender, and one for reported refusals.
 #[derive(Clone, Debug, Default)]
 pub struct Rates {
     /// Time at which each bucket is full again, by rate class.
@@ -58,7 +59,7 @@ pub struct Rates {
     told: Instant,
 }
 
-/// Lanes of a sender.
+/// Number of rate classes.
 const CLASSES: usize = 3;
 
 impl RateClass {
@@ -122,8 +123,8 @@ impl Rates {
         *full = class.allowance().charged(*full, now);
     }
 
-    /// Checks that one more of this class is to be verified at `now`, after failed verifications. Only a HOLD always is:
-    /// forgeries of others must not keep one out.
+    /// Checks that one more of this class is to be verified at `now`, after failed verifications. Only a HOLD always
+    /// is: forgeries of others must not keep one out.
     fn room_to_verify(&self, class: RateClass, now: Instant) -> Result<(), Refusal> {
         if class == RateClass::Hold || UNPROVEN.room(self.unproven, now) {
             Ok(())
@@ -132,7 +133,8 @@ impl Rates {
         }
     }
 
-    /// One of this class was verified at `now` in vain. It is nobody's: who forges in another's name would empty that one's.
+    /// A command of this class failed verification at `now`. The charge is to no sender: a forger would otherwise use
+    /// up the rate of the sender whose name is forged.
     pub fn unproven(&mut self, class: RateClass, now: Instant) {
         if class != RateClass::Hold {
             self.unproven = UNPROVEN.charged(self.unproven, now);
@@ -193,7 +195,7 @@ mod tests {
         passed
     }
 
-    /// It takes no allowance from another sender or rate class.
+    /// A flood takes no allowance from another sender or rate class.
     #[test]
     fn flood_gets_burst_and_rate_alone() {
         for class in [RateClass::Away, RateClass::Withdraw, RateClass::Hold] {

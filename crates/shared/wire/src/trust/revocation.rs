@@ -1,9 +1,9 @@
-//! Revocation: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's signature
-//! over a revocation, and this host's clock.
+//! Revocation: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's
+//! signature over a revocation, and this host's clock.
 //!
-//! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
-//! the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only revoke
-//! that identity, permanently.
+//! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone
+//! before the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only
+//! revoke that identity, permanently.
 
 use core::marker::PhantomData;
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,17 +19,17 @@ use crate::refusal::Refusal;
 use crate::sign::{Key, Keyring, Purpose, Signed};
 use crate::time::{Instant, Span};
 
-/// The identity that it names may give commands; `S` came before.
+/// An intent of an identity that may give commands; `S` came before.
 #[derive(Debug)]
 pub struct InRole<S>(PhantomData<S>);
-/// The identity that it names is neither revoked nor past its time; `S` came before.
+/// An intent of an identity that is neither revoked nor past its time; `S` came before.
 #[derive(Debug)]
 pub struct NotRevoked<S>(PhantomData<S>);
 
 /// Statement of the authority: this identity is admitted no longer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Revocation {
-    /// Revoked identity.
+    /// Identity that is revoked.
     #[n(0)]
     pub of: NodeId,
 }
@@ -41,13 +41,14 @@ impl Revocation {
     }
 }
 
-/// For how long an identity is admitted.
+/// Time for which an identity is admitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validity {
-    /// Identity.
+    /// Identity with a limited admission.
     pub who: NodeId,
-    /// Until a given number of milliseconds after the start of its judge. A restart of the judge takes off the time passed.
+    /// End of admission, milliseconds from the start of the judging process. A restart within a run shortens the time
+    /// by the elapsed part.
     pub until_ms: u64,
 }
 
@@ -60,18 +61,19 @@ pub struct RevocationList {
 }
 
 impl RevocationList {
-    /// Everybody is valid, those with an end of validity until then; `now` is the start.
+    /// A list without revocations; identities in `mandates` are admitted until their end, counted from `now`.
     pub fn new(mandates: &[Validity], now: Instant) -> Self {
         let ends = mandates.iter().map(|mandate| (mandate.who, now + Span::ms(mandate.until_ms))).collect();
         RevocationList { ends, revoked: BTreeSet::new() }
     }
 
-    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked before. The
-    /// authority's signature cannot be waived.
+    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked
+    /// before. The authority's signature cannot be waived.
     pub fn revoke(&mut self, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Option<NodeId>, Refusal> {
         let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
         let signed = Signed::parse(framed.message, MAX_ORDER)?;
         let revocation: Revocation = codec::decode(signed.payload, MAX_ORDER)?;
+        // A repetition costs no verification: the gateway sends every revocation again each challenge period.
         if self.revoked.contains(&revocation.of) {
             return Ok(None);
         }
@@ -93,7 +95,7 @@ impl RevocationList {
 }
 
 impl<S> Record<S, Intent> {
-    /// The identity that it names may give commands at all.
+    /// Checks that the intent names an identity that may give commands at all.
     pub fn by_role(self, policy: &Policy, operators: &[NodeId]) -> Result<Record<InRole<S>, Intent>, Refusal> {
         self.check(policy, Check::Role, InRole(PhantomData), |intent, _| {
             let got = intent.id.operator;
@@ -101,7 +103,7 @@ impl<S> Record<S, Intent> {
         })
     }
 
-    /// The operator that it names is still admitted.
+    /// Checks that the operator whom the intent names is still admitted.
     pub fn admitted(
         self,
         policy: &Policy,

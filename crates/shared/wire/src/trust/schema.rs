@@ -1,7 +1,7 @@
 //! Schema: the only way from received bytes to a decoded message. Neither length nor schema can be waived.
 //!
-//! Parts of a decoded message that may be read before acceptance are here too: an [`Exchange`], and claims, which serve to choose
-//! the check of a message and are untrusted.
+//! Parts of a decoded message that may be read before acceptance are here too: an [`Exchange`], and claims, which serve
+//! to choose the check of a message and are untrusted.
 
 use minicbor::{Decode, Encode};
 
@@ -18,10 +18,10 @@ use crate::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use crate::sign::Signed;
 use crate::time::{Echo, Instant, PeerStamp};
 
-/// Length is within bounds.
+/// Bytes of a length within bounds.
 #[derive(Debug)]
 pub struct Framed(());
-/// It is a message of the expected type, canonical and in range.
+/// A message of the expected type, canonical and in range.
 #[derive(Debug)]
 pub struct Decoded(());
 
@@ -98,16 +98,14 @@ pub struct BusMessage<'a, M> {
     pub(super) tags: &'a [u8],
 }
 
-/// Exchange of the session layer before any of its records can be accepted: challenges, echoes, session nonces.
-///
-/// This is the one thing read from a record that has only been decoded. It can do no harm beyond silence: a challenge
-/// or nonce only changes what *we* write to that same peer, and an echo counts only if it repeats an unguessable
-/// number that we issued to it.
+/// The exchange is the one part read from a record that has only been decoded. It can do no harm beyond silence: a
+/// challenge or nonce only changes the records to that same peer, and an echo counts only if it repeats an unguessable
+/// number that this host issued to the peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exchange {
     /// The peer's challenge, to be echoed.
     pub challenge: Nonce,
-    /// The peer's echo of ours.
+    /// The peer's echo of a challenge of this host.
     pub echo: Option<Echo>,
     /// The session nonce that the peer wants to see.
     pub hello: Option<Nonce>,
@@ -133,7 +131,7 @@ impl Record<Decoded, SessionMessage<'_>> {
 /// A report with the signature that it came under.
 #[derive(Debug)]
 pub struct SignedReport<'b> {
-    /// The report.
+    /// Content of the report.
     pub report: Report,
     /// The signed bytes as they came, to be forwarded verbatim.
     pub bytes: &'b [u8],

@@ -2,8 +2,8 @@
 //!
 //! Evidence: the signer's signature, and the id and hash of the one signed intent that the statement is about. Such a
 //! statement needs no age and no sequence of its own: it cannot serve for another intent, and saying it twice says no
-//! more than saying it once. Its signer is judged in `attribution`, the binding in `acceptance`; whether the intent itself is young
-//! enough, where its nonce was issued.
+//! more than saying it once. Its signer is judged in `attribution`, the binding in `acceptance`; whether the intent
+//! itself is young enough, where its nonce was issued.
 
 use minicbor::{Decode, Encode};
 
@@ -53,7 +53,7 @@ mod tests {
     use crate::time::Instant;
     use crate::trust::Decoded;
 
-    /// It is no acknowledgement.
+    /// A confirmation also does not pass as an acknowledgement.
     #[test]
     fn confirmation_serves_one_intent_and_key() {
         let (key, policy) = (Key::from_bytes(&[9; 32]), Policy::default());

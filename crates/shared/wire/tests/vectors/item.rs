@@ -1,7 +1,7 @@
 //! A reader of CBOR that shares no code with the codec under test: where each item begins and ends, and its diagnostic
 //! notation (RFC 8949 §8). Definite lengths and no floats; tags are not spoken here.
 
-/// One data item within some bytes.
+/// A data item within some bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
     /// Offset of the head.

@@ -42,7 +42,7 @@ pub(crate) type Decode = Box<dyn Fn(&[u8], usize) -> Result<bool, Malformed>>;
 pub(crate) struct Named {
     /// Name in the vector file.
     pub name: &'static str,
-    /// Its encoding by the codec.
+    /// Encoding by the codec.
     pub bytes: Vec<u8>,
     /// Decodes and compares with it.
     pub decode: Decode,

@@ -1,10 +1,11 @@
 //! At most once and in order: memory of each operator's commands.
 //!
-//! A command's id is its operator's own counter. A thief of that operator's key could run the counter to its end and
-//! so lock the operator out; hence three rules. A counter steps at most [`STEP`] ahead, so its end is out of reach and an
-//! operator who goes on above the value in the unit's reports is heard. Each operator has its own counter. And a command
-//! towards safe does not ask the counter: only the very same signed intent is refused, because to hold once more is safe
-//! and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator will give next.
+//! A command's id is its operator's own counter. A thief of that operator's key could run the counter to its end and so
+//! lock the operator out; hence three rules. A counter steps at most [`STEP`] ahead, so its end is out of reach and an
+//! operator who goes on above the value in the unit's reports is heard. Each operator has its own counter. And a
+//! command towards safe does not ask the counter: only the very same signed intent is refused, because to hold once
+//! more is safe and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator
+//! will give next.
 
 use core::marker::PhantomData;
 use std::collections::VecDeque;
@@ -17,23 +18,24 @@ use crate::refusal::Refusal;
 use crate::trust::stage::Attributed;
 use crate::trust::{AtGateway, AtUnit, Record};
 
-/// Not seen before and in order, by the facts known before its signature is; `S` came before.
+/// An intent that was not seen before and is in order, as far as is known before its signature is verified; `S` came
+/// before.
 #[derive(Debug)]
 pub struct NotRepeated<S>(PhantomData<S>);
 
 /// The furthest ahead of an operator's newest command the next may be: commands that may be lost in a row.
 const STEP: u64 = 64;
-/// The highest sequence of a command from which on an operator is heard for the first time, after a start of ours. No
+/// The highest sequence with which an operator is accepted for the first time after a start of the judging process. No
 /// operator gets there, and from there the end of the counter is still out of reach.
 const FIRST: u64 = 1 << 32;
-/// Step of consoles' boots: how far they step, and with which an operator is heard for the first time.
+/// Largest step of a console's boot, and the highest boot with which an operator is accepted for the first time.
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
-/// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`crate::trust::rate`]) let
-/// through in all classes before the nonces that they repeat have run out.
+/// Commands of one operator that are remembered by the hash of their intents: more than the rates
+/// ([`crate::trust::rate`]) let through in all classes before the nonces that they repeat have run out.
 const KEPT: usize = 96;
 
-/// The commands of every operator; of those that may give any.
+/// Counters of the operators who have given a command.
 #[derive(Clone, Debug, Default)]
 pub struct Counters(Vec<Counter>);
 
@@ -56,13 +58,13 @@ impl Counters {
         self.counter(operator).and_then(|counter| counter.newest)
     }
 
-    /// The very same signed intent was not seen lately.
+    /// Checks that the very same signed intent was not seen lately.
     fn unseen(&self, got: CommandId, hash: &[u8; 32]) -> Result<(), Refusal> {
         let seen = self.counter(got.operator).is_some_and(|counter| counter.kept.contains(hash));
         if seen { Err(Refusal::Repeated { kept: KEPT, got }) } else { Ok(()) }
     }
 
-    /// It was not seen, and away from safe it comes after all that were.
+    /// Checks that an intent was not seen, and away from safe that it comes after all that were.
     fn check_order(&self, intent: &Intent, hash: &[u8; 32]) -> Result<(), Refusal> {
         let got = intent.id;
         self.unseen(got, hash)?;
@@ -74,7 +76,7 @@ impl Counters {
         }
     }
 
-    /// Away from safe it is no further ahead than an operator can have come.
+    /// Checks that an intent away from safe is no further ahead than an operator can have come.
     fn near_enough(&self, intent: &Intent) -> Result<(), Refusal> {
         if intent.kind.towards_safe() { Ok(()) } else { self.check_gap(intent.id) }
     }
@@ -94,10 +96,10 @@ impl Counters {
         }
     }
 
-    /// Value to which an accepted command moves its operator's counter. A HOLD of a boot that is too far ahead moves it by the one
-    /// step that it may take: else an operator whose console started more often than that unheard would be refused until
-    /// *we* start again; so a few HOLDs bring the two together. A thief of the key gains no advantage: a HOLD of just that boot
-    /// moves the counter as far, and comes as often.
+    /// Value to which an accepted command moves its operator's counter. A HOLD of a boot too far ahead moves the
+    /// counter by the one step allowed. Otherwise an operator whose console restarted more often than that unheard
+    /// would be refused until the judging process starts again; a few HOLDs bring the two together. A thief of the key
+    /// gains nothing: a HOLD of just that boot moves the counter as far, and is allowed as often.
     fn reached(&self, intent: &Intent) -> Option<CommandId> {
         match self.check_gap(intent.id) {
             Ok(()) => Some(intent.id),
@@ -114,6 +116,7 @@ impl Counters {
             self.0.len() - 1
         });
         let counter = &mut self.0[index];
+        // A forgotten intent cannot come again: the nonce in it runs out before [`KEPT`] others have passed the rates.
         if counter.kept.len() == KEPT {
             counter.kept.pop_front();
         }
@@ -127,8 +130,8 @@ impl Counters {
 }
 
 impl<S> Record<S, Intent> {
-    /// Result of [`Record::accept_once`] in advance, asked before the signature is verified, so that repetitions cost little.
-    /// `hash` is that of its signed bytes. The memory is left unchanged.
+    /// Result of [`Record::accept_once`] in advance, asked before the signature is verified, so that repetitions cost
+    /// little. `hash` is that of its signed bytes. The memory is left unchanged.
     pub fn not_repeated(
         self,
         policy: &Policy,
@@ -164,7 +167,8 @@ impl Record<Attributed<AtUnit>, Intent> {
 }
 
 impl Record<Attributed<AtGateway>, Intent> {
-    /// At most once, without an order among them: for a service that passes commands on and leaves their order to the unit.
+    /// At most once, without an order among them: for a service that passes commands on and leaves their order to the
+    /// unit.
     pub fn unrepeated(
         self,
         policy: &Policy,
@@ -173,6 +177,7 @@ impl Record<Attributed<AtGateway>, Intent> {
     ) -> Result<Record<Ordered, Intent>, Refusal> {
         let new = self.check(policy, Check::Duplicate, Ordered(()), |intent, _| counters.unseen(intent.id, hash))?;
         if policy.check(Check::Duplicate) == Requirement::Required {
+            // No counter moves here: the order of commands is the unit's to judge.
             counters.note(new.message.id, hash, None);
         }
         Ok(new)
@@ -191,7 +196,7 @@ mod tests {
         Intent { id, unit: UnitId::A, nonce: Nonce(1), kind, reason: Text::default(), tag: None, shown: None }
     }
 
-    /// With the hash of the signed bytes, which here is made up of kind and sequence.
+    /// Gives an intent with a hash made up of kind, sequence and boot in place of the hash of signed bytes.
     fn give(counters: &mut Counters, intent: &Intent) -> Result<(), Refusal> {
         let mut hash = [0; 32];
         hash[..8].copy_from_slice(&intent.id.sequence.0.to_le_bytes());
@@ -221,7 +226,7 @@ mod tests {
         assert_eq!(enable(2, 1), Ok(()));
     }
 
-    /// One from far ahead moves no counter.
+    /// A HOLD from far ahead moves no counter.
     #[test]
     fn hold_is_refused_only_as_exact_repetition() {
         let mut counters = Counters::default();
@@ -273,7 +278,7 @@ mod tests {
         assert_eq!(resume(&mut counters), Ok(()));
     }
 
-    /// It moves it no further than a HOLD of the next boot does.
+    /// A HOLD of a far boot moves the counter no further than one of the next boot does.
     #[test]
     fn hold_from_any_boot_moves_counter_boundedly() {
         for boot in [1 + STEP_BOOT, 2 + STEP_BOOT, u32::MAX] {
