@@ -16,6 +16,7 @@ from typing import Any, Callable, Optional
 import rclpy
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -37,6 +38,8 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 COMMANDS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 #: A step is sent again after this time until the node has answered for the first time: it may not have discovered each topic yet, s.
 AGAIN = 0.05
+#: Time without a new reader after which a graph is complete, s.
+SETTLED = 0.2
 TYPES: dict[str, Any] = {"geometry_msgs/msg/Twist": Twist, "geometry_msgs/msg/TwistStamped": TwistStamped}
 
 
@@ -81,6 +84,8 @@ class Bridge(Guest):
         self.place: Place = (0.0, 0.0)
         #: Time of the last step that was answered; time of the step before this one.
         self.answered_s = self.before_s = float("-inf")
+        #: True once two commands have come the stated period apart: then no other step is waited for.
+        self.in_phase = False
         self.command: Any = None
         self.fresh: Any = None
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -103,14 +108,17 @@ class Bridge(Guest):
         if TFMessage:
             self.mission.append(TFMessage(transforms=[transform(MAP, ODOM, start.time_s, (0.0, 0.0), 0.0)]))
         self.readers = [-1] * len(self.latched)
+        self.node.create_subscription(self.discovered(), self.options.command_topic, self.take, COMMANDS)
+        self.settle()
         self.publish_latched()
-        kind = self.discovered()
-        self.node.create_subscription(kind, self.options.command_topic, self.take, COMMANDS)
-        self.until(lambda: self.node.count_publishers(self.options.command_topic) > 0, self.options.ready_s)
+        for publisher in self.latched:
+            # So that the node has map and plan before the first step.
+            publisher.wait_for_all_acked(Duration(seconds=SETTLED))
 
     def discovered(self) -> Any:
         """The type of the node's commands, once a publisher of them is there."""
-        topic, found = self.options.command_topic, []
+        topic = self.options.command_topic
+        found: list[str] = []
 
         def seen() -> bool:
             found[:] = sorted({info.topic_type for info in self.node.get_publishers_info_by_topic(topic)})
@@ -121,6 +129,22 @@ class Bridge(Guest):
         if len(found) > 1 or found[0] not in TYPES:
             raise TypeError(f"{topic}: one of {' or '.join(TYPES)} expected, got {' and '.join(found)}")
         return TYPES[found[0]]
+
+    def settle(self) -> None:
+        """Waits until no reader or writer has come for a while: which of them the first step meets must not be chance."""
+        seen, since = [-1], time.monotonic()
+
+        def settled() -> bool:
+            nonlocal seen, since
+            now = [publisher.get_subscription_count() for publisher in self.publishers()]
+            if now != seen:
+                seen, since = now, time.monotonic()
+            return time.monotonic() - since >= SETTLED
+
+        self.until(settled, self.options.ready_s)
+
+    def publishers(self) -> list[Any]:
+        return [self.clock, self.odometry, self.tracks, *self.latched]
 
     def until(self, true: Callable[[], bool], limit_s: float) -> bool:
         """Serves the graph until something is true, or for `limit_s` of real time."""
@@ -139,12 +163,15 @@ class Bridge(Guest):
         self.publish_latched()
         self.publish(step)
         self.counts.steps += 1
-        due = step.time_s >= self.answered_s + self.options.command_period_s - 1e-6
-        answered = self.answer(step) if due else self.fresh is not None
+        overdue = step.time_s >= self.answered_s + self.options.command_period_s - 1e-6
+        answered = self.answer(step) if overdue or not self.in_phase else False
         if answered:
+            # A timer that sees its first /clock fires at once, out of its phase.
+            self.in_phase = overdue and self.answered_s > float("-inf")
             self.answered_s = step.time_s
             self.counts.answered += 1
-        elif due:
+        elif overdue:
+            self.in_phase = False
             self.counts.missed += 1
         self.before_s = step.time_s
         place = self.place if self.options.place else None
@@ -153,7 +180,7 @@ class Bridge(Guest):
         forward, turn = float(self.command.linear.x), float(self.command.angular.z)
         self.counts.lost_turns += lost(forward, turn)
         speed, curvature = drive(forward, turn)
-        return Reply(speed, curvature, state="DRIVING" if answered or not due else "HOLDING", place=place)
+        return Reply(speed, curvature, state="HOLDING" if overdue and not answered else "DRIVING", place=place)
 
     def answer(self, step: Step) -> bool:
         """Waits for the first command after the step; false if none came in time."""

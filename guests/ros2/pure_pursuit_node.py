@@ -12,8 +12,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 class PurePursuit(Node):
     def __init__(self) -> None:
         super().__init__("pure_pursuit")
-        self.speed = self.declare_parameter("speed", 1.5).value
-        self.reached = self.declare_parameter("reached", 1.0).value
+        self.speed: float = self.declare_parameter("speed", 1.5).value
+        self.reached: float = self.declare_parameter("reached", 1.0).value
         self.points: list[tuple[float, float]] = []
         self.closed = False
         self.commands = self.create_publisher(Twist, "/cmd_vel", 10)

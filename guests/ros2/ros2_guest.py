@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from contextlib import closing
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn, Optional
 
@@ -61,13 +62,24 @@ def environment(domain: int, folder: str) -> dict[str, str]:
     The profile has discovery and transport, on the loopback interface alone, so the range of ROS is left to it: its `LOCALHOST` adds
     shared memory, of which killed nodes leave files.
     """
+    # The name of the variable before version 3 of Fast DDS, of which the later ones warn.
+    name = "FASTRTPS_DEFAULT_PROFILES_FILE" if find_spec("fastrtps") else "FASTDDS_DEFAULT_PROFILES_FILE"
     return {
+        name: os.environ.get(name) or profile(folder),
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",
-        "FASTDDS_DEFAULT_PROFILES_FILE": os.environ.get("FASTDDS_DEFAULT_PROFILES_FILE") or profile(folder),
         "ROS_LOG_DIR": folder,
         "PYTHONUNBUFFERED": "1",
     }
+
+
+def nodes_environment() -> dict[str, str]:
+    """The environment without what the wheels' start-up file has set for this interpreter: the node may have another ROS."""
+    left = {name: value for name, value in os.environ.items() if name not in ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")}
+    folders = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
+    if kept := [folder for folder in folders if folder and not folder.startswith(sys.prefix)]:
+        left["LD_LIBRARY_PATH"] = os.pathsep.join(kept)
+    return left
 
 
 class NodeProcess:
@@ -76,7 +88,9 @@ class NodeProcess:
     def __init__(self, command: list[str], folder: str) -> None:
         # Standard output is the protocol's.
         self.name = command[0]
-        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=2, start_new_session=True)
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=2, env=nodes_environment(), start_new_session=True
+        )
         self.warden = subprocess.Popen(
             ["sh", "-c", WARDEN, "warden", str(self.process.pid), folder],
             stdin=subprocess.PIPE,
