@@ -38,6 +38,13 @@ class Guests(unittest.TestCase):
     def test_wpilib_arrives(self) -> None:
         self.arrives([str(GUESTS / "wpilib/.venv/bin/python"), str(GUESTS / "wpilib/wpilib_guest.py")], "ARRIVED")
 
+    def test_a_ros_2_node_arrives(self) -> None:
+        node = [str(GUESTS / "ros2/pure_pursuit_node.py"), "--ros-args", "-p", "use_sim_time:=true"]
+        python = str(GUESTS / "ros2/.venv/bin/python")
+        # A bridge states no arrival: the node does not.
+        bridge = [python, str(GUESTS / "ros2/ros2_guest.py"), "--answer-ms", "2000", "--", python, *node]
+        self.arrives(bridge, "DRIVING")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,0 +1,50 @@
+"""Pure pursuit of /plan by /odom: an ordinary node, which knows nothing of holdsafe. Naive by intention: the newest pose is the place."""
+
+import math
+
+import rclpy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry, Path
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+
+
+class PurePursuit(Node):
+    def __init__(self) -> None:
+        super().__init__("pure_pursuit")
+        self.speed: float = self.declare_parameter("speed", 1.5).value
+        self.reached: float = self.declare_parameter("reached", 1.0).value
+        self.points: list[tuple[float, float]] = []
+        self.closed = False
+        self.commands = self.create_publisher(Twist, "/cmd_vel", 10)
+        self.create_subscription(Path, "/plan", self.on_plan, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.create_subscription(Odometry, "/odom", self.on_odometry, qos_profile_sensor_data)
+
+    def on_plan(self, plan: Path) -> None:
+        if not self.points:
+            self.points = [(pose.pose.position.x, pose.pose.position.y) for pose in plan.poses]
+            self.closed = len(self.points) > 2 and self.points[0] == self.points[-1]
+
+    def on_odometry(self, odometry: Odometry) -> None:
+        at, turn = odometry.pose.pose.position, odometry.pose.pose.orientation
+        if self.points and math.dist((at.x, at.y), self.points[0]) < self.reached:
+            passed = self.points.pop(0)
+            if self.closed and passed != self.points[-1]:
+                self.points.append(passed)
+        command = Twist()
+        if self.points:
+            east, north = self.points[0][0] - at.x, self.points[0][1] - at.y
+            bearing = math.atan2(north, east) - 2.0 * math.atan2(turn.z, turn.w)
+            arc = 2.0 * math.sin(bearing) / math.hypot(east, north)
+            arc = math.copysign(0.4, arc) if math.cos(bearing) < 0.0 else max(-0.4, min(0.4, arc))
+            command.linear.x, command.angular.z = self.speed, self.speed * arc
+        self.commands.publish(command)
+
+
+def main() -> None:
+    rclpy.init()
+    rclpy.spin(PurePursuit())
+
+
+if __name__ == "__main__":
+    main()

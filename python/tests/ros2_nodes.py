@@ -1,0 +1,75 @@
+"""Nodes for the tests of the bridge to ROS 2, by name; each drives ahead at 1 m/s. Run by the interpreter of guests/ros2."""
+
+import sys
+from typing import Any
+
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry, Path
+from rclpy.node import Node
+
+
+class Ahead(Node):
+    """Answers each pose; a default reader, which is reliable."""
+
+    def __init__(self, kind: Any = Twist) -> None:
+        super().__init__("ahead", allow_undeclared_parameters=True)
+        self.kind, self.answered = kind, 0
+        self.commands = self.create_publisher(kind, "/cmd_vel", 10)
+        self.watch()
+
+    def watch(self) -> None:
+        self.create_subscription(Odometry, "/odom", lambda _: self.answer(), 10)
+
+    def answer(self) -> None:
+        self.answered += 1
+        command = self.kind()
+        if isinstance(command, TwistStamped):
+            command.header.stamp = self.get_clock().now().to_msg()
+            command.twist.linear.x = 1.0
+        else:
+            command.linear.x = 1.0
+        self.commands.publish(command)
+
+
+class Timed(Ahead):
+    """A command each tenth of a second of its own clock, with a stamp."""
+
+    def __init__(self) -> None:
+        super().__init__(TwistStamped)
+
+    def watch(self) -> None:
+        self.create_timer(0.1, self.answer)
+
+
+class Tired(Ahead):
+    """Answers forty poses and no more."""
+
+    def answer(self) -> None:
+        if self.answered < 40:
+            super().answer()
+
+
+class Planned(Ahead):
+    """Drives only with a plan, by a reader that gets nothing from before it was there."""
+
+    def watch(self) -> None:
+        super().watch()
+        self.plan = False
+        self.create_subscription(Path, "/plan", self.on_plan, 10)
+
+    def on_plan(self, plan: Path) -> None:
+        self.plan = bool(plan.poses)
+
+    def answer(self) -> None:
+        if self.plan:
+            super().answer()
+
+
+NODES = {"ahead": Ahead, "stamped": lambda: Ahead(TwistStamped), "timed": Timed, "tired": Tired, "planned": Planned}
+
+if __name__ == "__main__":
+    if sys.argv[1] == "ends":
+        sys.exit(7)
+    rclpy.init()
+    rclpy.spin(Node("mute") if sys.argv[1] == "mute" else NODES[sys.argv[1]]())
