@@ -166,7 +166,10 @@ fn slow_broker_delays_a_message_from_any_start() {
     use Mode::{HoldSafe, PrepareToAct, Ready};
     for change in [ARMING, (PrepareToAct, Ready), (Ready, HoldSafe), (HoldSafe, Ready)] {
         for run in ending_at(Process::Broker, Ending::Slow, change).expect(SEEDS) {
-            assert!(run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.required && r.in_time), "{change:?}");
+            assert!(
+                run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.required && r.in_time),
+                "{change:?}"
+            );
         }
     }
 }
