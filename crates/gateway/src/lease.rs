@@ -15,7 +15,7 @@ use wire::time::{Instant, Span};
 
 use crate::session::Session;
 
-/// HOLDs that are remembered for one unit; beyond this number the oldest is forgotten.
+/// HOLDs that are remembered for one unit; beyond this number the one that is due last is forgotten.
 const MAX_HOLDS: usize = 4;
 
 /// Conditions of grants beyond the sessions.
@@ -26,7 +26,7 @@ pub struct Leases {
     started: Instant,
     /// Contact plans of units whose links have one.
     contacts: Vec<(UnitId, Contacts)>,
-    /// Intents of the HOLDs sent and not yet acknowledged as executed, oldest first, and when each is due.
+    /// Intents of the HOLDs sent and not yet acknowledged as executed, and when each is due.
     holds: Vec<(UnitId, IntentHash, Instant)>,
 }
 
@@ -40,22 +40,24 @@ impl Leases {
     /// A HOLD went out that is due at `due`: from that time on no grants until the unit acknowledges a HOLD as
     /// executed.
     pub fn hold(&mut self, unit: UnitId, intent: IntentHash, due: Instant) {
-        let of_unit = |(u, ..): &&(UnitId, IntentHash, Instant)| *u == unit;
-        // Bounded against a sender of many HOLDs. A HOLD with a time tag that is not due yet also takes a place.
-        if self.holds.iter().filter(of_unit).count() >= MAX_HOLDS
-            && let Some(oldest) = self.holds.iter().position(|(u, ..)| *u == unit)
-        {
-            self.holds.remove(oldest);
-        }
         self.holds.push((unit, intent, due));
+        let of_unit = || self.holds.iter().enumerate().filter(|(_, (u, ..))| *u == unit);
+        // Bounded against a sender of many HOLDs. The one that is due last goes: were it the oldest, HOLDs with far time
+        // tags would push out the one that is due, and grants would resume.
+        if of_unit().count() > MAX_HOLDS
+            && let Some((last, _)) = of_unit().max_by_key(|(_, (.., due))| *due)
+        {
+            self.holds.remove(last);
+        }
     }
 
     /// The unit has executed the order with this intent. If the order was a HOLD, the unit is holding, and every HOLD
-    /// for it is done. A HOLD that the unit *refused* stays: grants resume only when a HOLD has been executed. The
+    /// that was due by then is done; one for later still comes. A HOLD that the unit *refused* stays: grants resume only when a HOLD has been executed. The
     /// intent identifies the order, not the id: a holder of the key can have another order executed under the same id.
     pub fn executed(&mut self, unit: UnitId, intent: IntentHash) {
-        if self.holds.iter().any(|(u, hash, _)| (*u, *hash) == (unit, intent)) {
-            self.holds.retain(|(u, ..)| *u != unit);
+        let executed = self.holds.iter().find(|(u, hash, _)| (*u, *hash) == (unit, intent));
+        if let Some((.., executed_due)) = executed.copied() {
+            self.holds.retain(|(u, _, due)| *u != unit || *due > executed_due);
         }
     }
 

@@ -100,6 +100,43 @@ fn hold_with_a_time_tag_stops_grants_from_its_time_on() {
     assert!(supervised(&mut bench));
 }
 
+/// A holder of an operator's key could else have grants resumed by HOLDs for much later.
+#[test]
+fn holds_for_later_push_out_none_that_is_due() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    assert_eq!(bench.stage(&signed_intent(&intent(1, CommandKind::Hold, ""))), None);
+    for sequence in 2..=6 {
+        bench.pass(Span::s(1));
+        let tag = Some(TimeTag { after: Span::s(20), within: Span::s(1) });
+        let later = signed_intent(&Intent { tag, ..intent(sequence, CommandKind::Hold, "") });
+        assert_eq!(bench.stage(&later), None, "{sequence}");
+    }
+    bench.hello(a);
+    assert_eq!(bench.report(a), None);
+    assert_eq!(grants(&mut bench, a, Span::ms(250)), 0);
+}
+
+#[test]
+fn executed_hold_leaves_one_for_later() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    let tag = Some(TimeTag { after: Span::s(2), within: Span::s(1) });
+    let later = signed_intent(&Intent { tag, ..intent(1, CommandKind::Hold, "") });
+    let now = signed_intent(&intent(2, CommandKind::Hold, ""));
+    assert_eq!((bench.stage(&later), bench.stage(&now)), (None, None));
+    let supervised = |bench: &mut Bench| {
+        bench.hello(a);
+        assert_eq!(bench.report(a), None);
+        grants(bench, a, Span::ms(250)) > 0
+    };
+    let intent = Sha256::digest(&now).into();
+    bench.acknowledge(NodeId::UNIT_A, &Ack { id: command(2), intent, refused: None, mode: Mode::HoldSafe, due: None });
+    assert!(supervised(&mut bench), "the HOLD of now is executed");
+    bench.pass(Span::s(2));
+    assert!(!supervised(&mut bench), "that for later is due");
+}
+
 #[test]
 fn report_goes_verbatim_to_listening_teammates_only() {
     let mut bench = Bench::new(Policy::default());

@@ -173,7 +173,7 @@ impl<'a> Guards<'a> {
     }
 
     fn restart(&mut self) {
-        self.localisation = Localisation::new(self.limits, GuardSet::default());
+        self.localisation = Localisation::new(self.limits, GuardSet::default()).of_means();
         (self.ready, self.failing_since) = (false, None);
     }
 

@@ -100,6 +100,19 @@ pub(crate) fn tag(key: &ChannelKey, bytes: &[u8]) -> [u8; TAG_LEN] {
     tag
 }
 
+/// True if `tags` has the tag that is expected. Each comparison takes the same time, however much of a tag is right: a tag must
+/// not be found byte by byte by timing.
+pub(crate) fn has_tag(tags: &[u8], expected: &[u8; TAG_LEN]) -> bool {
+    let whole = |tag: &[u8]| {
+        let mut bytes = [0; blake3::OUT_LEN];
+        bytes[..TAG_LEN].copy_from_slice(tag);
+        blake3::Hash::from_bytes(bytes)
+    };
+    let expected = whole(expected);
+    // No short circuit: every reader's tag is compared.
+    tags.chunks_exact(TAG_LEN).fold(false, |found, tag| found | (whole(tag) == expected))
+}
+
 /// Claimed producer of a message: for finding the gate that is to judge it.
 pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
     split(bytes).map(|parts| usize::from(parts.header.producer))

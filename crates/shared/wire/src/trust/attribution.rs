@@ -131,8 +131,7 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
         key: &ChannelKey,
     ) -> Result<Record<Attributed, BusMessage<'b, M>>, Refusal> {
         self.check(policy, Check::Tag, Attributed::earned(), |m, _| {
-            let our_bytes = bus::tag(key, m.signed);
-            let tagged = m.tags.chunks_exact(bus::TAG_LEN).any(|tag| tag == our_bytes);
+            let tagged = bus::has_tag(m.tags, &bus::tag(key, m.signed));
             let same = usize::from(m.header.producer) == producer.index() && tagged;
             if same { Ok(()) } else { Err(Refusal::Tag { expected: producer }) }
         })

@@ -90,6 +90,9 @@ pub(in crate::log) fn read(from: impl Read, most: u64) -> (Vec<u8>, std::io::Res
     (bytes, ended)
 }
 
+/// Most bytes of a compression's name: more than any known one has.
+const MAX_COMPRESSION_NAME: usize = 64;
+
 /// A chunk, and the length that it says its data have.
 fn parse(body: &[u8]) -> Result<(Chunk<'_>, u64), RecordError> {
     let short = || RecordError::ChunkHeader { got: body.len() };
@@ -98,6 +101,10 @@ fn parse(body: &[u8]) -> Result<(Chunk<'_>, u64), RecordError> {
     let crc = u32::from_le_bytes(take(&mut rest).ok_or_else(short)?);
     let length = u32::from_le_bytes(take(&mut rest).ok_or_else(short)?) as usize;
     let (name, mut rest) = rest.split_at_checked(length).ok_or_else(short)?;
+    // Before the name is read: every offset of a damaged file may be tried, and each try has to cost little.
+    if length > MAX_COMPRESSION_NAME {
+        return Err(RecordError::CompressionName);
+    }
     let compression = std::str::from_utf8(name).map_err(|_| RecordError::CompressionName)?;
     let stored = u64::from_le_bytes(take(&mut rest).ok_or_else(short)?);
     let data = usize::try_from(stored).ok().and_then(|stored| rest.get(..stored)).unwrap_or(rest);

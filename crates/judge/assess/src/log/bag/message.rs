@@ -77,8 +77,9 @@ impl Message<'_> {
         let most = self.budget.get().min(MAX_MESSAGE);
         let (bytes, ended) =
             read(zstd::stream::read::Decoder::with_buffer(self.data).map_err(MessageError::Packed)?, most + 1);
-        ended.map_err(MessageError::Packed)?;
+        // Charged for a broken frame too: a hostile file may have any number of frames that break at their end.
         self.budget.set(self.budget.get().saturating_sub(bytes.len() as u64));
+        ended.map_err(MessageError::Packed)?;
         match bytes.len() as u64 > most {
             true => Err(MessageError::Large { most }),
             false => Ok(Cow::Owned(bytes)),
