@@ -111,7 +111,7 @@ fn short_pause_within_product_life_continues() {
     ready.scenario = Settings::one("kill.0.duration_s", short).applied_to(&ready.scenario).expect("a duration");
     for seed in SEEDS {
         let run = ready.run(seed);
-        let in_time = run.verdict.responses.iter().all(|r| r.kept);
+        let in_time = run.verdict.responses.iter().all(|r| r.in_time);
         let restricted = run.verdict.transitions.iter().any(|t| t.cause.starts_with("lost"));
         assert!(in_time && !restricted, "{:?} {:?}", run.verdict.findings, run.verdict.transitions);
     }
@@ -166,7 +166,10 @@ fn slow_broker_delays_a_message_from_any_start() {
     use Mode::{HoldSafe, PrepareToAct, Ready};
     for change in [ARMING, (PrepareToAct, Ready), (Ready, HoldSafe), (HoldSafe, Ready)] {
         for run in ending_at(Process::Broker, Ending::Slow, change).expect(SEEDS) {
-            assert!(run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.owed && r.kept), "{change:?}");
+            assert!(
+                run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.required && r.in_time),
+                "{change:?}"
+            );
         }
     }
 }
@@ -174,7 +177,7 @@ fn slow_broker_delays_a_message_from_any_start() {
 #[test]
 fn short_stop_owes_nothing_and_long_one_does() {
     let expected_at =
-        |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.owed);
+        |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.required);
     for process in [Process::Sim, Process::Perception, Process::Autonomy, Process::Gateway, Process::Recorder] {
         assert!(expected_at(process, Ending::Hang) && expected_at(process, Ending::Kill), "{process:?}");
         assert!(!expected_at(process, Ending::Slow), "{process:?}");
@@ -185,7 +188,7 @@ fn short_stop_owes_nothing_and_long_one_does() {
 #[test]
 fn stopped_plant_obeys_after_resuming() {
     for run in ending_at(Process::Sim, Ending::Hang, ARMING).expect(SEEDS) {
-        assert!(run.verdict.responses.iter().all(|r| r.owed && r.kept), "{:?}", run.verdict.findings);
+        assert!(run.verdict.responses.iter().all(|r| r.required && r.in_time), "{:?}", run.verdict.findings);
     }
 }
 

@@ -105,7 +105,7 @@ fn early_end_before_an_obligation_is_inconclusive() {
         let mut log = Log::whole();
         log.killed(9800, node);
         let verdict = log.judge_with(vec![node]);
-        assert_eq!((verdict.outcome, verdict.responses[0].kept), (Outcome::Invalid, false), "{node}");
+        assert_eq!((verdict.outcome, verdict.responses[0].in_time), (Outcome::Invalid, false), "{node}");
     }
 }
 

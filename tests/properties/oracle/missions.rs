@@ -71,7 +71,7 @@ fn lost(mut log: Log, from: Mode, at_ms: u64) -> Log {
 #[test]
 fn complete_mission_is_recognised_by_the_plants_path() {
     let mission = judged(&Log::under_way(), enable_and_arm(), None).mission;
-    assert_eq!((mission.owed, &mission.missing[..]), (Stage::Armed, &[][..]));
+    assert_eq!((mission.required, &mission.missing[..]), (Stage::Armed, &[][..]));
     assert_eq!((mission.armed_ms, mission.acted_ms), (Some(2000.0), None));
     assert!((mission.driven_m - 9.8).abs() < 0.01, "{}", mission.driven_m);
     let done: Vec<_> = mission.steps.iter().map(|s| (s.verb, s.done_ms)).collect();
@@ -160,7 +160,7 @@ fn routed(log: &Log, east_mm: i32) -> Verdict {
 fn unmoved_vehicle_with_a_way_left_is_stuck() {
     let verdict = routed(&Log::whole(), 20_000);
     let progress = verdict.mission.progress.as_ref().expect("a route");
-    assert_eq!((verdict.outcome, progress.passed, progress.of), (Outcome::Stuck, 0, 1));
+    assert_eq!((verdict.outcome, progress.passed, progress.total), (Outcome::Stuck, 0, 1));
     let stuck = progress.stuck.expect("a stretch");
     assert_eq!((stuck.from_ms, stuck.reason), (1000.0, Standstill::NotFollowed), "its set-point is 1 m/s");
     assert!((progress.stuck_s - 8.9).abs() < 0.01, "{progress:?}");

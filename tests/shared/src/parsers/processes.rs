@@ -122,7 +122,7 @@ fn placed(error: &JournalError, length: usize) {
         JournalError::Truncated { offset }
         | JournalError::TooLong { offset, .. }
         | JournalError::Malformed { offset, .. } => {
-            assert!(*at <= length as u64, "{error}: behind its end");
+            assert!(*offset <= length as u64, "{error}: behind its end");
         }
         JournalError::Io(error) => panic!("memory does not fail: {error}"),
     }
