@@ -67,7 +67,6 @@ impl StreamLog {
         let mut log = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if log.as_mut().is_some_and(|sink| !sink.take(sight)) {
             tracing::warn!("stream log ended");
-            // No later sight is written: a log with a gap would deny an arrival that happened.
             *log = None;
         }
     }

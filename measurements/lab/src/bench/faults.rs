@@ -126,7 +126,7 @@ impl Measuring<'_> {
     ) -> Result<(), Failure> {
         let row = FaultRow::new(fault, name, mode, attempts, self.left()?);
         for trial in attempts.trials.iter().filter(|trial| !survived(trial)) {
-            let broken = trial.responses.iter().filter(|response| !response.kept);
+            let broken = trial.responses.iter().filter(|response| !response.in_time);
             let broken: Vec<String> = broken.map(|response| format!("{response:?}")).collect();
             let reason = [trial.findings.clone(), broken].concat().join("; ");
             link::note!("{fault} {}: seed {}, {} ({reason})", row.what, trial.seed, trial.outcome.name());

@@ -102,8 +102,8 @@ fn rows(trials: &[Trial]) -> Vec<TransitionRow> {
         }
         let Some(row) = rows.last_mut() else { continue };
         let broken = matches!(trial.outcome, Outcome::Unsafe | Outcome::Invalid | Outcome::Late);
-        let kept = !broken && !trial.responses.is_empty() && trial.responses.iter().all(|r| r.kept);
-        row.count(change, trial.responses.iter().any(|r| r.owed), kept, trial.outcome);
+        let kept = !broken && !trial.responses.is_empty() && trial.responses.iter().all(|r| r.in_time);
+        row.count(change, trial.responses.iter().any(|r| r.required), kept, trial.outcome);
     }
     rows
 }

@@ -63,7 +63,7 @@ impl FaultRow {
         let lost = valid.iter().filter(|trial| !survived(trial)).count() as u64;
         let attempts = of.trials.len() as u64 + of.refused;
         let judged = valid.len() as u64 + of.refused;
-        let responses = valid.iter().flat_map(|trial| &trial.responses).filter(|response| response.owed);
+        let responses = valid.iter().flat_map(|trial| &trial.responses).filter(|response| response.required);
         let by_process: Vec<Option<f64>> = responses.map(|response| response.settled_ms).collect();
         let to_mode_ms = match by_process.is_empty() {
             false => Times::from_values(by_process.into_iter()),
@@ -78,7 +78,7 @@ impl FaultRow {
 /// True if the platform was in the stated mode in time; of an INVALID trial it is not known, and said to be so.
 pub fn survived(trial: &Trial) -> bool {
     let broken = [Outcome::Unsafe, Outcome::GuestFailed, Outcome::Late];
-    !broken.contains(&trial.outcome) && trial.responses.iter().all(|response| response.kept)
+    !broken.contains(&trial.outcome) && trial.responses.iter().all(|response| response.in_time)
 }
 
 /// The table for a terminal.

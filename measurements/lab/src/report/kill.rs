@@ -86,7 +86,7 @@ impl KillRow {
         let plant = |get: &dyn Fn(&evidence::process_fault::PlantResponse) -> Option<f64>| {
             Times::from_values(responses.iter().map(|r| r.plant.as_ref().and_then(get)))
         };
-        let kept = responses.iter().filter(|r| r.kept).count() as u64;
+        let kept = responses.iter().filter(|r| r.in_time).count() as u64;
         KillRow {
             process,
             mode,

@@ -119,7 +119,7 @@ pub fn with_cookie(first: &[u8], cookie: &[u8]) -> Option<Vec<u8>> {
     hello[14..17].copy_from_slice(&message[1..]);
     hello[17..19].copy_from_slice(&[0, 1]);
     hello[22..25].copy_from_slice(&message[1..]);
-    // A new sequence number: the far end may have seen the first record, and would discard this one as a replay.
+    // A new sequence number: the far end may have seen the first record.
     hello[10] = hello[10].wrapping_add(1);
     Some(hello)
 }
