@@ -17,6 +17,7 @@ use wire::time::Span;
 
 use super::layout::{Layouts, MAX_SAVED};
 use super::{ConsoleWindow, Picture, Wish, theme};
+use crate::process::open::NoWindow;
 use crate::shown::Shown;
 use crate::source::{Looks, Source, Wake};
 
@@ -39,7 +40,7 @@ pub const CURRENT: Span = Span::s(1);
 ///
 /// # Errors
 /// When it cannot be opened.
-pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'static) -> Result<(), String> {
+pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'static) -> Result<(), NoWindow> {
     let viewport = egui::ViewportBuilder::default()
         .with_title(&looks.title)
         .with_app_id("holdsafe-console")
@@ -55,7 +56,7 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
         start(Box::new(move || ctx.request_repaint_after(last.left())));
         Ok(Box::new(Program::new(looks, source, drawn)))
     };
-    eframe::run_native(&title, options, Box::new(make)).map_err(|error| format!("the window cannot be opened: {error}"))
+    eframe::run_native(&title, options, Box::new(make)).map_err(|error| NoWindow::Refused(error.to_string()))
 }
 
 /// State of the window's program.

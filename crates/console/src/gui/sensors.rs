@@ -12,6 +12,7 @@ use super::marks::{Shape, Tone};
 use super::sidecar::{Textures, one};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};
+use crate::process::open::NoWindow;
 use crate::source::{Sensed, Sensors};
 
 /// Between two pictures, points.
@@ -102,7 +103,7 @@ fn flag(ui: &mut Ui, tone: Tone, words: &str) {
 /// # Errors
 ///
 /// When it cannot be opened.
-pub fn run(sensors: Box<dyn Sensors>) -> Result<(), String> {
+pub fn run(sensors: Box<dyn Sensors>) -> Result<(), NoWindow> {
     let title = "holdsafe sensors: TEST BENCH";
     let viewport = egui::ViewportBuilder::default()
         .with_title(title)
@@ -114,7 +115,7 @@ pub fn run(sensors: Box<dyn Sensors>) -> Result<(), String> {
         theme::apply(&context.egui_ctx);
         Ok(Box::new(Program { content: Content::default(), sensors }))
     };
-    eframe::run_native(title, options, Box::new(make)).map_err(|error| format!("the window cannot be opened: {error}"))
+    eframe::run_native(title, options, Box::new(make)).map_err(|error| NoWindow::Refused(error.to_string()))
 }
 
 struct Program {

@@ -20,6 +20,9 @@ pub enum NoWindow {
     /// The display, or a library that it takes, is missing.
     #[error(transparent)]
     Display(#[from] display::NoWindow),
+    /// The display refused it.
+    #[error("the window cannot be opened: {0}")]
+    Refused(String),
 }
 
 /// Asks, before anything is started, for everything that a window needs.
@@ -35,8 +38,8 @@ pub fn probe() -> Result<(), NoWindow> {
 
 /// The console's window, absent from this build.
 #[cfg(not(feature = "gui"))]
-pub(super) fn console(_: Looks, _: Box<dyn Source>, _: impl FnOnce(Wake) + 'static) -> Result<(), String> {
-    Err(NoWindow::NotBuilt.to_string())
+pub(super) fn console(_: Looks, _: Box<dyn Source>, _: impl FnOnce(Wake) + 'static) -> Result<(), NoWindow> {
+    Err(NoWindow::NotBuilt)
 }
 
 /// The window of a unit's sensors, absent from this build.
@@ -44,6 +47,6 @@ pub(super) fn console(_: Looks, _: Box<dyn Source>, _: impl FnOnce(Wake) + 'stat
 /// # Errors
 /// Always.
 #[cfg(not(feature = "gui"))]
-pub fn sensors(_: Box<dyn Sensors>) -> Result<(), String> {
-    Err(NoWindow::NotBuilt.to_string())
+pub fn sensors(_: Box<dyn Sensors>) -> Result<(), NoWindow> {
+    Err(NoWindow::NotBuilt)
 }

@@ -7,7 +7,7 @@ use link::clock::trace_us;
 use wire::person::Act;
 use wire::time::{Instant, Span};
 
-use super::open;
+use super::open::{self, NoWindow};
 use super::player::{Player, PlayerError};
 use super::window::layout;
 use crate::shown::Shown;
@@ -49,7 +49,7 @@ impl Recorded {
     ///
     /// # Errors
     /// When the window cannot be opened.
-    pub fn show(self, is_over: impl Fn() -> bool + 'static) -> Result<(), String> {
+    pub fn show(self, is_over: impl Fn() -> bool + 'static) -> Result<(), NoWindow> {
         let unit = self.player.first();
         let invalid = if self.player.shown().marks.invalid.is_some() { ", INVALID" } else { "" };
         let looks =

@@ -189,7 +189,8 @@ pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     };
     let looks = Looks { title: "holdsafe console".to_owned(), unit, site, layout: layout() };
     let live = Live { pictures: pictures.clone(), person: Person::new(hand) };
-    let reason = open::console(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
+    let refused = open::console(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
+    let reason = refused.map(|error| error.to_string());
     drive::print_line("closed", &json!(reason));
     core.join().unwrap_or(ExitCode::FAILURE)
 }

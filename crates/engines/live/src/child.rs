@@ -142,6 +142,7 @@ impl Child {
         lines: &Sender<(NodeId, Line)>,
         spec: &ServiceSpec,
     ) -> Result<Child, StartError> {
+        // A confined service can make no file, so the files that it writes exist before its start.
         if spec.confinement.is_some() {
             link::confined::prepare(spec).map_err(|error| StartError::Logs { node, error })?;
         }
@@ -219,6 +220,7 @@ impl Child {
 
     /// The signal that ended it, soon after the end of its output; none for a process that continues without an output.
     pub fn ending_signal(&mut self) -> Option<u8> {
+        // A bounded number of looks: a wait would block the launcher where a service closes its output and continues.
         let status = (0..STOP_LOOKS).find_map(|_| self.process.try_wait().ok().flatten().or_else(no_status))?;
         status.signal().and_then(|number| u8::try_from(number).ok())
     }
@@ -266,6 +268,7 @@ fn listen(node: NodeId, mut output: impl BufRead, lines: &Sender<(NodeId, Line)>
     let mut line = String::new();
     loop {
         line.clear();
+        // A service may write without a line end, so the length of a line is limited here and not by its sender.
         match std::io::Read::take(&mut output, MAX_LINE as u64).read_line(&mut line) {
             Ok(0) | Err(_) => break,
             Ok(_) => {

@@ -109,6 +109,7 @@ impl Process {
         drop(command);
         let mut process = Process { child, socket: near, limits };
         let text = serde_json::to_vec(load)?;
+        // The process gets its limits before the request: it has read nothing of the model until then.
         process.limit(Resource::Cpu, Some(limits.cpu_s))?;
         process.limit(Resource::As, Some(limits.memory))?;
         process.limit(Resource::Core, Some(0))?;

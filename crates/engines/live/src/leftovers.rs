@@ -135,6 +135,7 @@ pub(super) fn make_room() {
 
 /// The mark at `path`, locked, if it belongs to this user and no process has it locked.
 fn abandoned(path: &Path) -> Option<(Mark, Remains)> {
+    // Every user may write to this folder: a link, or a mark of another user, must not name what this user removes.
     let file = File::options().read(true).custom_flags(OFlag::O_NOFOLLOW.bits()).open(path).ok()?;
     let metadata = file.metadata().ok()?;
     if !metadata.is_file() || metadata.uid() != rustix::process::geteuid().as_raw() || file.try_lock().is_err() {

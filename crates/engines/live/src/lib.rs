@@ -235,6 +235,7 @@ pub fn run(
         let member = topology.members.iter().find(|m| m.node() == node).ok_or(LiveError::NoMember)?;
         let member = member.restarted(trace_us().saturating_sub(start_us));
         let mut spec = specs.member(&member)?;
+        // Without a start time the restarted service begins at once.
         (spec.boot, spec.start_us) = (boot, 0);
         Ok(Child::start(&options.services, service(&member.role), node, &lines_in, &spec)?)
     };

@@ -123,13 +123,13 @@ impl Place {
             let ran = read().map_err(ClaimsError::Result)?;
             // A result of another kind names no trials.
             if ran.mode.is_some() {
-                return Ok((Some("result.json".to_owned()), self.from_runs(ran)));
+                return Ok((Some("result.json".to_owned()), self.claims_in_runs(ran)));
             }
         }
-        if store.is_dir() { self.from_store(&store) } else { Ok((None, Vec::new())) }
+        if store.is_dir() { self.claims_in_store(&store) } else { Ok((None, Vec::new())) }
     }
 
-    fn from_runs(&self, ran: Ran) -> Vec<Claim> {
+    fn claims_in_runs(&self, ran: Ran) -> Vec<Claim> {
         let one_or_more = if ran.runs.is_empty() { vec![ran] } else { ran.runs };
         let fits = |ran: &Ran| ran.mode == Some(self.mode) && ran.scenario.as_deref() == Some(&self.scenario);
         let trials = one_or_more.into_iter().filter(fits).flat_map(|ran| ran.trials);
@@ -141,7 +141,7 @@ impl Place {
     }
 
     /// Claims of the finished trials, which are in a file for each variation, mode, policy and program.
-    fn from_store(&self, store: &Path) -> Result<NamedClaims, ClaimsError> {
+    fn claims_in_store(&self, store: &Path) -> Result<NamedClaims, ClaimsError> {
         let (before, mode) = (format!("{}.", self.scenario), format!(".{}.", self.mode.name()));
         let mut claims = Vec::new();
         for entry in fs::read_dir(store)?.take(MAX_FILES) {

@@ -22,7 +22,7 @@ pub(super) fn acts(s: &Scenario, phase: u64) -> impl Iterator<Item = Act> {
 pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
     let cue = |windowed: &dyn Windowed| {
         let on = match windowed.timing().when?.trigger()? {
-            Trigger::Enters { mode: to, from, nth } => Watched::Enters { to, from: from, nth },
+            Trigger::Enters { mode: to, from, nth } => Watched::Enters { to, from, nth },
             Trigger::Begun(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: true },
             Trigger::Ended(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: false },
             // The step's own actor sees these on its link: no cue is needed.

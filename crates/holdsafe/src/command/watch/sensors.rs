@@ -67,7 +67,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let shown = open::sensors(Box::new(Reading { slot: Arc::clone(&slot), stop: context.stop.clone() }));
     lock(&slot).over = true;
     let ended = reading.join().map_err(|_| Failure::internal("the thread that reads frames has ended"))?;
-    shown.map_err(|reason| Failure::new(Exit::Environment, reason))?;
+    shown.map_err(|window| Failure::new(Exit::Environment, window.to_string()))?;
     ended?;
     Ok(if context.stop.is_requested() { Exit::Interrupted } else { Exit::Fine })
 }

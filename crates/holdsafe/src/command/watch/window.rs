@@ -21,6 +21,6 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         recorded = recorded.sidecar(Box::new(beheld));
     }
     let stop = context.stop.clone();
-    recorded.show(move || stop.is_requested()).map_err(|reason| Failure::new(Exit::Environment, reason))?;
+    recorded.show(move || stop.is_requested()).map_err(|window| Failure::new(Exit::Environment, window.to_string()))?;
     Ok(args.unverified.exit(&[&checked], Exit::Fine))
 }
