@@ -31,7 +31,7 @@ pub(crate) fn at_ms(ms: u64) -> Instant {
     Instant(5_000_000) + Span::ms(ms)
 }
 
-/// Feeds one input. Gives the outputs apart from the journal, whose entries are added to `events`.
+/// Feeds one input. Gives the outputs apart from the journal; the journal's entries are added to `events`.
 pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, events: &mut Vec<Any>) -> Vec<Output> {
     core.handle(now, input);
     let mut out = Vec::new();

@@ -132,7 +132,7 @@ impl Session {
     }
 
     /// Notes the unit's own report, accepted at `received` and at most `age` old then. A report that a younger one
-    /// overtook changes nothing.
+    /// overtook has no effect.
     pub(crate) fn heard(&mut self, received: Instant, age: Span) {
         if self.telemetry_age(received).is_none_or(|known| age < known) {
             self.telemetry = Some((received, age));

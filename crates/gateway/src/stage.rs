@@ -26,7 +26,7 @@ use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList, SignedStat
 pub const MAX_STAGED: usize = 8;
 /// Longest time that an intent waits for its confirmation.
 pub const STAGED_FOR: Span = Span::s(5);
-/// Orders of one station whose acknowledgements are still recognised.
+/// Orders of one station with acknowledgements that are still recognised.
 const MAX_SENT: usize = 32;
 
 /// Different answers to one order that are verified: one of its execution, and refusals of its repetitions.

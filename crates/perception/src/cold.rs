@@ -2,8 +2,8 @@
 //! them.
 //!
 //! Heat reaches the skin of a vehicle's mass slowly, and that of a heated cloth at once. A place at which the thermal
-//! stage contradicted a vehicle for a second therefore holds no warm vehicle for the next minute, and a fake gains
-//! nothing from a heater that is switched on in view. Not detected: a heater that runs for a minute before the unit
+//! stage contradicted a vehicle for a second therefore holds no warm vehicle for the next minute, and a heater
+//! that is switched on in view does not help a fake. Not detected: a heater that runs for a minute before the unit
 //! looks, a fake that moves away, and one that pulses, since one frame of support ends a count. Single frames are left
 //! to corroboration.
 

@@ -138,7 +138,7 @@ impl Forger {
     }
 }
 
-/// Splits an order into its intent, whose signature is not checked, and the order.
+/// Splits an order into its intent, with the signature unchecked, and the order.
 fn read(bytes: &[u8]) -> Option<(Intent, Order<'_>)> {
     let order: Order<'_> = codec::decode(bytes, MAX_ORDER).ok()?;
     let signed = Signed::parse(order.intent, MAX_ORDER).ok()?;

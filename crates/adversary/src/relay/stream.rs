@@ -54,7 +54,7 @@ struct Lane {
     last_due: Instant,
     /// Arrival of the newest piece, if no action holds it.
     arrives: Instant,
-    /// True once nothing more passes: the end was sent, or the direction was ended here.
+    /// True once no byte passes any more: the end was sent, or the direction was ended here.
     ended: bool,
     /// Name and place, as the bytes leave: the key that both this journal and the far end's ingress observer can give.
     place: StreamPlace,

@@ -25,7 +25,7 @@ pub(super) struct ViewState {
     pub(super) unit: UnitId,
     /// Track that is selected.
     pub(super) track: Option<(UnitId, TrackId)>,
-    /// Order away from safe whose conditions are displayed.
+    /// Order away from safe, with its conditions displayed.
     pub(super) order: Option<Order>,
     /// True if the menu of revocable identities is open.
     pub(super) revoking: bool,

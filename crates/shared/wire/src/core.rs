@@ -201,7 +201,7 @@ pub enum Input {
         #[n(0)]
         session: SessionId,
     },
-    /// A publication on the command plane. Nothing in it names the publisher but the signatures in the payload.
+    /// A publication on the command plane. Only the signatures in the payload name the publisher.
     #[n(5)]
     Published {
         /// Subject of the publication.

@@ -118,7 +118,7 @@ pub enum Alarm {
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Look at the display, and nothing more.
+    /// Look at the display only.
     #[n(0)]
     View,
     /// Stop, disarm, enable, resume; take note of alarms.

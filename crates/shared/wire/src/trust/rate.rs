@@ -134,7 +134,7 @@ impl Rates {
     }
 
     /// A command of this class failed verification at `now`. The charge is to no sender: a forger would otherwise use
-    /// up the rate of the sender whose name is forged.
+    /// up the rate of the sender in the forged name.
     pub fn unproven(&mut self, class: RateClass, now: Instant) {
         if class != RateClass::Hold {
             self.unproven = UNPROVEN.charged(self.unproven, now);

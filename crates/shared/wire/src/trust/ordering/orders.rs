@@ -97,9 +97,9 @@ impl Counters {
     }
 
     /// Value to which an accepted command moves its operator's counter. A HOLD of a boot too far ahead moves the
-    /// counter by the one step allowed. Otherwise an operator whose console restarted more often than that unheard
-    /// would be refused until the judging process starts again; a few HOLDs bring the two together. A thief of the key
-    /// gains nothing: a HOLD of just that boot moves the counter as far, and is allowed as often.
+    /// counter by the one step allowed. Otherwise an operator with a console that restarted more often than that
+    /// unheard would be refused until the judging process starts again; a few HOLDs bring the two together. A thief of
+    /// the key gains no advantage: a HOLD of just that boot moves the counter as far, and is allowed as often.
     fn reached(&self, intent: &Intent) -> Option<CommandId> {
         match self.check_gap(intent.id) {
             Ok(()) => Some(intent.id),
