@@ -229,6 +229,7 @@ impl Bench<'_> {
         let full = self.run("ablation", attacks.iter().zip(&differing).map(plan).collect())?;
         let merge = |((switches, trials), screened): ((&Vec<Switch>, _), Tried)| {
             let mut tried = Tried::new(switches, trials);
+            // Checks without any difference have only their screening trials; the others were run in full.
             for (switch, trials) in screened.without {
                 tried.without.entry(switch).or_insert(trials);
             }
@@ -273,6 +274,7 @@ impl Bench<'_> {
         let ran = self.run("quiet hours", vec![(held, args.hours * QUIET_TRIALS)])?;
         let summaries: Vec<Summary> =
             ran.iter().flatten().map(|trials| Summary::from_trials(&trials.iter().collect::<Vec<_>>())).collect();
+        // In a partition the first may not be the base: `run` keeps its trials and drops this comparison.
         let Some((summary, ablated_summaries)) = summaries.split_first() else { return Ok(BTreeMap::new()) };
         Ok(switches
             .iter()

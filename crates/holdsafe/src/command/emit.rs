@@ -192,6 +192,8 @@ impl Work {
     fn merge_script(&self, jobs: &Jobs, command: &str, repeated: Option<&String>) -> Result<String, Failure> {
         let dir = quoted(&jobs.dir);
         let merge = match (self, repeated) {
+            // Under Make this script is a recipe: `done` marks a finished partition, and the next `make` must not take
+            // the options of the one that runs this.
             (Work::Campaign(_), Some(again)) => format!(
                 "{} campaign merge {dir}/parts/* --out {dir}/result\ncode=$?\n\
                  grep -q '\"complete\": *false' {dir}/result/campaign.json || exit $code\n\

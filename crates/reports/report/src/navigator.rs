@@ -52,6 +52,7 @@ impl Domain {
     fn from_id(id: &str) -> Option<Self> {
         match id {
             _ if id.starts_with("AML.T") => Some(Domain::Atlas),
+            // Enterprise ids begin at T1001.
             _ if id.starts_with("T0") => Some(Domain::Ics),
             _ if id.starts_with('T') => Some(Domain::Enterprise),
             _ => None,

@@ -208,6 +208,7 @@ fn bounded(bytes: &[u8]) -> Result<&[u8], Reason> {
 
 fn found(bytes: &[u8]) -> Result<FoundResult, Reason> {
     let bytes = bounded(bytes)?;
+    // The head first: of another version the version is reported, not the first field that does not fit.
     let head: Head = object(bytes)?;
     let kind = head.kind.ok_or(Reason::NoKind)?;
     if head.schema_version != Some(SCHEMA_VERSION) {

@@ -140,6 +140,7 @@ fn level(class: Outcome) -> &'static str {
 fn result(id: &str, level: &str, text: &str, uri: &str, seen: &[&str], properties: &Value) -> Value {
     let mut digest = Sha256::new();
     for part in seen {
+        // Lengths delimit the parts: different parts never hash as the same text.
         digest.update((part.len() as u64).to_le_bytes());
         digest.update(part);
     }

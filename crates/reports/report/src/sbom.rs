@@ -129,6 +129,7 @@ fn file((path, sha256): (&String, &String)) -> Value {
 fn serial(bom: &Value) -> String {
     let digest = Sha256::digest(bom.to_string());
     let mut bytes: [u8; 16] = digest[..16].try_into().expect("invariant: a digest has 32 bytes");
+    // The version and the variant (RFC 9562, 4.1 and 4.2).
     bytes[6] = bytes[6] & 0x0f | 0x80;
     bytes[8] = bytes[8] & 0x3f | 0x80;
     let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();

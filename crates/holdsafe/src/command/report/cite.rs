@@ -23,7 +23,7 @@ const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 const MAX_RESULT_BYTES: u64 = 256 << 20;
 /// Results in a run's directory: tables and lines; recordings lie below and are named by them.
 const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
-/// Levels from a trial's folder to that of its run: seed, cell, scenario, mode.
+/// Folders from a trial's to its run's, both counted: seed, cell, scenario, mode, run.
 const LEVELS: usize = 5;
 /// Digits of a digest that tell one entry from another in a bibliography.
 const SHORT: usize = 8;

@@ -131,6 +131,7 @@ impl Timeline {
                 self.judgements.push((time, Judgement { failing, placed, tracks }));
             }
             Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, .. }) if of_unit => {
+                // Both stamps are of the unit's own clock: only their difference holds in trace time.
                 let fixed = time.saturating_sub(entry.at.since(stamp).0);
                 self.stated_places.push(StatedPlace { at: time, fixed, place: (pose_x_mm, pose_y_mm) });
             }

@@ -212,6 +212,7 @@ fn orders_given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId,
 /// True if a log names a publication on the command plane: the gateway to the unit, the unit's answers, or a rogue.
 fn was_published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Span) -> bool {
     let is_wanted = |command: CommandId| {
+        // An order that no operator gave may be of any kind: it counts as a message, so its absence is not proven.
         asks.is_none_or(|asks| orders_given(evidence).all(|(_, id, kind)| id != command || kind == asks))
     };
     evidence.entries.iter().filter(|w| is_within(span, w.at)).any(|w| match w.entry.event {

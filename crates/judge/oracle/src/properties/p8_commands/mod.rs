@@ -39,6 +39,7 @@ fn wrong_executions(facts: &Facts) -> Vec<Finding> {
         if !executed_ids.insert(*id) {
             found.push(finding(Property::P8, *executed_at, format!("{} {id} executed again", kind.name())));
         }
+        // An execution of an order that no operator gave is a finding of P5.
         let Some(given_at) = timeline.given_at(*id) else { continue };
         let due = timeline.order_due(*id, given_at);
         // A time tag counts from a nonce that may have been issued earlier than the order was given, by the limit at most.
