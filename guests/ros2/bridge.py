@@ -38,6 +38,8 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 COMMANDS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 #: A step is sent again after this time until the node has answered for the first time: it may not have discovered each topic yet, s.
 AGAIN = 0.05
+#: Wall time for an answer to a step between two commands of a node with a timer, s: their clocks drift apart, so it may come there.
+BETWEEN = 0.02
 #: Time without a new reader after which a graph is complete, s.
 SETTLED = 0.2
 TYPES: dict[str, Any] = {"geometry_msgs/msg/Twist": Twist, "geometry_msgs/msg/TwistStamped": TwistStamped}
@@ -84,7 +86,7 @@ class Bridge(Guest):
         self.place: Place = (0.0, 0.0)
         #: Time of the last step that was answered; time of the step before this one.
         self.answered_s = self.before_s = float("-inf")
-        #: True once two commands have come the stated period apart: then no other step is waited for.
+        #: True once two commands have come the stated period apart: then steps between are waited for by `BETWEEN` alone.
         self.in_phase = False
         self.command: Any = None
         self.fresh: Any = None
@@ -103,7 +105,7 @@ class Bridge(Guest):
             self.latched.append(self.node.create_publisher(TFMessage, "/tf_static", LATCHED))
 
     def start(self, start: Start) -> None:
-        self.before_s = start.time_s
+        self.before_s, self.period_s = start.time_s, start.period_s
         self.mission = [map_of(start), path_of(start)]
         if TFMessage:
             self.mission.append(TFMessage(transforms=[transform(MAP, ODOM, start.time_s, (0.0, 0.0), 0.0)]))
@@ -163,8 +165,8 @@ class Bridge(Guest):
         self.publish_latched()
         self.publish(step)
         self.counts.steps += 1
-        overdue = step.time_s >= self.answered_s + self.options.command_period_s - 1e-6
-        answered = self.answer(step) if overdue or not self.in_phase else False
+        overdue = step.time_s >= self.answered_s + self.options.command_period_s - self.period_s / 2.0
+        answered = self.answer(step, self.options.answer_s if overdue or not self.in_phase else BETWEEN)
         if answered:
             # A timer that sees its first /clock fires at once, out of its phase.
             self.in_phase = overdue and self.answered_s > float("-inf")
@@ -182,9 +184,9 @@ class Bridge(Guest):
         speed, curvature = drive(forward, turn)
         return Reply(speed, curvature, state="HOLDING" if overdue and not answered else "DRIVING", place=place)
 
-    def answer(self, step: Step) -> bool:
-        """Waits for the first command after the step; false if none came in time."""
-        end = time.monotonic() + self.options.answer_s
+    def answer(self, step: Step, limit_s: float) -> bool:
+        """Waits for the first command after the step; false if none came within `limit_s`."""
+        end = time.monotonic() + limit_s
         while self.fresh is None:
             left = end - time.monotonic()
             if left <= 0.0:
