@@ -1,7 +1,7 @@
 //! Means of a shift of colour: a print on the decoys, or a pattern added to every image.
 
 use dataset::example::{Example, ExampleError};
-use sim::{perturbation, print};
+use ground_truth::{perturbation, print};
 
 use crate::views::View;
 

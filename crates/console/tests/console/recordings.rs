@@ -1,4 +1,4 @@
-//! A recording of a console on the bench, opened as `holdsafe console` does it.
+//! A recording of a console on the bench, opened as `holdsafe watch --window` does it.
 
 use std::fs::{self, File};
 use std::path::PathBuf;

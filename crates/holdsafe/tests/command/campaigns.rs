@@ -110,7 +110,7 @@ fn jobs_of_an_engine_equal_one_process() {
     let emit = |engine: &str, name: &str, text: &[&str]| {
         let dir = place.dir(name);
         let own_texts = ["emit", engine, "--partitions", "3", "--out", dir.to_str().unwrap(), "--json", "--"];
-        holdsafe(&[own_texts.as_slice(), &["campaign", "run"], &SMALL[1..], &["--trials", "4"], text].concat())
+        holdsafe(&[own_texts.as_slice(), &SMALL, &["--trials", "4"], text].concat())
     };
     let words = refused(&emit("make", "none", &["--partition", "1/2"]));
     assert!(words.contains("behind `--`: --partition, --after, --from and --out are set for each job"), "{words}");
@@ -308,7 +308,7 @@ fn part_of_another_campaign_is_refused() {
     run("draw", &["--draw", "conditions.jitter_ms=integer:0:9"]);
     let text = mistaken(place.0.path(), "share = 1.0", "share = 0.8");
     let out = place.dir("text");
-    let of_file = [&["campaign", text.as_str()], &SMALL[2..], &["--trials", "1", "--quiet", "--json"]].concat();
+    let of_file = [&["campaign", "run", text.as_str()], &SMALL[3..], &["--trials", "1", "--quiet", "--json"]].concat();
     fine(&holdsafe(&[of_file.as_slice(), &["--out", out.to_str().unwrap()]].concat()));
     // Another program: as if its sources had been others.
     run("program", &[]);
@@ -332,7 +332,7 @@ fn part_of_another_campaign_is_refused() {
     // The grid replaces the share that differs, so that file is the same campaign; the description is not.
     fine(&place.merge(&["ours", "text"], "same"));
     let text = mistaken(place.0.path(), "duration_s = 9.0", "duration_s = 9.1");
-    let of_file = [&["campaign", text.as_str()], &SMALL[2..], &["--trials", "1", "--quiet", "--json"]].concat();
+    let of_file = [&["campaign", "run", text.as_str()], &SMALL[3..], &["--trials", "1", "--quiet", "--json"]].concat();
     let error = refused(&holdsafe(&[of_file.as_slice(), &["--out", out.to_str().unwrap()]].concat()));
     assert!(error.contains("scenario text of `loss @ loss.0.share=0.9`: expected "), "{error}");
     let error = refused(&place.merge(&["ours", "nowhere"], "none"));

@@ -68,7 +68,8 @@ fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<Packet>)> {
     let run = out.to_str().unwrap();
     let _alone = lock_machine();
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
-    live.args(["--root", root().to_str().unwrap(), "live", scenario, "--out", run, "--json"]).stdout(Stdio::piped());
+    live.args(["--root", root().to_str().unwrap(), "run", "--live", "--watch", scenario, "--out", run, "--json"])
+        .stdout(Stdio::piped());
     let mut live = live.spawn().unwrap();
     let log = out.join("inputs/console.cbor");
     while !log.exists() {

@@ -1,4 +1,4 @@
-//! `holdsafe rare`: the same estimate by any number of threads, bounds where there are any, and refusals with their
+//! `holdsafe estimate`: the same estimate by any number of threads, bounds where there are any, and refusals with their
 //! reasons.
 
 use super::holdsafe;
@@ -6,7 +6,8 @@ use super::holdsafe;
 #[test]
 fn rare_event_estimate_is_independent_of_threads() {
     let rare = |jobs: &str| {
-        let texts = ["rare", "nominal", "--set", "conditions.loss=0.3", "--event", "hold-safe", "--levels", "250,450"];
+        let texts =
+            ["estimate", "nominal", "--set", "conditions.loss=0.3", "--event", "hold-safe", "--levels", "250,450"];
         let output =
             holdsafe(&[&texts[..], &["--trials", "12", "--repetitions", "3", "--jobs", jobs, "--json"]].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -26,7 +27,7 @@ fn rare_event_estimate_is_independent_of_threads() {
 #[test]
 fn event_never_seen_has_no_estimate() {
     let rare = |more: &[&str]| {
-        let texts = ["rare", "nominal", "--event", "lease", "--trials", "5", "--repetitions", "2", "--json"];
+        let texts = ["estimate", "nominal", "--event", "lease", "--trials", "5", "--repetitions", "2", "--json"];
         let output = holdsafe(&[&texts[..], more].concat());
         assert_eq!(output.status.code(), Some(4), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
@@ -39,14 +40,14 @@ fn event_never_seen_has_no_estimate() {
 #[test]
 fn an_estimate_that_cannot_begin_says_why() {
     for (arguments, message) in [
-        (&["rare", "nominal"][..], "--event <EVENT>"),
-        (&["rare", "nominal", "--event", "lease"], "the last of --levels says what the event is"),
-        (&["rare", "nominal", "--event", "fence", "--levels", "900,2000"], "numbers that fall towards the event"),
-        (&["rare", "nominal", "--event", "hold-safe", "--levels", "nan"], "numbers that rise towards the event"),
-        (&["rare", "nominal", "--event", "hold-safe", "--set", "conditions.loss=2"], "conditions.loss"),
-        (&["rare", "nominal", "--event", "hold-safe", "--set", "conditions"], "PATH=VALUE"),
-        (&["rare", "teammate", "--event", "hold-safe"], "`teammate` has several cells; choose one with --cell"),
-        (&["rare", "certificates", "--event", "hold-safe"], "runs on the real stacks in memory"),
+        (&["estimate", "nominal"][..], "--event <EVENT>"),
+        (&["estimate", "nominal", "--event", "lease"], "the last of --levels says what the event is"),
+        (&["estimate", "nominal", "--event", "fence", "--levels", "900,2000"], "numbers that fall towards the event"),
+        (&["estimate", "nominal", "--event", "hold-safe", "--levels", "nan"], "numbers that rise towards the event"),
+        (&["estimate", "nominal", "--event", "hold-safe", "--set", "conditions.loss=2"], "conditions.loss"),
+        (&["estimate", "nominal", "--event", "hold-safe", "--set", "conditions"], "PATH=VALUE"),
+        (&["estimate", "teammate", "--event", "hold-safe"], "`teammate` has several cells; choose one with --cell"),
+        (&["estimate", "certificates", "--event", "hold-safe"], "runs on the real stacks in memory"),
     ] {
         let output = holdsafe(arguments);
         let screen = String::from_utf8(output.stderr).unwrap();

@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 use crate::report::{TransitionRow, transition_table};
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
-use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::plan::{PlanOptions, Planned};
 use runner::{Context, batch, out, plan};
 use scenario::Ending;
 use serde::Serialize;
+use wire::mode::Mode;
 
 use super::kill::{Args, PROCESSES};
 
@@ -44,7 +44,7 @@ struct Measured {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let planned = planned(context, args)?;
-    let mode = Mode::Twin;
+    let mode = results::mode::Mode::Twin;
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "transitions")).transpose()?;
     if let Some(dir) = &out {
         out::write_json(dir, "manifest.json", &out::Manifest::new(context, &planned)?)?;
