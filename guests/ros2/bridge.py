@@ -1,7 +1,8 @@
 """The bridge between `jsonl/1` and a ROS 2 graph: each step as messages, the node's next command as the answer.
 
 A step's readings go out first and `/clock` last; then the bridge waits for a command, so that node and vehicle move in lock-step. It
-changes no command, but lets none through until an operator has enabled driving, as the motors' enable of a base does. Conversions are left to `conversion`, the node's process and the environment to `ros2_guest`.
+changes no command, but lets none through until an operator has enabled driving, as the motors' enable of a base does. Conversions are
+left to `conversion`, the node's process and the environment to `ros2_guest`.
 
 The wheels have no `tf2_msgs`, so `/tf` and `/tf_static` are published only where that package is installed.
 """

@@ -75,7 +75,7 @@ class Ros2(unittest.TestCase):
         return words
 
     def test_a_default_reader_answers_each_step(self) -> None:
-        for name in ("ahead", "stamped", "planned"):
+        for name in ("ahead", "stamped", "planned", "mapped"):
             with self.subTest(name):
                 done = self.driven(name, *PATIENT)
                 self.assertEqual(set(self.states(done)[10:]), {"DRIVING"})
