@@ -1,7 +1,8 @@
 """The bridge between `jsonl/1` and a ROS 2 graph: each step as messages, the node's next command as the answer.
 
 A step's readings go out first and `/clock` last; then the bridge waits for a command, so that node and vehicle move in lock-step. It
-changes no command, but lets none through until an operator has enabled driving, as the motors' enable of a base does. Conversions are left to `conversion`, the node's process and the environment to `ros2_guest`.
+changes no command, but lets none through until an operator has enabled driving, as the motors' enable of a base does. Conversions are
+left to `conversion`, the node's process and the environment to `ros2_guest`.
 
 The wheels have no `tf2_msgs`, so `/tf` and `/tf_static` are published only where that package is installed.
 """
@@ -38,7 +39,8 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 COMMANDS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 #: A step is sent again after this time until the node has answered for the first time: it may not have discovered each topic yet, s.
 AGAIN = 0.05
-#: Wall time for an answer to a step between two commands of a node with a timer, s: their clocks drift apart, so it may come there.
+#: Wall time for an answer where none is expected, s: between two commands of a node with a timer, whose phase drifts against the
+#: vehicle's clock, and without a pose.
 BETWEEN = 0.02
 #: Time without a new reader after which a graph is complete, s.
 SETTLED = 0.2
@@ -88,6 +90,8 @@ class Bridge(Guest):
         self.answered_s = self.before_s = float("-inf")
         #: True once two commands have come the stated period apart: then steps between are waited for by `BETWEEN` alone.
         self.in_phase = False
+        #: True once a step went by without a command: further ones without a pose are then not waited for as long.
+        self.silent = False
         self.command: Any = None
         self.fresh: Any = None
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -166,7 +170,9 @@ class Bridge(Guest):
         self.publish(step)
         self.counts.steps += 1
         overdue = step.time_s >= self.answered_s + self.options.command_period_s - self.period_s / 2.0
-        answered = self.answer(step, self.options.answer_s if overdue or not self.in_phase else BETWEEN)
+        whole = (overdue or not self.in_phase) and not (self.silent and step.fix is None)
+        answered = self.answer(step, self.options.answer_s if whole else BETWEEN)
+        self.silent = not answered and (whole or self.silent)
         if answered:
             # A timer that sees its first /clock fires at once, out of its phase.
             self.in_phase = overdue and self.answered_s > float("-inf")

@@ -88,9 +88,7 @@ class NodeProcess:
     def __init__(self, command: list[str], folder: str) -> None:
         # Standard output is the protocol's.
         self.name = command[0]
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=2, env=nodes_environment(), start_new_session=True
-        )
+        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=2, env=nodes_environment(), start_new_session=True)
         self.warden = subprocess.Popen(
             ["sh", "-c", WARDEN, "warden", str(self.process.pid), folder],
             stdin=subprocess.PIPE,

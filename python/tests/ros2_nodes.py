@@ -1,12 +1,13 @@
 """Nodes for the tests of the bridge to ROS 2, by name; each drives ahead at 1 m/s. Run by the interpreter of guests/ros2."""
 
 import sys
-from typing import Any
+from typing import Any, Callable
 
 import rclpy
-from geometry_msgs.msg import Twist, TwistStamped
-from nav_msgs.msg import Odometry, Path
+from geometry_msgs.msg import PoseArray, Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 
 
 class Ahead(Node):
@@ -66,10 +67,36 @@ class Planned(Ahead):
             super().answer()
 
 
-NODES = {"ahead": Ahead, "stamped": lambda: Ahead(TwistStamped), "timed": Timed, "tired": Tired, "planned": Planned}
+class Mapped(Ahead):
+    """Drives only with a map that has free and occupied cells, and once tracks have come."""
+
+    def watch(self) -> None:
+        super().watch()
+        self.seen: set[str] = set()
+        self.create_subscription(OccupancyGrid, "/map", self.on_map, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.create_subscription(PoseArray, "/tracks", lambda _: self.seen.add("tracks"), qos_profile_sensor_data)
+
+    def on_map(self, grid: OccupancyGrid) -> None:
+        if set(grid.data) == {0, 100} and len(grid.data) == grid.info.width * grid.info.height and grid.header.frame_id == "map":
+            self.seen.add("map")
+
+    def answer(self) -> None:
+        if self.seen == {"map", "tracks"}:
+            super().answer()
+
+
+NODES: dict[str, Callable[[], Node]] = {
+    "ahead": Ahead,
+    "stamped": lambda: Ahead(TwistStamped),
+    "timed": Timed,
+    "tired": Tired,
+    "planned": Planned,
+    "mapped": Mapped,
+    "mute": lambda: Node("mute"),
+}
 
 if __name__ == "__main__":
     if sys.argv[1] == "ends":
         sys.exit(7)
     rclpy.init()
-    rclpy.spin(Node("mute") if sys.argv[1] == "mute" else NODES[sys.argv[1]]())
+    rclpy.spin(NODES[sys.argv[1]]())

@@ -57,10 +57,10 @@ def traces() -> set[str]:
 
 @unittest.skipUnless(PYTHON.exists(), "ROS 2 is not installed: make -C guests/ros2")
 class Ros2(unittest.TestCase):
-    def driven(self, name: str, *options: str, seconds: float = 6.0) -> Drive:
+    def driven(self, name: str, *options: str, seconds: float = 6.0, attack: str = "none") -> Drive:
         before = traces()
         process = Process(guest(node(name), *options))
-        done = drive(process, "straight", seconds)
+        done = drive(process, "straight", seconds, attack, at=2.0)
         self.assertEqual(process.end(), 0)
         self.assertEqual(traces() - before, set())
         return done
@@ -75,7 +75,7 @@ class Ros2(unittest.TestCase):
         return words
 
     def test_a_default_reader_answers_each_step(self) -> None:
-        for name in ("ahead", "stamped", "planned"):
+        for name in ("ahead", "stamped", "planned", "mapped"):
             with self.subTest(name):
                 done = self.driven(name, *PATIENT)
                 self.assertEqual(set(self.states(done)[10:]), {"DRIVING"})
@@ -97,6 +97,14 @@ class Ros2(unittest.TestCase):
         done = self.driven("tired", "--answer-ms", "300", seconds=3.0)
         self.assertEqual(self.states(done)[-1], "HOLDING")
         self.assertAlmostEqual(done.exchanges[-1][1]["reply"]["speed_m_s"], 1.0)
+
+    def test_without_a_pose_the_last_command_stands(self) -> None:
+        begun = time.monotonic()
+        done = self.driven("ahead", *PATIENT, seconds=6.0, attack="dropout")
+        self.assertEqual(set(self.states(done)[10:38]), {"DRIVING"})
+        self.assertEqual(set(self.states(done)[40:]), {"HOLDING"})
+        # Eighty steps of two seconds each would be 160 s.
+        self.assertLess(time.monotonic() - begun, 30.0)
 
     def test_two_bridges_do_not_hear_each_other(self) -> None:
         silent = Process(guest(node("mute"), "--ready-s", "60"))

@@ -100,3 +100,19 @@ pub trait Sensors {
     /// True if the stream has ended: the window closes.
     fn is_ended(&mut self) -> bool;
 }
+
+/// No window can be opened, with the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoWindow {
+    /// The program was built without it.
+    #[error(
+        "this build has no window: `cargo run --release --features window -- …`, or look from a terminal with `holdsafe watch`"
+    )]
+    NotBuilt,
+    /// The display, or a library that it takes, is missing.
+    #[error("{0}")]
+    Display(String),
+    /// The display refused it.
+    #[error("the window cannot be opened: {0}")]
+    Refused(String),
+}

@@ -17,8 +17,8 @@ use wire::time::Span;
 
 use super::layout::{Layouts, MAX_SAVED};
 use super::{ConsoleWindow, Picture, Wish, theme};
-use crate::process::open::NoWindow;
 use crate::shown::Shown;
+use crate::source::NoWindow;
 use crate::source::{Looks, Source, Wake};
 
 /// Least time between two pictures drawn because one came.

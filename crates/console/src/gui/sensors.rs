@@ -12,7 +12,7 @@ use super::marks::{Shape, Tone};
 use super::sidecar::{Textures, one};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};
-use crate::process::open::NoWindow;
+use crate::source::NoWindow;
 use crate::source::{Sensed, Sensors};
 
 /// Between two pictures, points.

@@ -6,24 +6,9 @@ use link::display;
 pub(super) use crate::gui::app::run as console;
 #[cfg(feature = "gui")]
 pub use crate::gui::sensors::run as sensors;
+use crate::source::NoWindow;
 #[cfg(not(feature = "gui"))]
 use crate::source::{Looks, Sensors, Source, Wake};
-
-/// No window can be opened, with the remedy.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoWindow {
-    /// The program was built without it.
-    #[error(
-        "this build has no window: `cargo run --release --features window -- …`, or look from a terminal with `holdsafe watch`"
-    )]
-    NotBuilt,
-    /// The display, or a library that it takes, is missing.
-    #[error(transparent)]
-    Display(#[from] display::NoWindow),
-    /// The display refused it.
-    #[error("the window cannot be opened: {0}")]
-    Refused(String),
-}
 
 /// Asks, before anything is started, for everything that a window needs.
 ///
@@ -33,7 +18,7 @@ pub fn probe() -> Result<(), NoWindow> {
     if !cfg!(feature = "gui") {
         return Err(NoWindow::NotBuilt);
     }
-    Ok(display::Environment::from_process().probe()?)
+    display::Environment::from_process().probe().map_err(|missing| NoWindow::Display(missing.to_string()))
 }
 
 /// The console's window, absent from this build.

@@ -7,12 +7,13 @@ use link::clock::trace_us;
 use wire::person::Act;
 use wire::time::{Instant, Span};
 
-use super::open::{self, NoWindow};
+use super::open;
 use super::player::{Player, PlayerError};
 use super::window::layout;
 use crate::shown::Shown;
 use crate::sidecar::{EvidenceSource, Sidecar};
 use crate::site::Site;
+use crate::source::NoWindow;
 use crate::source::{Looks, Seek, Source, Tape};
 
 /// A recording, opened.
