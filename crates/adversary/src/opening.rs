@@ -24,7 +24,7 @@ pub(crate) struct Opening {
     passed: u32,
     /// Time at which the last of them passed; the earliest time before that.
     last: Instant,
-    /// Whether the beginning and the end were logged.
+    /// True for the beginning, and for the end, once it is logged.
     told: [bool; 2],
     /// Number of repetitions that the action makes by itself, and their spacing, milliseconds.
     counted: Option<(u32, u64)>,

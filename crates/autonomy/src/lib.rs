@@ -141,7 +141,7 @@ struct View {
     things: Things,
 }
 
-/// Where the unit is to go, and who decides on it.
+/// The way of the unit, and the one that decides on it: mission, look or guest.
 #[derive(Clone)]
 struct Driving {
     /// Curvature that the plant was asked for last, 1/mm.

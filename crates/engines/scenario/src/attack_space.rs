@@ -260,7 +260,7 @@ impl Scenario {
     /// The scenario as its own file: under that name, with its scene in it, without empty lists and tables.
     ///
     /// # Errors
-    /// Where TOML cannot represent it; a defect of this program.
+    /// TOML cannot represent it: a defect of this program.
     pub fn to_file(&self, name: &Name) -> Result<String, toml::ser::Error> {
         let mut single_scenario = self.clone();
         single_scenario.name = Located::nowhere(name.clone());

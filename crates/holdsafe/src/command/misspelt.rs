@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn verb_option_and_strange_word_are_left_to_the_parser() {
+    fn verb_option_and_strange_word_go_to_parser() {
         for line in
             ["holdsafe", "holdsafe run live", "holdsafe help", "holdsafe xqz", "holdsafe u", "holdsafe --version"]
         {

@@ -1,4 +1,4 @@
-//! What truly happens in a run: the entries that simulation, adversary, guards and launcher write into the log, and the patterns and limits of
+//! Ground truth of a run: the entries that simulation, adversary, guards and launcher write into the log, and the patterns and limits of
 //! faults that a scene can have. No service of the product knows it.
 //!
 //! A [`Note`] is ground truth, a fault or an attack as it is injected, an observation at the ingress of a service, or what is done to a

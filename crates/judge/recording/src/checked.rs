@@ -15,9 +15,9 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use wire::plain;
 
-use crate::anchors::read_anchors;
 use crate::error::RecordingError;
 use crate::layout::RunFolder;
+use crate::read::FileDigests;
 use crate::verdict::recorded_class;
 use crate::verify::{VerifiedRun, verify_run};
 
@@ -53,6 +53,7 @@ pub struct Checked {
     folder: RunFolder,
     anchors_sha256: Option<String>,
     verification: RunVerification,
+    digests: FileDigests,
 }
 
 impl Checked {
@@ -65,22 +66,24 @@ impl Checked {
         folder: RunFolder,
         contradiction: impl FnOnce(&Path, Option<&str>, Option<Outcome>) -> Option<String>,
     ) -> Result<Self, RecordingError> {
-        let (events, sealed, findings, anchors_sha256) = match verify_run(&folder) {
-            Ok(VerifiedRun { events, sealed, findings, anchors_sha256, .. }) => {
-                (events, sealed, findings, Some(anchors_sha256))
+        let (events, sealed, findings, anchors_sha256, digests) = match verify_run(&folder) {
+            Ok(VerifiedRun { events, sealed, findings, anchors_sha256, digests, .. }) => {
+                (events, sealed, findings, Some(anchors_sha256), digests)
             }
             // Without keys and heads the recording cannot be verified, which is no better than a failed verification.
-            Err(RecordingError::NoAnchors { message, .. }) => (0, false, vec![no_anchors(&message)], None),
+            Err(RecordingError::NoAnchors { message, .. }) => {
+                (0, false, vec![no_anchors(&message)], None, FileDigests::new())
+            }
             Err(error) => return Err(error),
         };
         let (outcome, ended_invalid) = recorded_class(&folder);
         let contradiction = || contradiction(folder.path(), anchors_sha256.as_deref(), outcome);
         let reason = unsound(sealed, &findings, folder.path()).or(ended_invalid).or_else(contradiction);
         let reason = reason.map(|reason| on_one_line(&reason));
-        let (run, sha256) = (folder.path().display().to_string(), recording_sha256(&folder)?);
+        let (run, sha256) = (folder.path().display().to_string(), recording_sha256(&folder, &digests)?);
         let holds = sealed && findings.is_empty();
         let verification = RunVerification { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
-        Ok(Self { folder, anchors_sha256, verification })
+        Ok(Self { folder, anchors_sha256, verification, digests })
     }
 
     /// The folder of the run.
@@ -91,6 +94,11 @@ impl Checked {
     /// The path of that folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
+    }
+
+    /// Digests of its files, as they were verified.
+    pub(crate) fn digests(&self) -> &FileDigests {
+        &self.digests
     }
 
     /// SHA-256 of its `held.json`, hexadecimal; `None` where that cannot be read.
@@ -132,7 +140,7 @@ fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
 
 /// SHA-256 of the log's files, in the order of their numbers, each up to the length in `held.json`: a file that grew since costs no more
 /// time.
-fn recording_sha256(run: &RunFolder) -> Result<String, RecordingError> {
+fn recording_sha256(run: &RunFolder, digests: &FileDigests) -> Result<String, RecordingError> {
     let mut parts: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(run.recording())? {
         let path = entry?.path();
@@ -142,11 +150,10 @@ fn recording_sha256(run: &RunFolder) -> Result<String, RecordingError> {
     }
     // The shorter name first: `audit-10` comes after `audit-9`.
     parts.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
-    let lengths = read_anchors(run).ok().and_then(|(anchors, _)| anchors.files).unwrap_or_default();
     let mut digest = Sha256::new();
     for file in parts {
         let name = file.strip_prefix(run.path()).map(|name| name.display().to_string()).unwrap_or_default();
-        let most = lengths.get(&name).map_or(MAX_RECORDING_BYTES, |file| file.bytes);
+        let most = digests.get(&name).map_or(MAX_RECORDING_BYTES, |file| file.bytes);
         std::io::copy(&mut files::open(&file)?.take(most), &mut digest)?;
     }
     Ok(hex(&digest.finalize()))

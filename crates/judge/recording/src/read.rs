@@ -4,9 +4,11 @@
 //! [`crate::checked::Checked`]; only the planned site is read during a run. Bytes beyond the lengths in `held.json` are a finding of the
 //! verification and no part of the log.
 
+use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind, Read};
 use std::path::PathBuf;
 
+use evidence::anchors::FileDigest;
 use evidence::log::Logged;
 use ground_truth::Entry;
 use link::instrument::Frame;
@@ -14,7 +16,6 @@ use link::{files, mcap_frames, witness};
 use serde::de::DeserializeOwned;
 use wire::id::NodeId;
 
-use crate::anchors::read_anchors;
 use crate::error::RecordingError;
 use crate::layout::RunFolder;
 
@@ -29,13 +30,15 @@ pub fn read_site<T: DeserializeOwned>(run: &RunFolder) -> std::io::Result<T> {
     Ok(serde_json::from_reader(files::open(&run.site())?.take(MAX_SITE_BYTES))?)
 }
 
-/// Every entry of the recorder's files, in recorded order.
+/// Digests of a run's files by their path below its folder, as its trust anchors state them; empty without anchors.
+pub(crate) type FileDigests = BTreeMap<String, FileDigest>;
+
+/// Every entry of the recorder's files, in recorded order; of each file as many bytes as its digest states.
 ///
 /// # Errors
 /// When it is no run directory, or has no recording.
-pub(crate) fn read_recording(run: &RunFolder) -> Result<Vec<Logged>, RecordingError> {
+pub(crate) fn read_recording(run: &RunFolder, lengths: &FileDigests) -> Result<Vec<Logged>, RecordingError> {
     check_directory(run)?;
-    let lengths = read_anchors(run).ok().and_then(|(anchors, _)| anchors.files).unwrap_or_default();
     let length = |name: &str| lengths.get(&format!("{}/{name}", RunFolder::RECORDING)).map(|file| file.bytes);
     let frames = mcap_frames::frames_within_lengths(&run.recording(), length)
         .map_err(|error| RecordingError::not_a_run(run.path().to_owned(), error))?;

@@ -35,7 +35,7 @@ impl RecordedLog {
     /// # Errors
     /// When the recording cannot be read.
     pub fn read(run: &Checked) -> Result<Self, RecordingError> {
-        let (mut entries, flaw) = read_log(&read_recording(run.folder())?);
+        let (mut entries, flaw) = read_log(&read_recording(run.folder(), run.digests())?);
         let flaw = run.invalid().map(str::to_owned).or(flaw);
         let facts = read_facts(run.folder()).and_then(|facts| Some((facts.start(&entries)?, facts.bounds)));
         let (start, bounds) = facts.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));

@@ -11,7 +11,7 @@ use crate::anchors::{file_differences, read_anchors};
 use crate::error::RecordingError;
 use crate::layout::RunFolder;
 use crate::log::LogVerifier;
-use crate::read::{check_directory, read_guard_logs, read_recording};
+use crate::read::{FileDigests, check_directory, read_guard_logs, read_recording};
 
 /// Integrity of a run's evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,6 +33,9 @@ pub struct VerifiedRun {
     pub sealed: bool,
     /// Faults, each with its position.
     pub findings: Vec<String>,
+    /// Digests of its files.
+    #[serde(skip)]
+    pub(crate) digests: FileDigests,
 }
 
 impl VerifiedRun {
@@ -55,7 +58,8 @@ pub fn verify_run(run: &RunFolder) -> Result<VerifiedRun, RecordingError> {
     let differences = anchors.files.as_ref().map(|files| file_differences(run.path(), files)).transpose();
     let mut findings =
         differences.map_err(|error| RecordingError::not_a_run(run.path().to_owned(), error))?.unwrap_or_default();
-    let log = match whole_log(run, anchors.knows_witnesses()) {
+    let digests = anchors.files.clone().unwrap_or_default();
+    let log = match whole_log(run, &digests, anchors.knows_witnesses()) {
         // A changed or missing file is among the findings already.
         Err(_) if !findings.is_empty() => Vec::new(),
         log => log?,
@@ -64,19 +68,20 @@ pub fn verify_run(run: &RunFolder) -> Result<VerifiedRun, RecordingError> {
     findings.extend(verification.flaws.iter().map(ToString::to_string));
     Ok(VerifiedRun {
         anchors_sha256,
-        files: anchors.files.as_ref().map_or(0, |files| files.len() as u64),
+        files: digests.len() as u64,
         uncovered: uncovered(&anchors),
         events: verification.events as u64,
         head: verification.head,
         heads: anchors.heads.len() as u64,
         sealed: verification.sealed || anchors.cut_short,
         findings,
+        digests,
     })
 }
 
 /// Entries of the recorder, followed by the own logs of guards and launcher, where they sign these.
-fn whole_log(run: &RunFolder, witnesses: bool) -> Result<Vec<Logged>, RecordingError> {
-    let mut log = read_recording(run)?;
+fn whole_log(run: &RunFolder, digests: &FileDigests, witnesses: bool) -> Result<Vec<Logged>, RecordingError> {
+    let mut log = read_recording(run, digests)?;
     log.retain(|logged| witnesses || by_recorder(logged.node));
     if witnesses {
         log.extend(read_guard_logs(run).map_err(|error| RecordingError::not_a_run(run.path().to_owned(), error))?);

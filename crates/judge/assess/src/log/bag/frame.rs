@@ -33,7 +33,7 @@ pub(super) struct Frame<'a> {
 /// The record at `at`.
 ///
 /// # Errors
-/// Why no record can be read there.
+/// Reason for which no record can be read there.
 pub(super) fn read_frame(bytes: &[u8], at: usize) -> Result<Frame<'_>, RecordError> {
     let left = bytes.len().saturating_sub(at);
     let Some((kind, length)) = head(bytes, at) else {

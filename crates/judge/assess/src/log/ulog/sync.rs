@@ -29,7 +29,7 @@ pub(super) enum There<'a> {
 /// The record at `at`; `cut` is where appended data begin, if behind `at`.
 ///
 /// # Errors
-/// Why no record can be read at `at`.
+/// Reason for which no record can be read at `at`.
 pub(super) fn read_record(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<There<'_>, RecordError> {
     let left = bytes.len() - at;
     if let (Some(start), true) = (cut, left < HEAD) {
