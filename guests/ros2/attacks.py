@@ -55,20 +55,23 @@ class Attacks:
     def __init__(self, link: RogueLink, at_start: bool, best_effort: bool) -> None:
         self.link, self.at_start, self.best_effort = link, at_start, best_effort
         self.witness: Optional[Witness] = None
+        self.graph: Any = None
         self.progress: dict[int, Progress] = {}
         #: True once an order was carried out in this trial: node and graph are not as before then.
         self.begun = False
         #: True once the witness hears nothing of the honest poses any more.
         self.silenced = False
 
-    def start(self, graph: Graph, period_s: float) -> None:
-        """A new trial."""
-        self.end()
+    def start(self, graph: Graph, period_s: float) -> bool:
+        """A new trial; true if that has changed the graph."""
+        kept = self.witness is not None and self.graph is graph and not self.begun
         self.graph, self.period_s = graph, period_s
         self.progress, self.begun, self.silenced = {}, False, False
-        self.graph.rogue = None
-        if self.at_start:
+        if kept and self.witness is not None:
+            self.witness.marks.clear()
+        elif self.at_start:
             self._start_rogue()
+        return self.at_start and not kept
 
     def _start_rogue(self) -> None:
         """The witness first, so that it is there when the rogue sends its first message."""
@@ -83,6 +86,8 @@ class Attacks:
         }
         if self.link.ask({"start": told}, STARTS) is not None:
             self.graph.rogue = self.witness.identify(mark, COUNTS)
+            participants = (self.graph.rogue, self.witness.prefix)
+            self.graph.until(lambda: all(map(self.graph.is_heard_by, participants)), COUNTS)
 
     def begin_step(self, step: Step) -> None:
         """Opens the orders that are new in this step, and carries out those that come before its readings."""
@@ -110,6 +115,8 @@ class Attacks:
         if self.witness and isinstance(topics, list):
             for topic in filter(self.witness.counts.__contains__, topics):
                 self.witness.discover(topic, COUNTS)
+            # The node's participant gets the announcement when the witness does, but nothing shows when it has taken it.
+            self.graph.settle(COUNTS)
 
     def before_clock(self, step: Step) -> None:
         """After the honest readings."""
@@ -132,7 +139,9 @@ class Attacks:
         if not orders or self.witness is None:
             return
         acts = [self._act_of(order, step) for order in orders]
-        heard = {topic: self._count(topic).sequence for topic in (ODOMETRY, CLOCK, self.graph.command_topic)}
+        # Of this step alone: a rogue that was started late has not heard earlier ones.
+        counts = {topic: self._count(topic) for topic in (ODOMETRY, CLOCK, self.graph.command_topic)}
+        heard = {topic: count.sequence for topic, count in counts.items() if count.honest > 0}
         answer = self.link.ask({"act": acts, "heard": heard}, ANSWERS)
         done = answer.get("done") if answer else None
         for order in orders:
@@ -226,6 +235,8 @@ class Attacks:
         return Receipt(order.id, sent, answered, honest, used, None if why is None else str(why)[:MOST_WHY])
 
     def end(self) -> None:
+        """Takes rogue and witness out of the graph."""
+        self.link.leave(ANSWERS)
         if self.witness is not None:
             self.witness.end()
             self.witness = None

@@ -102,8 +102,9 @@ class Bridge(Guest):
         self.period_s, self.pace = start.period_s, Pace()
         self.wheels = start.body is None or start.body.kind == "wheels"
         self.place: Place = start.pose.at if start.pose else (0.0, 0.0)
-        self.attacks.start(self.graph, start.period_s)
         self.graph.settle(self.options.ready_s)
+        if self.attacks.start(self.graph, start.period_s):
+            self.graph.settle(self.options.ready_s)
         self.graph.publish_mission()
         self.graph.wait_for_mission()
 

@@ -68,7 +68,8 @@ class Graph:
         self.base = Base()
         #: The rogue's participant, once it is known.
         self.rogue: Optional[bytes] = None
-        self.command_name, self.command_type = "", None
+        self.command_name = ""
+        self.command_type: Any = None
         #: Time of the step before this one.
         self.before_s = float("-inf")
         self.mission: list[Any] = []
@@ -164,6 +165,11 @@ class Graph:
                 break
         self.base.answered = False
         self.base.honest = self.base.rogue = 0
+
+    def is_heard_by(self, participant: Optional[bytes]) -> bool:
+        """True once this participant sends poses and times to another."""
+        readers = [self.node.get_subscriptions_info_by_topic(topic) for topic in (ODOMETRY, CLOCK)]
+        return all(any(bytes(info.endpoint_gid)[:PREFIX] == participant for info in infos) for infos in readers)
 
     def publish_mission(self) -> None:
         """Map and plan, again for each new reader: one that is not latched gets nothing from before it was there."""

@@ -84,7 +84,8 @@ class Rogue:
             self.listen_to(topic, kind)
         # A latched message from before is sent to reliable readers alone.
         self.listen_to(PLAN, Path, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
-        self.until(lambda: all(ear.heard for topic, ear in self.ears.items() if topic == PLAN), HEARS)
+        self.until(lambda: all(map(self.honest_writer, self.ears)), MATCHES)
+        self.until(lambda: bool(self.ears[PLAN].heard), HEARS)
 
     def listen_to(
         self,
@@ -112,7 +113,8 @@ class Rogue:
             left = end - time.monotonic()
             if left <= 0.0:
                 return False
-            self.executor.spin_once(timeout_sec=left)
+            # A change of the graph is no message, and ends no wait.
+            self.executor.spin_once(timeout_sec=min(left, 0.01))
         return True
 
     def empty(self) -> None:

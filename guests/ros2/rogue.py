@@ -97,7 +97,7 @@ def set_parameter(rogue: Rogue, order: dict[str, Any]) -> Done:
     if target is None:
         return Done(why="no node sends commands")
     name = f"{target.node_namespace.rstrip('/')}/{target.node_name}/set_parameters"
-    client = rogue.node.create_client(SetParameters, name)
+    client: Any = rogue.node.create_client(SetParameters, name)
     if not rogue.until(client.service_is_ready, ANSWERS):
         return Done(why="the node has no service for parameters")
     value = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=order["amount"] >= 0.5)
@@ -180,7 +180,7 @@ def topic_of(rogue: Rogue, attack: str) -> Optional[str]:
 
 
 def serve() -> None:
-    """Answers each line, until the input ends; each start is a participant in place of the one before."""
+    """Answers each line, until the input ends. A participant lives from a start to the next leave."""
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     # Libraries write to descriptor 1.
     os.dup2(2, 1)
@@ -192,13 +192,13 @@ def serve() -> None:
         if not (line := sys.stdin.buffer.readline()):
             return
         request = json.loads(line)
-        if "start" in request:
-            if rogue:
-                rogue.end()
+        content: dict[str, Any] = {}
+        if "leave" in request and rogue:
+            rogue.end()
+            rogue = None
+        elif "start" in request:
             rogue = Rogue(request["start"])
-            content: dict[str, Any] = {"ready": True}
-        else:
-            assert rogue is not None  # the bridge starts each trial with a start
+        elif rogue:
             content = answer(rogue, request)
         answers.write(json.dumps({"number": request["number"], **content}).encode() + b"\n")
 

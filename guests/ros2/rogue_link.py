@@ -20,10 +20,13 @@ LATE = 0.02
 class RogueLink:
     """The rogue's process, started with the first question."""
 
-    def __init__(self, start: Callable[[], "subprocess.Popen[bytes]"]) -> None:
-        self.start = start
+    def __init__(self, start: Callable[[], "subprocess.Popen[bytes]"], kill: Callable[["subprocess.Popen[bytes]"], None]) -> None:
+        self.start, self.kill = start, kill
         self.process: Optional["subprocess.Popen[bytes]"] = None
         self.number = 0
+        self._begin()
+
+    def _begin(self) -> None:
         #: True while the newest question has no answer.
         self.waits = False
         #: The reason why there is no answer; one of a failed rogue stays.
@@ -45,9 +48,17 @@ class RogueLink:
         try:
             self.process.stdin.write(line)
         except BrokenPipeError:
-            return self._fail(self._ended())
+            self._fail(self._ended())
+            return None
         self.waits = True
         return self._answer(limit_s)
+
+    def leave(self, limit_s: float) -> None:
+        """Takes the rogue out of the graph; a process that does not answer is ended, and the next question starts another."""
+        if self.process is not None and self.ask({"leave": True}, limit_s) is None:
+            self.kill(self.process)
+            self.process = None
+            self._begin()
 
     def _answer(self, limit_s: float) -> Optional[dict[str, Any]]:
         end, got = time.monotonic() + limit_s, 0
@@ -58,18 +69,21 @@ class RogueLink:
                 return None
             part = os.read(self._output(), MOST_BYTES)
             if not part:
-                return self._fail(self._ended())
+                self._fail(self._ended())
+                return None
             got += len(part)
             self.rest += part
             while b"\n" in self.rest:
                 line, _, self.rest = self.rest.partition(b"\n")
                 answer = parsed(line)
                 if answer is None:
-                    return self._fail("the rogue's answer is none of its protocol")
+                    self._fail("the rogue's answer is none of its protocol")
+                    return None
                 if answer.get("number") == self.number:
                     self.waits, self.why = False, None
                     return answer
-        return self._fail("the rogue's answers have no end")
+        self._fail("the rogue's answers have no end")
+        return None
 
     def _output(self) -> int:
         assert self.process is not None and self.process.stdout is not None

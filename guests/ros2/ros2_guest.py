@@ -81,7 +81,9 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--best-effort", action="store_true", help="readings that a reliable reader does not get")
     parser.add_argument("--unlocked", action="store_true", help="let commands through while the operator has not enabled driving")
     parser.add_argument("--no-place", action="store_true", help="for a node that does not drive by /odom: `gives` has no `place` then")
-    parser.add_argument("--keep-node", action="store_true", help="one process of the node for all trials: it begins again where /clock jumps back")
+    parser.add_argument(
+        "--keep-node", action="store_true", help="one process of the node for all trials: it begins again where /clock jumps back"
+    )
     parser.add_argument("--rogue", action="store_true", help="start the rogue participant with the node, so that it hears what it replays")
     parser.add_argument("--rogue-best-effort", action="store_true", help="a rogue whose messages a reliable reader does not get")
     parser.add_argument("--rogue-program", default=str(HERE / "rogue.py"), help="the rogue participant, in Python")
@@ -121,7 +123,7 @@ def serve(asked: argparse.Namespace, warden: Warden, node: NodeProcess) -> NoRet
         place=not asked.no_place,
         keep_node=asked.keep_node,
     )
-    link = RogueLink(lambda: start_rogue(warden, asked.rogue_program))
+    link = RogueLink(lambda: start_rogue(warden, asked.rogue_program), lambda process: warden.kill("rogue", process))
     bridge = Bridge(options, node, Attacks(link, asked.rogue, asked.rogue_best_effort))
     try:
         run(lambda: bridge)

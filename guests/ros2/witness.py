@@ -57,11 +57,16 @@ class Witness:
         self.published = graph.published
         self.command_topic = graph.command_topic
         types = {ODOMETRY: Odometry, CLOCK: Clock, PLAN: Path, self.command_topic: graph.command_type}
-        self.counts = {topic: Count() for topic in types}
+        # The number of each honest message so far, so that none is waited for.
+        sent = {**graph.published, self.command_topic: graph.base.sequence}
+        self.counts = {topic: Count(sequence=sent[topic]) for topic in types}
         #: Quality of service of the node's readers, None where it has none.
         self.readers = {topic: self._quality(graph, topic) for topic in types}
         for topic, kind in types.items():
             self._subscribe(topic, kind)
+        infos = self.node.get_subscriptions_info_by_topic(self.command_topic)
+        #: This participant; no rogue is there yet that could have taken its name.
+        self.prefix = next(bytes(info.endpoint_gid)[:PREFIX] for info in infos if info.node_name == self.NAME)
         self.marks: "deque[tuple[float, dict[str, int]]]" = deque(maxlen=MARKS)
 
     def _quality(self, graph: Graph, topic: str) -> Optional[QoSProfile]:
