@@ -38,7 +38,7 @@ class RogueLink:
         """The answer, or None within the limit; then `why` has the reason."""
         if self.process is None:
             self.process = self.start()
-        if self.waits:
+        if self.waits and not self.failed:
             self._answer(LATE)
         if self.failed or self.waits:
             return None
