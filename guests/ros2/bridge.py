@@ -40,6 +40,8 @@ class Options:
     ready_s: float = 30.0
     #: Vehicle time between the node's commands, s: 0 for one a step.
     command_period_s: float = 0.0
+    #: Frame of `/plan`: `map` and `odom` are one.
+    plan_frame: str = "map"
     #: True if readings are best effort, which a reliable reader does not match.
     best_effort: bool = False
     #: True if commands go through while the operator has not enabled driving.
@@ -92,11 +94,11 @@ class Bridge(Guest):
             self.process.start_again()
         if self.graph is None:
             self.graph = Graph(self.options.command_topic, self.options.best_effort, self.process.ended)
-            self.graph.set_mission(start)
+            self.graph.set_mission(start, self.options.plan_frame)
             self.graph.find_commands(self.options.ready_s)
         else:
             self.graph.base.command = None
-            self.graph.set_mission(start)
+            self.graph.set_mission(start, self.options.plan_frame)
             # The jump back, before the mission of this trial.
             self.graph.publish_clock(start.time_s)
         self.period_s, self.pace = start.period_s, Pace()

@@ -107,9 +107,9 @@ class Graph:
         self.command_name, self.command_type = found[0], TYPES[found[0]]
         self.node.create_subscription(self.command_type, self.command_topic, self._take, COMMANDS)
 
-    def set_mission(self, start: Start) -> None:
+    def set_mission(self, start: Start, plan_frame: str) -> None:
         self.before_s, self.origin = start.time_s, start.origin
-        self.mission = [(self.latched[0], readings.map_of(start)), (self.latched[1], readings.path_of(start))]
+        self.mission = [(self.latched[0], readings.map_of(start)), (self.latched[1], readings.path_of(start, plan_frame))]
         if start.pose is not None:
             self.mission.append((self.initial, readings.initial_of(start.pose, start.time_s)))
         if TFMessage:

@@ -63,10 +63,10 @@ def map_of(start: Start) -> OccupancyGrid:
     return made
 
 
-def path_of(start: Start) -> Path:
-    made = header(Path(), MAP, start.time_s)
+def path_of(start: Start, frame: str) -> Path:
+    made = header(Path(), frame, start.time_s)
     for at, course in plan(start.route, start.looped):
-        made.poses.append(header(PoseStamped(pose=pose(at, course)), MAP, start.time_s))
+        made.poses.append(header(PoseStamped(pose=pose(at, course)), frame, start.time_s))
     return made
 
 

@@ -78,6 +78,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--answer-ms", type=float, default=200.0, help="wall time for the answer to a step; then the last command stands")
     parser.add_argument("--ready-s", type=float, default=30.0, help="wall time until the node publishes commands")
     parser.add_argument("--command-period-s", type=float, default=0.0, help="vehicle time between commands, of a node with a timer")
+    parser.add_argument("--plan-frame", default="map", help="frame of /plan; map and odom are one, but a node may ask for odom")
     parser.add_argument("--best-effort", action="store_true", help="readings that a reliable reader does not get")
     parser.add_argument("--unlocked", action="store_true", help="let commands through while the operator has not enabled driving")
     parser.add_argument("--no-place", action="store_true", help="for a node that does not drive by /odom: `gives` has no `place` then")
@@ -118,6 +119,7 @@ def serve(asked: argparse.Namespace, warden: Warden, node: NodeProcess) -> NoRet
         answer_s=asked.answer_ms / 1000.0,
         ready_s=asked.ready_s,
         command_period_s=asked.command_period_s,
+        plan_frame=asked.plan_frame,
         best_effort=asked.best_effort,
         unlocked=asked.unlocked,
         place=not asked.no_place,
