@@ -230,11 +230,14 @@ class Attacks:
         topic, sent = self._topic(order.attack), self._sent(order)
         if topic is None:
             return self._receipt_without_messages(order, sent)
-        received = min(sent, left[topic])
+        is_read = self.witness is not None and self.witness.readers[topic] is not None
+        received = min(sent, left[topic]) if is_read else 0
         left[topic] -= received
         count, progress = self._count(topic), self.progress[order.id]
         newest = self.graph.base.from_rogue if topic == self.graph.command_topic else count.from_rogue
-        return Receipt(order.id, sent, received, count.honest, newest and progress.total > 0, self._why(order, topic, sent - received))
+        return Receipt(
+            order.id, sent, received, count.honest, is_read and newest and progress.total > 0, self._why(order, topic, sent - received)
+        )
 
     def _why(self, order: Order, topic: str, missing: int) -> Optional[str]:
         assert self.witness is not None

@@ -168,6 +168,7 @@ class Readers(Graph):
     def test_a_route_without_a_reader_is_named(self) -> None:
         done = self.attacked(order("route"), "--rogue", command=node("ahead"))
         self.assertEqual({r["why"] for r in receipts(done)}, {"the node does not read /plan"})
+        self.assertEqual((total(done, "sent"), total(done, "received"), total(done, "used")), (100, 0, 0))
 
     def test_forged_times_fire_a_timer(self) -> None:
         commands = []
