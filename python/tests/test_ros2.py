@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 from typing import Optional
 
-from .driver import Drive, Process, drive, start_of
+from .driver import Drive, Process, Vehicle, drive, second_start_of, second_step_of, start_of, step_of
 
 ROS2 = Path(__file__).resolve().parents[2] / "guests/ros2"
 PYTHON = ROS2 / ".venv/bin/python"
@@ -86,6 +86,16 @@ class Ros2(unittest.TestCase):
         done = drive(process, "straight", 6.0, bus=[])
         self.assertEqual(process.end(), 0)
         self.assertGreater(done.truth[-1].x, 4.0)
+
+    def test_a_body_with_rotors_is_given_a_velocity(self) -> None:
+        start = second_start_of("straight")
+        start["start"]["body"]["kind"] = "rotors"
+        process = Process(guest(node("ahead"), *PATIENT))
+        process.ask(start)
+        reply = process.ask(second_step_of(step_of(1, Vehicle(), Vehicle(), True), []))["reply"]
+        self.assertEqual(process.end(), 0)
+        self.assertEqual(reply["velocity"], {"forward_m_s": 1.0, "left_m_s": 0.0, "up_m_s": 0.0, "turn_rad_s": 0.0})
+        self.assertNotIn("speed_m_s", reply)
 
     def test_trials_in_one_process_are_alike(self) -> None:
         tutorial = [str(PYTHON), str(ROS2 / "pure_pursuit_node.py"), "--ros-args", "-p", "use_sim_time:=true"]
