@@ -1,35 +1,51 @@
-"""Guests of holdsafe in Python: the messages of the protocol `jsonl/1`, and the loop that answers them."""
+"""Guests of holdsafe in Python: the messages of the protocols `jsonl/1` and `jsonl/2`, and the loop that answers them."""
 
 from .messages import (
     MAX_LINE,
     PROTOCOL,
+    PROTOCOL_1,
+    PROTOCOL_2,
     Block,
+    Body,
+    Cluster,
     Disc,
     Fix,
     Odometry,
+    Order,
+    Origin,
     Place,
+    Pose,
     ProtocolError,
-    Reply,
     Start,
     Step,
     Track,
 )
+from .replies import Receipt, Reply, Velocity
 from .serve import Guest, run, serve
 
 __all__ = [
     "MAX_LINE",
     "PROTOCOL",
+    "PROTOCOL_1",
+    "PROTOCOL_2",
     "Block",
+    "Body",
+    "Cluster",
     "Disc",
     "Fix",
     "Guest",
     "Odometry",
+    "Order",
+    "Origin",
     "Place",
+    "Pose",
     "ProtocolError",
+    "Receipt",
     "Reply",
     "Start",
     "Step",
     "Track",
+    "Velocity",
     "run",
     "serve",
 ]

@@ -1,7 +1,8 @@
 """The loop of a guest: one request in, one answer out, until the input ends.
 
-Standard output belongs to the protocol, so `run` sends everything else that the process prints to standard error. The messages are
-left to `messages`.
+A guest whose file has `reuse` gets a start for each trial, and `serve` makes a new guest for each. Standard output belongs to the
+protocol, so `run` sends everything else that the process prints to standard error. Requests are left to `messages` and `reading`, answers
+to `replies`.
 """
 
 import os
@@ -9,7 +10,9 @@ import sys
 import traceback
 from typing import BinaryIO, Callable, NoReturn, Optional
 
-from .messages import MAX_LINE, READY, ProtocolError, Reply, Start, Step, request
+from .messages import MAX_LINE, ProtocolError, Start, Step
+from .reading import request
+from .replies import READY, Reply
 
 
 class Guest:
@@ -42,7 +45,7 @@ def serve(make: Callable[[], Guest], requests: BinaryIO, answers: BinaryIO) -> N
             answer = READY
         else:
             assert guest is not None  # `_asked` refuses a step before the start
-            answer = guest.step(asked).line(asked.number)
+            answer = _receipted(guest.step(asked), asked).line(asked.number)
         answers.write(answer)
         answers.flush()
 
@@ -54,6 +57,14 @@ def _asked(line: bytes, guest: Optional[Guest]) -> "Start | Step":
     if guest is None and isinstance(asked, Step):
         raise ProtocolError("`start` expected, got `step`")
     return asked
+
+
+def _receipted(reply: Reply, step: Step) -> Reply:
+    """The reply, whose receipts are those of the step's orders: of an order without one nobody knows whether it was carried out."""
+    expected, got = [order.id for order in step.bus], [receipt.id for receipt in reply.bus]
+    if expected != got:
+        raise ValueError(f"bus: receipts of the orders {expected} expected, in their order, got {got}")
+    return reply
 
 
 def run(make: Callable[[], Guest]) -> NoReturn:

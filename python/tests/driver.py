@@ -1,4 +1,5 @@
-"""The core's side of `jsonl/1` over pipes: drives a guest on flat ground, attacks its position, writes transcripts, measures the rate.
+"""The core's side of `jsonl/1` and `jsonl/2` over pipes: drives a guest on flat ground, attacks its position, measures the
+rate and writes transcripts.
 
 The vehicle is a point with the plant's limits (3 m/s, 1.5 m/s², 4 m/s² braking, 0.4 1/m) and exact sensors. A verdict about a guest is
 left to holdsafe: this is for a first look at one, and for the tests of the clients.
@@ -108,6 +109,24 @@ def start_of(mission: str) -> dict[str, Any]:
             "blocks": [{"at": [x, y], "half_m": half, "heading_rad": 0.0} for x, y, *half in obstacles],
         }
     }
+
+
+def second_start_of(mission: str) -> dict[str, Any]:
+    """The start of `jsonl/2`."""
+    start = start_of(mission)["start"]
+    body = {"kind": "wheels", "length_m": 1.2, "width_m": 0.8, "max_curvature_per_m": MAX_CURVATURE}
+    start["protocol"] = "jsonl/2"
+    start["pose"] = {"at": [0.0, 0.0], "yaw_rad": 0.0, "height_m": None}
+    start["body"] = {**body, "max_climb_m_s": 0.0, "cruise_height_m": None, "reverse_m_s": 1.0}
+    start["origin"] = {"latitude_deg": 47.0, "longitude_deg": 8.0, "height_m": 400.0}
+    return {"start": start}
+
+
+def second_step_of(step: dict[str, Any], bus: list[dict[str, Any]]) -> dict[str, Any]:
+    """The same step in `jsonl/2`, with the attacks that are open in it."""
+    content = {**step["step"], "height_m": None, "nearby": []}
+    content["fix"] = content["fix"] and {**content["fix"], "height_m": None}
+    return {"step": {**content, "bus": bus} if bus else content}
 
 
 def step_of(number: int, vehicle: Vehicle, shown: Optional[Vehicle], enabled: bool) -> dict[str, Any]:

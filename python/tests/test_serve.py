@@ -6,14 +6,18 @@ import subprocess
 import sys
 import unittest
 from pathlib import Path
+from typing import Callable
 
-from holdsafe_guest import MAX_LINE, Guest, ProtocolError, Reply, Step, serve
+from holdsafe_guest import MAX_LINE, Guest, ProtocolError, Receipt, Reply, Start, Step, serve
 
-from .driver import Vehicle, start_of, step_of
+from .driver import Vehicle, second_start_of, second_step_of, start_of, step_of
 
 PACKAGE = Path(__file__).resolve().parents[1]
 START = json.dumps(start_of("straight")).encode() + b"\n"
 STEP = json.dumps(step_of(1, Vehicle(), Vehicle(), True)).encode() + b"\n"
+ORDER = {"id": 4, "attack": "clock", "rate_hz": 20.0, "amount": 5.0}
+ATTACKED = json.dumps(second_step_of(step_of(1, Vehicle(), Vehicle(), True), [ORDER])).encode() + b"\n"
+SECOND = json.dumps(second_start_of("straight")).encode() + b"\n"
 
 
 class Slow(Guest):
@@ -21,9 +25,20 @@ class Slow(Guest):
         return Reply(min(0.5, step.limit_m_s), 0.0)
 
 
-def served(lines: bytes) -> bytes:
+class Counting(Guest):
+    """Its speed is the number of its steps since its start, and each order has a receipt."""
+
+    def start(self, start: Start) -> None:
+        self.steps = 0
+
+    def step(self, step: Step) -> Reply:
+        self.steps += 1
+        return Reply(float(self.steps), 0.0, bus=[Receipt(order.id, 1, 1, 1, True) for order in step.bus])
+
+
+def served(lines: bytes, make: Callable[[], Guest] = Slow) -> bytes:
     answers = io.BytesIO()
-    serve(Slow, io.BytesIO(lines), answers)
+    serve(make, io.BytesIO(lines), answers)
     return answers.getvalue()
 
 
@@ -39,6 +54,19 @@ class Loop(unittest.TestCase):
         answers = served(START + STEP).splitlines()
         self.assertEqual(answers[0], b'{"ready":{}}')
         self.assertEqual(json.loads(answers[1]), {"reply": {"number": 1, "speed_m_s": 0.5, "curvature_per_m": 0.0}})
+
+    def test_each_start_has_a_new_guest(self) -> None:
+        answers = [json.loads(line) for line in served(SECOND + STEP + STEP + SECOND + STEP, Counting).splitlines()]
+        self.assertEqual([answer["reply"]["speed_m_s"] for answer in answers if "reply" in answer], [1.0, 2.0, 1.0])
+        self.assertEqual(sum("ready" in answer for answer in answers), 2)
+
+    def test_an_order_has_a_receipt(self) -> None:
+        answers = served(SECOND + ATTACKED, Counting).splitlines()
+        self.assertEqual([receipt["id"] for receipt in json.loads(answers[1])["reply"]["bus"]], [4])
+
+    def test_an_order_without_a_receipt_is_an_error(self) -> None:
+        with self.assertRaisesRegex(ValueError, r"bus: receipts of the orders \[4\] expected, in their order, got \[\]"):
+            served(SECOND + ATTACKED)
 
     def test_a_step_before_the_start_is_refused(self) -> None:
         with self.assertRaisesRegex(ProtocolError, "line 1: `start` expected, got `step`"):
