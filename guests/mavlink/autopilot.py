@@ -15,7 +15,7 @@ from guidance import Motion
 from holdsafe_guest import Origin, Start, Step
 from link import Link, Record, mavlink
 from missions import Missions
-from modes import ArduPilotModes, Px4Modes
+from modes import ArduPilotModes, Mode, Px4Modes
 from parameter_messages import ParameterMessages
 from parameters import Parameters
 from setpoints import set_point_of
@@ -159,11 +159,11 @@ class Autopilot:
             self.receive()
             return self.vehicle.motion()
 
-    def records(self) -> tuple[list[Record], dict[str, int]]:
-        """Datagrams since the last call, and the numbers of those in force by kind."""
+    def records(self) -> tuple[list[Record], dict[str, int], bool]:
+        """Datagrams since the last call, the numbers of those in force by kind, and whether set-points are followed now."""
         with self.lock:
             self.receive()
-            return self.link.take_records(), dict(self.causes)
+            return self.link.take_records(), dict(self.causes), self.vehicle.armed and self.vehicle.mode is Mode.OFFBOARD
 
 
 def wait_until(true: Callable[[], bool], limit_s: float, ended: Callable[[], Optional[str]]) -> bool:

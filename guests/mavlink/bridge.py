@@ -128,10 +128,12 @@ class Bridge(Guest):
         return {**words, "PYTHONUNBUFFERED": "1", **({"MAVLINK_KEY": self.options.sign} if self.options.sign else {})}
 
     def wait_for_program(self, autopilot: Autopilot, program: Program) -> None:
-        if not wait_until(lambda: autopilot.heard > 0, self.options.ready_s, program.ended):
-            refused = autopilot.link.refused
-            words = f", {sum(refused.values())} refused: {', '.join(refused)}" if refused else ""
-            raise TimeoutError(f"no message of {program.name} within {self.options.ready_s:g} s of real time{words}")
+        def ended() -> Optional[str]:
+            sentence = program.ended()
+            return sentence and sentence + refused(autopilot.link)
+
+        if not wait_until(lambda: autopilot.heard > 0, self.options.ready_s, ended):
+            raise TimeoutError(f"no message of {program.name} within {self.options.ready_s:g} s of real time{refused(autopilot.link)}")
 
     def step(self, step: Step) -> Reply:
         assert self.autopilot is not None and self.program is not None  # `serve` refuses a step before the start
@@ -166,9 +168,9 @@ class Bridge(Guest):
         report = self.told()
         report["journal"] = self.journal + report["journal"]
         self.journal = []
-        records, causes = self.autopilot.records()
+        records, causes, follows = self.autopilot.records()
         at = {VEHICLE: self.vehicle_witness.match(report["journal"], records), PROGRAM: self.at_program(report["journal"])}
-        self.receipts.note(at[VEHICLE], causes)
+        self.receipts.note(at, causes, follows)
         return [self.receipts.of(order, report, at) for order in self.orders]
 
     def at_program(self, journal: list[Any]) -> Arrivals:
@@ -195,6 +197,11 @@ class Bridge(Guest):
             print(f"mavlink: {self.steps} steps, {self.late} late, {link.received} datagrams, refused {link.refused}", file=sys.stderr)
         for helper in self.helpers:
             helper.end()
+
+
+def refused(link: Link) -> str:
+    """Words for what the link has refused, for an error."""
+    return f"; {sum(link.refused.values())} datagrams refused: {', '.join(link.refused)}" if link.refused else ""
 
 
 def state_of(armed: bool, landed: bool, failsafe: bool, mode: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional
 
-from attacks import IN_FORCE, POSITIONS, PROGRAM, TO_PROGRAM, VEHICLE
+from attacks import IN_FORCE, KINDS_OF_TELEMETRY, PROGRAM, SET_POINT, TO_PROGRAM, VEHICLE
 from holdsafe_guest import Order, Receipt
 
 #: An attack that keeps datagrams back, and one that only listens.
@@ -22,13 +22,25 @@ MOST = 80
 class Arrivals:
     """What one end's witness says of the datagrams of a step: each with its order (0 for an honest one) and its fate."""
 
-    #: (order, accepted, why) of each datagram that reached the socket.
-    arrived: list[tuple[int, bool, Optional[str]]] = field(default_factory=list)
+    arrived: list["Arrival"] = field(default_factory=list)
     #: Order of the datagram by its number at the end.
     orders: dict[int, int] = field(default_factory=dict)
 
-    def of(self, order: int) -> list[tuple[bool, Optional[str]]]:
-        return [(accepted, why) for at, accepted, why in self.arrived if at == order]
+    def of(self, order: int) -> list["Arrival"]:
+        return [arrival for arrival in self.arrived if arrival.order == order]
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """One datagram at the socket of its end."""
+
+    #: 0 for an honest one.
+    order: int
+    #: Type of its message.
+    name: str
+    accepted: bool
+    #: Why no message of it was accepted.
+    why: Optional[str]
 
 
 class Witness:
@@ -41,18 +53,18 @@ class Witness:
 
     def match(self, journal: list[list[Any]], records: list[Any]) -> Arrivals:
         found, waiting = Arrivals(), [*self.kept, *records]
-        sent = [(digest, order) for to, digest, order, _ in journal if to == self.end]
+        sent = [(digest, order, name) for to, digest, order, name in journal if to == self.end]
         at, last = 0, 0
         places: dict[str, list[int]] = {}
-        for index, (digest, _) in enumerate(sent):
+        for index, (digest, *_) in enumerate(sent):
             places.setdefault(digest, []).append(index)
         for index, record in enumerate(waiting):
             place = next((place for place in places.get(record.digest, ()) if place >= at), None)
             if place is None:
                 continue
             at, last = place + 1, index + 1
-            order = sent[place][1]
-            found.arrived.append((order, record.accepted, record.why))
+            _, order, name = sent[place]
+            found.arrived.append(Arrival(order, name, record.accepted, record.why))
             found.orders[record.serial] = order
         # Of the records of the step before, what has no match now is no datagram of the relay.
         self.kept = waiting[max(last, len(self.kept)) :]
@@ -67,16 +79,15 @@ class KernelWitness:
 
     def match(self, journal: list[list[Any]]) -> Arrivals:
         found, now = Arrivals(), drops(self.port)
-        sent = [order for to, _, order, _ in journal if to == PROGRAM]
         if now is None:
             return found
         # Which of them are lost the kernel does not say: the attack's, so that a receipt never states too many.
         lost, self.lost = now - self.lost, now
-        for order in sorted(sent, reverse=True):
-            if lost > 0:
+        for to, _, order, name in journal:
+            if to == PROGRAM and order and lost > 0:
                 lost -= 1
-            else:
-                found.arrived.append((order, True, None))
+            elif to == PROGRAM:
+                found.arrived.append(Arrival(order, name, True, None))
         return found
 
 
@@ -90,18 +101,25 @@ def drops(port: int) -> Optional[int]:
 
 
 class Receipts:
-    """The receipts of a trial. `in_force` has the order behind what is in force at the vehicle, by kind."""
+    """The receipts of a trial. `in_force` has the order behind what is in force at either end, by kind."""
 
     def __init__(self) -> None:
         self.in_force: dict[str, int] = {}
         self.causes: dict[str, int] = {}
+        #: True while the vehicle follows set-points: in another mode none is in force.
+        self.follows = False
 
-    def note(self, arrivals: Arrivals, causes: dict[str, int]) -> None:
-        """Takes which datagrams put in force what is so now."""
+    def note(self, at: dict[str, Arrivals], causes: dict[str, int], follows: bool) -> None:
+        """Takes which datagrams put in force what is so now: at the vehicle the causes, at the program the last one of a kind."""
+        self.follows = follows
         for kind, serial in causes.items():
             if self.causes.get(kind) != serial:
                 self.causes[kind] = serial
-                self.in_force[kind] = arrivals.orders.get(serial, 0)
+                self.in_force[kind] = at[VEHICLE].orders.get(serial, 0)
+        for arrival in at[PROGRAM].arrived:
+            kind = KINDS_OF_TELEMETRY.get(arrival.name)
+            if kind and arrival.accepted:
+                self.in_force[kind] = arrival.order
 
     def of(self, order: Order, report: dict[str, Any], at: dict[str, Arrivals]) -> Receipt:
         """The receipt of one order of the step."""
@@ -110,22 +128,19 @@ class Receipts:
         if order.attack == LISTEN:
             return Receipt(order.id, sent=0, received=report["passed"], honest=honest, used=False)
         if order.attack == SILENCE:
-            return Receipt(order.id, sent=report["dropped"], received=0, honest=honest, used=report["dropped"] > 0, why="kept back")
+            return Receipt(order.id, sent=report["dropped"], received=0, honest=honest, used=True, why="kept back")
         sent = sum(1 for _, _, owner, _ in report["journal"] if owner == order.id)
         arrived = at[end].of(order.id)
         why = report["missing"].get(str(order.id)) if sent == 0 else reason(arrived)
-        return Receipt(order.id, sent, len(arrived), honest, self.used(order, report), why and why[:MOST])
+        return Receipt(order.id, sent, len(arrived), honest, self.used(order), why and why[:MOST])
 
-    def used(self, order: Order, report: dict[str, Any]) -> bool:
-        if order.attack in TO_PROGRAM:
-            names = {"SYSTEM_TIME", "TIMESYNC"} if order.attack == "clock" else POSITIONS
-            owners = [owner for to, _, owner, name in report["journal"] if to == PROGRAM and name in names]
-            return owners[-1:] == [order.id]
-        return self.in_force.get(IN_FORCE.get(order.attack, "set-point")) == order.id
+    def used(self, order: Order) -> bool:
+        kinds = [kind for kind in IN_FORCE.get(order.attack, ()) if kind != SET_POINT or self.follows]
+        return order.id in {self.in_force.get(kind) for kind in kinds}
 
 
-def reason(arrived: list[tuple[bool, Optional[str]]]) -> Optional[str]:
+def reason(arrived: list[Arrival]) -> Optional[str]:
     """Why none of the datagrams was accepted; None if one was."""
     if not arrived:
         return "not at the socket"
-    return None if any(accepted for accepted, _ in arrived) else arrived[0][1]
+    return None if any(arrival.accepted for arrival in arrived) else arrived[0].why
