@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any, Iterator, Optional
 
 from link import mavlink, parser
+from receipts import PROGRAM, TO_PROGRAM, VEHICLE
 
-VEHICLE, PROGRAM = "vehicle", "program"
 #: Systems that no end has: of a stranger, and of the sender of a flood.
 STRANGER, FLOODER = (42, 190), (66, 190)
 #: Datagrams that are kept for a replay, of each end.
@@ -26,22 +26,6 @@ CRUISE_ARDUPILOT = b"WPNAV_SPEED"
 #: Acts of `stop` by its amount: hold, land, disarm by force. The mode of the first is by the autopilot.
 HOLD_MODES = {mavlink.MAV_AUTOPILOT_PX4: (129.0, 4.0, 3.0)}
 HOLD_ARDUPILOT = (129.0, 5.0, 0.0)
-SET_POINT = "set-point"
-#: What an attack puts in force at the vehicle or at the program, by kinds of message.
-IN_FORCE = {
-    "command": (SET_POINT,),
-    "rewrite": (SET_POINT,),
-    "stop": ("command",),
-    "route": ("mission",),
-    "parameter": ("parameter",),
-    "replay_command": (SET_POINT, "command", "mission", "parameter"),
-    "odometry": ("position",),
-    "take_name": ("position",),
-    "replay_odometry": ("position",),
-    "clock": ("clock",),
-}
-TO_PROGRAM = {"odometry", "clock", "replay_odometry", "take_name"}
-KINDS_OF_TELEMETRY = {"GLOBAL_POSITION_INT": "position", "LOCAL_POSITION_NED": "position", "SYSTEM_TIME": "clock", "TIMESYNC": "clock"}
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, Optional
 
 import route
-from attacks import PROGRAM, VEHICLE
 from autopilot import COMPONENT, NOWHERE, SYSTEM, Autopilot, wait_until
 from geodesy import Globe
 from holdsafe_guest import Guest, Order, Receipt, Reply, Start, Step, Velocity
 from link import Link, Record, key_of, open_socket, port_of
 from processes import Helper, Program
-from receipts import Arrivals, KernelWitness, Receipts, Witness
+from receipts import PROGRAM, VEHICLE, Arrivals, KernelWitness, Receipts, Witness
 
 #: Words of the program's command that stand for what only the bridge knows.
 PORT, ROUTE, WAYPOINTS, FOLDER = "{port}", "{route}", "{waypoints}", "{folder}"

@@ -9,9 +9,26 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional
 
-from attacks import IN_FORCE, KINDS_OF_TELEMETRY, PROGRAM, SET_POINT, TO_PROGRAM, VEHICLE
 from holdsafe_guest import Order, Receipt
 
+#: The ends of the link.
+VEHICLE, PROGRAM = "vehicle", "program"
+SET_POINT = "set-point"
+#: What an attack puts in force at the vehicle or at the program, by kinds of message.
+IN_FORCE = {
+    "command": (SET_POINT,),
+    "rewrite": (SET_POINT,),
+    "stop": ("command",),
+    "route": ("mission",),
+    "parameter": ("parameter",),
+    "replay_command": (SET_POINT, "command", "mission", "parameter"),
+    "odometry": ("position",),
+    "take_name": ("position",),
+    "replay_odometry": ("position",),
+    "clock": ("clock",),
+}
+TO_PROGRAM = {"odometry", "clock", "replay_odometry", "take_name"}
+KINDS_OF_TELEMETRY = {"GLOBAL_POSITION_INT": "position", "LOCAL_POSITION_NED": "position", "SYSTEM_TIME": "clock", "TIMESYNC": "clock"}
 #: An attack that keeps datagrams back, and one that only listens.
 SILENCE, LISTEN = "silence", "listen"
 #: Longest reason in a receipt, characters.

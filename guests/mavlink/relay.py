@@ -18,8 +18,9 @@ from typing import Any, Optional
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 
-from attacks import PROGRAM, VEHICLE, Datagram, Forger, Heard
+from attacks import Datagram, Forger, Heard
 from link import BATCH, LOOPBACK, digest, open_socket, parsed, parser, port_of
+from receipts import PROGRAM, VEHICLE
 
 #: Longest wait, s, and the longest time that an attack catches up on, s.
 WAIT, BEHIND = 0.05, 1.0

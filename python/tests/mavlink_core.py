@@ -6,6 +6,7 @@ Times are of the vehicle's clock; the bridge paces the steps by the wall clock. 
 import json
 import math
 import subprocess
+import time
 from dataclasses import dataclass, field
 from typing import Any, Callable, Optional
 
@@ -100,7 +101,7 @@ class Core:
         self.process.stdin.flush()
         line = self.process.stdout.readline()
         if not line:
-            raise EOFError(self.process.stderr.read().decode())
+            raise EOFError(self.end()[1])
         answer = json.loads(line)
         assert isinstance(answer, dict)
         return answer
@@ -127,6 +128,16 @@ class Core:
 
     def until_state(self, state: str, within_s: float, scene: Scene = enabled) -> bool:
         return self.until(lambda reply: bool(reply["state"] == state), within_s, scene)
+
+    def timed(self, seconds: float) -> float:
+        """Real time of some of the vehicle's."""
+        begun = time.monotonic()
+        self.fly(seconds)
+        return time.monotonic() - begun
+
+    def end_if_there(self) -> None:
+        if self.process.stdin is not None and not self.process.stdin.closed:
+            self.end()
 
     def end(self) -> tuple[int, str]:
         """The bridge's status and last words."""

@@ -1,6 +1,6 @@
 """MAVProxy with a script of its commands, typed as a person would: a line `#wait WORDS` waits until MAVProxy has printed the words.
 
-    mavproxy_script.py PORT SCRIPT FOLDER
+    mavproxy_script.py PORT FOLDER SCRIPT...
 
 MAVProxy itself takes such lines for comments. A line may have variables of the environment, as ${MAVLINK_WAYPOINTS}. `PASSPHRASE` is that
 of a signed link. What MAVProxy prints goes to standard error; its files go to the folder.
@@ -47,13 +47,13 @@ def read(process: "subprocess.Popen[bytes]") -> Iterator[str]:
         yield data.decode(errors="replace")
 
 
-def main(port: str, script: str, folder: str) -> None:
+def main(port: str, folder: str, *scripts: str) -> None:
     key = os.environ.get("MAVLINK_KEY")
     words = {**os.environ, "PASSPHRASE": Path(key).read_text(encoding="utf-8").strip() if key else ""}
     process = started(port, folder)
     assert process.stdin is not None
     output, text = read(process), ""
-    for line in Path(script).read_text(encoding="utf-8").splitlines():
+    for line in "\n".join(Path(script).read_text(encoding="utf-8") for script in scripts).splitlines():
         if line.startswith(WAIT):
             text = wait_for(line[len(WAIT) :], output, text)
         elif line and not line.startswith("#"):
@@ -65,4 +65,4 @@ def main(port: str, script: str, folder: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:4])
+    main(*sys.argv[1:])
