@@ -59,6 +59,8 @@ class Autopilot:
         #: Accepted messages of a system other than the vehicle.
         self.heard = 0
         self.ends = False
+        #: What ended the thread before its time.
+        self.error: Optional[BaseException] = None
         self.thread = threading.Thread(target=self.run, daemon=True)
 
     def begin(self) -> None:
@@ -66,10 +68,17 @@ class Autopilot:
 
     def end(self) -> None:
         self.ends = True
-        self.thread.join()
+        if self.thread.is_alive():
+            self.thread.join()
         self.link.socket.close()
 
     def run(self) -> None:
+        try:
+            self.serve()
+        except Exception as error:
+            self.error = error
+
+    def serve(self) -> None:
         due = 0.0
         while not self.ends:
             wait = min(max(due - time.monotonic(), 0.0), WAIT)
@@ -150,6 +159,8 @@ class Autopilot:
     # The steps' side.
 
     def step(self, step: Step) -> None:
+        if self.error is not None:
+            raise RuntimeError("the vehicle's end of the link failed") from self.error
         with self.lock:
             self.vehicle.read(step)
 

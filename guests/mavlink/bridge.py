@@ -190,8 +190,7 @@ class Bridge(Guest):
         if self.program:
             self.program.end()
         if self.autopilot:
-            if self.autopilot.thread.is_alive():
-                self.autopilot.end()
+            self.autopilot.end()
             link = self.autopilot.link
             print(f"mavlink: {self.steps} steps, {self.late} late, {link.received} datagrams, refused {link.refused}", file=sys.stderr)
         for helper in self.helpers:

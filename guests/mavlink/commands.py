@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Callable, Optional
 
-from geodesy import UNITS, Globe
+from geodesy import UNITS, Globe, on_earth
 from link import Link, mavlink
 from modes import ArduPilotModes, Asked, Mode, Px4Modes
 from telemetry import Telemetry
@@ -117,6 +117,8 @@ class Commands:
         if latitude is None or longitude is None:
             # Without a place: stay here.
             return self.mode(Mode.HOLD)
+        if not on_earth(latitude, longitude):
+            return Result.DENIED
         if height is not None and command.frame in SEA_FRAMES | {None}:
             height -= self.globe.origin.height_m
         yaw = command[4]
@@ -136,10 +138,12 @@ class Commands:
         latitude, longitude = command[5], command[6]
         if pose is None or home is None:
             return Result.TEMPORARILY_REJECTED
-        if command.whole(1) != 1 and (latitude is None or longitude is None):
+        if command.whole(1) == 1:
+            self.vehicle.move_home(pose.at)
+        elif latitude is None or longitude is None or not on_earth(latitude, longitude):
             return Result.DENIED
-        at = pose.at if command.whole(1) == 1 else self.globe.place(latitude or 0.0, longitude or 0.0)
-        self.vehicle.move_home(at)
+        else:
+            self.vehicle.move_home(self.globe.place(latitude, longitude))
         return Result.ACCEPTED
 
     def seek(self, command: Command) -> Result:

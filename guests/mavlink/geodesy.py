@@ -16,6 +16,11 @@ AXIS, ECCENTRICITY2 = 6_378_137.0, 6.694379990141316e-3
 UNITS = 1e7
 
 
+def on_earth(latitude_deg: float, longitude_deg: float) -> bool:
+    """True for degrees that a place can have."""
+    return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
+
+
 @dataclass(frozen=True)
 class Globe:
     """The world's origin on the ellipsoid."""

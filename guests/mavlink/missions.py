@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from typing import Any, Callable, Optional
 
-from geodesy import UNITS, Globe
+from geodesy import UNITS, Globe, on_earth
 from link import Link, mavlink
 from plan import KNOWN, MOVING, Item
 from vehicle import Vehicle
@@ -103,8 +103,10 @@ class Missions:
         raw = Item(message.command, values, message.frame, message.x, message.y, message.z, autocontinue=message.autocontinue)
         if message.command not in MOVING or (message.x, message.y) == (0, 0):
             return raw
-        if message.frame not in SEA | HOME or not math.isfinite(message.z):
-            return UNSUPPORTED if message.frame not in SEA | HOME else INVALID
+        if message.frame not in SEA | HOME:
+            return UNSUPPORTED
+        if not math.isfinite(message.z) or not on_earth(message.x / UNITS, message.y / UNITS):
+            return INVALID
         at = self.globe.place(message.x / UNITS, message.y / UNITS)
         height = message.z - (self.globe.origin.height_m if message.frame in SEA else 0.0)
         return replace(raw, at=at, height_m=height)

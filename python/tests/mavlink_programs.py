@@ -2,7 +2,9 @@
 interpreter of guests/mavlink. What they see they print, a line each.
 """
 
+import math
 import os
+import random
 import socket
 import sys
 import time
@@ -136,7 +138,39 @@ def refused(end: End) -> None:
     print("count", end.wait("MISSION_COUNT").count)
 
 
-PROGRAMS = (commands, parameters, garbage, set_points, silent, mute, refused)
+def every(end: End) -> None:
+    """Messages of every type with numbers of every kind, and then an order as it should be."""
+    end.armable()
+    chance = random.Random(1)
+    for _ in range(8):
+        for kind in mavutil.mavlink.mavlink_map.values():
+            end.link.mav.send(kind(*[value(kind, name, chance) for name in kind.fieldnames]))
+        end.wait("NOTHING", limit_s=0.2)
+    end.command(400, 0.0, 21196.0)
+    print("armed", end.command(400, 1.0))
+
+
+def value(kind: Any, name: str, chance: random.Random) -> Any:
+    """A value of a field: numbers at the ends of their range, and floats that are none."""
+    if name.startswith("target_"):
+        return chance.choice((0, 1))
+    form = kind.fieldtypes[kind.fieldnames.index(name)]
+    length = kind.array_lengths[kind.ordered_fieldnames.index(name)]
+    if form == "char":
+        return bytes(chance.randrange(256) for _ in range(max(length, 1)))
+    made = [number(form, chance) for _ in range(max(length, 1))]
+    return made if length else made[0]
+
+
+def number(form: str, chance: random.Random) -> Any:
+    if form in ("float", "double"):
+        return chance.choice((NAN, math.inf, -math.inf, 0.0, -1.0, 1.0, 3e38, chance.uniform(-300.0, 300.0)))
+    bits = int(form.strip("uint_mavlink_version") or 8)
+    least, most = (0, 2**bits - 1) if form.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    return chance.choice((least, most, 0 if least else 1, chance.randint(max(least, -500), min(most, 500))))
+
+
+PROGRAMS = (every, commands, parameters, garbage, set_points, silent, mute, refused)
 
 if __name__ == "__main__":
     chosen = {program.__name__: program for program in PROGRAMS}[sys.argv[1]]

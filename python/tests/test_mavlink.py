@@ -156,6 +156,11 @@ class Programs(Case):
         for why in ("checksum", "unknown message", "no whole frame", "no frame"):
             self.assertIn(f"'{why}'", words)
 
+    def test_no_message_ends_the_vehicle(self) -> None:
+        for options in ([], ["--ardupilot"]):
+            with self.subTest(options):
+                self.assertIn("armed 0\n", self.flown(bare("every"), *options))
+
     def test_an_unknown_item_refuses_the_mission(self) -> None:
         self.assertIn("upload 3\ncount 0\n", self.flown(bare("refused")))
 
