@@ -1,8 +1,8 @@
 """The attacks of a relay that has no key: from what has passed through it, the datagrams that it sends in the name of an end.
 
-Where an attack is one of those of `measurements/mavlink_relay`, it means the same here: `command`, `stop`, `odometry`, `clock` and `route` are
-`unsigned-command` and `spoof` by a sender without the key, the replays are `replay-older`, `rewrite` is `payload-rewrite`. The sockets are
-left to `relay`.
+Where an attack is one of those of `measurements/mavlink_relay`, it means the same here: `command`, `stop`, `odometry`, `clock`,
+`route`, `parameter` and `take_name` are `unsigned-command` with other messages, the replays are `replay-older`, `rewrite` is
+`payload-rewrite`. The sockets are left to `relay`.
 """
 
 from collections import deque
@@ -95,7 +95,7 @@ class Forger:
         return bytes(message.pack(mav))
 
     def once(self, now_s: float) -> Iterator[bytes]:
-        """The datagrams of one beat of the attack's rate."""
+        """The datagrams that the rate of the attack makes due once."""
         make = getattr(self, self.attack, None)
         if make is not None and self.missing() is None:
             yield from make(now_s)
@@ -205,9 +205,9 @@ def shifted(newest: dict[str, Any], north_m: float) -> list[Any]:
     """The newest position of the vehicle, further north."""
     made = []
     if place := newest.get("GLOBAL_POSITION_INT"):
-        fields = (place.alt, place.relative_alt, place.vx, place.vy, place.vz, place.hdg)
+        rest = (place.alt, place.relative_alt, place.vx, place.vy, place.vz, place.hdg)
         lat = place.lat + round(north_m * NORTH)
-        made.append(mavlink.MAVLink_global_position_int_message(place.time_boot_ms, lat, place.lon, *fields))
+        made.append(mavlink.MAVLink_global_position_int_message(place.time_boot_ms, lat, place.lon, *rest))
     if place := newest.get("LOCAL_POSITION_NED"):
         fields = (place.y, place.z, place.vx, place.vy, place.vz)
         made.append(mavlink.MAVLink_local_position_ned_message(place.time_boot_ms, place.x + north_m, *fields))
@@ -228,4 +228,5 @@ def sealed(message: Any, forward: float, data: bytes) -> bytes:
     frame[2] |= mavlink.MAVLINK_IFLAG_SIGNED
     body = bytes(frame[1:-2]) + bytes([made.crc_extra])
     checksum = mavlink.x25crc(body).crc
-    return bytes(frame[:-2]) + checksum.to_bytes(2, "little") + data[-mavlink.MAVLINK_SIGNATURE_BLOCK_LEN :]
+    signature = data[-mavlink.MAVLINK_SIGNATURE_BLOCK_LEN :]
+    return bytes(frame[:-2]) + int(checksum).to_bytes(2, "little") + signature

@@ -26,7 +26,7 @@ from vehicle import Vehicle
 SYSTEM, COMPONENT = 1, 1
 #: Longest wait of the thread, s: it also ends within it.
 WAIT = 0.05
-#: Origin of a core that tells none: the middle of nowhere.
+#: Origin where the core has none.
 NOWHERE = Origin(0.0, 0.0, 0.0)
 #: Kinds of message that change what the vehicle does, by type.
 KINDS = {
@@ -120,10 +120,10 @@ class Autopilot:
             if asked is not None:
                 self.vehicle.change_mode(asked)
         elif name.startswith("SET_POSITION_TARGET"):
-            asked = set_point_of(message, self.vehicle.now_s, self.vehicle.pose, self.globe)
-            if asked is None:
+            given = set_point_of(message, self.vehicle.now_s, self.vehicle.pose, self.globe)
+            if given is None:
                 return False
-            self.vehicle.take_set_point(asked)
+            self.vehicle.take_set_point(given)
         else:
             self.respond(name, message)
             return False

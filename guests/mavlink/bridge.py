@@ -1,10 +1,12 @@
 """The bridge: a guest of `jsonl/2` on one side, a MAVLink vehicle on the other, in real time.
 
-A program for MAVLink lives in real time, so each step is answered no earlier than its time by the wall clock, with the set-point that the vehicle
-has by then. Between steps the vehicle's thread goes on. Attacks are passed on to the relay; their receipts follow from what the
-ends have received.
+A program for MAVLink lives in real time, so each step is answered no earlier than its time by the wall clock, with the set-point that
+the vehicle has by then. Between steps the vehicle's thread goes on. Attacks are passed on to the relay; their receipts follow from what
+the ends have received.
 """
 
+import random
+import socket
 import sys
 import threading
 import time
@@ -20,6 +22,8 @@ from link import Link, Record, key_of, open_socket, port_of
 from processes import Helper, Program
 from receipts import PROGRAM, VEHICLE, Arrivals, KernelWitness, Receipts, Witness
 
+#: Ports below those that Linux gives out by itself.
+PORTS = range(16384, 32768)
 #: Words of the program's command that stand for what only the bridge knows.
 PORT, ROUTE, WAYPOINTS, FOLDER = "{port}", "{route}", "{waypoints}", "{folder}"
 
@@ -38,7 +42,7 @@ class Options:
     sign: Optional[str] = None
     #: True if the program signs by itself.
     signs_itself: bool = False
-    #: Port that the program listens on; 0 for one of the kernel's choice.
+    #: Port that the program listens on; 0 for one that nobody has.
     port: int = 0
     #: Real time until the first message of the program, s.
     ready_s: float = 30.0
@@ -46,12 +50,16 @@ class Options:
     parameters: dict[str, float] = field(default_factory=dict)
 
 
-def free_port() -> int:
-    """A port that nobody has now. The program takes it later: on a loopback interface of one's own nobody comes between."""
-    end = open_socket()
-    port = port_of(end)
-    end.close()
-    return port
+def reserved() -> socket.socket:
+    """A socket on a port that nobody has, to be closed when the program starts, which takes the port.
+
+    The kernel gives out no port of this range by itself: between the two, no other socket gets it but one of another bridge, by chance.
+    """
+    while True:
+        try:
+            return open_socket(random.choice(PORTS))
+        except OSError:
+            continue
 
 
 class Bridge(Guest):
@@ -62,6 +70,8 @@ class Bridge(Guest):
         self.autopilot: Optional[Autopilot] = None
         self.program: Optional[Program] = None
         self.helpers: list[Helper] = []
+        #: Holds the program's port until the program starts.
+        self.reserved: Optional[socket.socket] = None
         self.orders: list[Order] = []
         self.journal: list[Any] = []
         self.receipts, self.due_s, self.before_s = Receipts(), 0.0, 0.0
@@ -78,6 +88,8 @@ class Bridge(Guest):
             if not self.autopilot.parameters.change(name, value):
                 raise ValueError(f"no parameter {name} that may be {value:g}; there are {', '.join(self.autopilot.parameters.names)}")
         route.write(Path(self.folder), start, Globe(start.origin or NOWHERE))
+        if self.reserved is not None:
+            self.reserved.close()
         self.program = Program(self.command(), self.environment(), self.folder)
         self.autopilot.begin()
         self.wait_for_program(self.autopilot, self.program)
@@ -86,7 +98,11 @@ class Bridge(Guest):
         """Starts the relay, and the signing end where the program has none."""
         key = key_of(self.options.sign)
         link = Link(SYSTEM, COMPONENT, key)
-        self.port = outer = self.options.port or free_port()
+        self.port = self.options.port
+        if not self.port:
+            self.reserved = reserved()
+            self.port = port_of(self.reserved)
+        outer = self.port
         self.proxy: Optional[Helper] = None
         if key is not None and not self.options.signs_itself:
             self.proxy = self.helper("proxy.py", "--program", str(self.port), "--sign", str(self.options.sign))

@@ -1,8 +1,8 @@
 """One end of a MAVLink 2 link over UDP on the loopback interface: pymavlink's parser and signatures, and a record of each datagram.
 
-The end parses each datagram by itself: bytes left over from one do not take the next one with them, as they would in pymavlink's stream. Whether a
-message is accepted is pymavlink's decision. A message whose id no dialect has is returned by pymavlink before it has been checked, and is not
-accepted here.
+The end parses each datagram by itself: bytes left over from one do not take the next one with them, as they would in pymavlink's
+stream. Whether a message is accepted is pymavlink's decision. A message whose id no dialect has is returned by pymavlink before it has
+been checked, and is not accepted here.
 """
 
 import hashlib
@@ -12,7 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional
 
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from pymavlink.dialects.v20 import ardupilotmega
+
+#: The dialect, for all that build or name messages.
+mavlink: Any = ardupilotmega
 
 #: Start of MAVLink's time for signatures, s of Unix time, and its units in a second.
 EPOCH, TICKS = 1_420_070_400, 100_000
@@ -22,7 +25,12 @@ BATCH = 2000
 DIGEST = 8
 LOOPBACK = "127.0.0.1"
 #: Beginnings of pymavlink's reasons, and the words for them.
-REASONS = {"Invalid signature": "signature", "invalid MAVLink CRC": "checksum", "Bad prefix": "no frame", "invalid MAVLink message length": "length"}
+REASONS = {
+    "Invalid signature": "signature",
+    "invalid MAVLink CRC": "checksum",
+    "Bad prefix": "no frame",
+    "invalid MAVLink message length": "length",
+}
 
 
 def digest(datagram: bytes) -> str:
@@ -47,9 +55,17 @@ class Record:
     why: Optional[str]
 
 
-def open_socket() -> socket.socket:
+def open_socket(port: int = 0) -> socket.socket:
+    """A socket on a port; by default on one of the kernel's choice.
+
+    :raises OSError: somebody has the port.
+    """
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    made.bind((LOOPBACK, 0))
+    try:
+        made.bind((LOOPBACK, port))
+    except OSError:
+        made.close()
+        raise
     made.setblocking(False)
     return made
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, Callable, Optional
 
 from geodesy import UNITS, Globe, on_earth
-from link import Link, mavlink
+from link import Link
 from plan import KNOWN, MOVING, Item
 from vehicle import Vehicle
 

@@ -1,8 +1,8 @@
 """Receipts of attacks: what the relay has sent, against what reached the socket of the end that it was meant for.
 
-The relay's journal has each datagram that it sent, in order, with its digest; the end's records have each datagram that reached its socket, in
-order. Both are matched one to one in that order, since the loopback interface keeps it, and so even a replay, whose bytes are those of an
-honest datagram, is told from it. No process looks at the content for that.
+The relay's journal has each datagram that it sent, in order, with its digest; the end's records have each datagram that reached its
+socket, in order. Both are matched one to one in that order, since the loopback interface keeps it, and so even a replay, whose bytes
+are those of an honest datagram, is told from it. No process looks at the content for that.
 """
 
 from dataclasses import dataclass, field
@@ -43,7 +43,7 @@ class Arrivals:
     #: Order of the datagram by its number at the end.
     orders: dict[int, int] = field(default_factory=dict)
     #: Why the witness saw nothing, where it could not look.
-    blind: Optional[str] = None
+    unread: Optional[str] = None
 
     def of(self, order: int) -> list["Arrival"]:
         return [arrival for arrival in self.arrived if arrival.order == order]
@@ -101,7 +101,7 @@ class KernelWitness:
         try:
             now = drops(self.port)
         except OSError:
-            found.blind = "no witness: /proc/net/udp cannot be read"
+            found.unread = "no witness: /proc/net/udp cannot be read"
             return found
         if now is None:
             return found
@@ -141,9 +141,8 @@ class Receipts:
                 self.causes[kind] = serial
                 self.in_force[kind] = at[VEHICLE].orders.get(serial, 0)
         for arrival in at[PROGRAM].arrived:
-            kind = KINDS_OF_TELEMETRY.get(arrival.name)
-            if kind and arrival.accepted:
-                self.in_force[kind] = arrival.order
+            if arrival.accepted and arrival.name in KINDS_OF_TELEMETRY:
+                self.in_force[KINDS_OF_TELEMETRY[arrival.name]] = arrival.order
 
     def of(self, order: Order, report: dict[str, Any], at: dict[str, Arrivals]) -> Receipt:
         """The receipt of one order of the step."""
@@ -155,7 +154,7 @@ class Receipts:
             return Receipt(order.id, sent=report["dropped"], received=0, honest=honest, used=True, why="kept back")
         sent = sum(1 for _, _, owner, _ in report["journal"] if owner == order.id)
         arrived = at[end].of(order.id)
-        why = report["missing"].get(str(order.id)) if sent == 0 else at[end].blind or reason(arrived)
+        why = report["missing"].get(str(order.id)) if sent == 0 else at[end].unread or reason(arrived)
         return Receipt(order.id, sent, len(arrived), honest, self.used(order), why and why[:MOST])
 
     def used(self, order: Order) -> bool:

@@ -2,9 +2,9 @@
 
     relay.py --vehicle PORT --program PORT [--factor F]
 
-It has one port a side, so that neither end sees a second one. A stranger's datagrams come from a third port. A line on standard input,
-{"orders": [{"id", "attack", "rate_hz", "amount"}]}, has the attacks that are open from now on; the answer is a line that says what has been sent
-since the last one. The first line that it writes has the ports of its sides. The messages are left to `attacks`.
+It has one port a side, so that neither end sees a second one. A stranger's datagrams come from a third port. The first line that it
+writes has the ports of its sides. A line on standard input, {"orders": [{"id", "attack", "rate_hz", "amount"}]}, has the attacks that
+are open from now on; the answer is a line with all that has been sent since the last one. The messages are left to `attacks`.
 """
 
 import argparse
@@ -24,6 +24,8 @@ from receipts import PROGRAM, VEHICLE
 
 #: Longest wait, s, and the longest time that an attack catches up on, s.
 WAIT, BEHIND = 0.05, 1.0
+#: Datagrams of one attack between two looks at the sockets: a flood must not keep back what passes.
+AT_ONCE = 200
 OTHER = {VEHICLE: PROGRAM, PROGRAM: VEHICLE}
 #: Attacks whose sender is no end of the link, but has a port of its own.
 STRANGERS = {"parameter", "flood", "take_name"}
@@ -35,7 +37,7 @@ class Open:
     def __init__(self, order: dict[str, Any], heard: Heard, now_s: float, factor: float) -> None:
         self.id, self.attack = order["id"], order["attack"]
         rate = order["rate_hz"] * factor
-        #: Real time between two beats; none where there is only one.
+        #: Real time from one to the next; without an end where there is only one.
         self.period = 1.0 / rate if rate > 0.0 else float("inf")
         age = self.attack.startswith("replay")
         self.forger = Forger(self.attack, order["amount"] / factor if age else order["amount"], heard)
@@ -46,7 +48,7 @@ class Open:
         made = list(self.forger.replayed(self.since_s, now_s))
         self.since_s = now_s
         self.due_s = max(self.due_s, now_s - BEHIND)
-        while self.due_s <= now_s:
+        while self.due_s <= now_s and len(made) < AT_ONCE:
             self.due_s += self.period
             made += self.forger.once(now_s)
         return made

@@ -1,7 +1,7 @@
 """The mission of a trial for the program: a file of JSON for programs, and one of way points for ground stations.
 
-Way points are those of the start; the height is the platform's. The second file has the format "QGC WPL 110", as Mission Planner, QGroundControl and
-MAVProxy write and read it.
+Way points are those of the start; the height is the platform's. The second file has the format "QGC WPL 110", which Mission Planner,
+QGroundControl and MAVProxy read.
 """
 
 import json

@@ -138,7 +138,8 @@ class Telemetry:
         pose = self.pose()
         at, height = self.spot(pose)
         fix, speed = (3, math.hypot(*pose.velocity)) if pose else (1, 0.0)
-        return self.mav.gps_raw_int_encode(int(self.vehicle.now_s * 1e6), fix, *at, height, 80, 120, int(speed * 100.0), 65535, 12 if pose else 0)
+        stamp, satellites = int(self.vehicle.now_s * 1e6), 12 if pose else 0
+        return self.mav.gps_raw_int_encode(stamp, fix, *at, height, 80, 120, int(speed * 100.0), 65535, satellites)
 
     def spot(self, pose: Optional[Pose]) -> tuple[tuple[int, int], int]:
         """Latitude, longitude and height above the sea in integer fields; zeros without a position."""
@@ -174,7 +175,8 @@ class Telemetry:
         heading = int(math.degrees(north_yaw(pose)) % 360.0 * 100.0)
         east, north = (int(speed * 100.0) for speed in pose.velocity)
         relative = int((pose.height_m or 0.0) * 1000.0)
-        return self.mav.global_position_int_encode(self.boot_ms(), *at, height, relative, north, east, int(-pose.climb_m_s * 100.0), heading)
+        down = int(-pose.climb_m_s * 100.0)
+        return self.mav.global_position_int_encode(self.boot_ms(), *at, height, relative, north, east, down, heading)
 
     def mission_current(self) -> Any:
         plan = self.vehicle.plan

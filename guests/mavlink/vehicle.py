@@ -255,12 +255,12 @@ class Vehicle:
 
 def pose_at(start: Start) -> Optional[Pose]:
     pose = start.pose
-    return pose and Pose(pose.at, pose.yaw_rad, pose.height_m, -math.inf)
+    return None if pose is None else Pose(pose.at, pose.yaw_rad, pose.height_m, -math.inf)
 
 
 def home_at(start: Start) -> Optional[Pose]:
     pose = start.pose
-    return pose and Pose(pose.at, pose.yaw_rad, 0.0, start.time_s)
+    return None if pose is None else Pose(pose.at, pose.yaw_rad, 0.0, start.time_s)
 
 
 def posed(before: Optional[Pose], step: Step) -> Optional[Pose]:

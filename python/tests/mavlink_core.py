@@ -185,7 +185,7 @@ def step_of(number: int, body: Body, limit: float, seen: dict[str, Any]) -> dict
         "receiver_s": now,
         "height_m": height,
     }
-    step = {
+    step: dict[str, Any] = {
         "number": number,
         "time_s": now,
         "limit_m_s": limit,

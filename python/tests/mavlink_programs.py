@@ -165,7 +165,7 @@ def value(kind: Any, name: str, chance: random.Random) -> Any:
 def number(form: str, chance: random.Random) -> Any:
     if form in ("float", "double"):
         return chance.choice((NAN, math.inf, -math.inf, 0.0, -1.0, 1.0, 3e38, chance.uniform(-300.0, 300.0)))
-    bits = int(form.strip("uint_mavlink_version") or 8)
+    bits = int("".join(digit for digit in form if digit.isdigit()))
     least, most = (0, 2**bits - 1) if form.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
     return chance.choice((least, most, 0 if least else 1, chance.randint(max(least, -500), min(most, 500))))
 

@@ -8,23 +8,15 @@ from pathlib import Path
 from typing import Optional
 
 from .mavlink_core import HEIGHT, Core
+from .mavlink_series import MAVLINK, OFF_BOARD, PATIENT, PYTHON, guest
 from .test_ros2 import gone, session_of
 
-MAVLINK = Path(__file__).resolve().parents[2] / "guests/mavlink"
-PYTHON = MAVLINK / ".venv/bin/python"
 PROGRAMS = Path(__file__).with_name("mavlink_programs.py")
 MISSION = [str(PYTHON), str(MAVLINK / "programs/mission.py"), "{port}", "{route}"]
-OFF_BOARD = [str(PYTHON), str(MAVLINK / "programs/offboard.py"), "{port}", "1.0"]
-#: Time of the vehicle's clock for what a program does on a loaded machine, s.
-PATIENT = 60.0
 
 
 def bare(name: str) -> list[str]:
     return [str(PYTHON), str(PROGRAMS), name, "{port}"]
-
-
-def guest(program: list[str], *options: str) -> list[str]:
-    return [str(PYTHON), str(MAVLINK / "mavlink_guest.py"), *options, "--", *program]
 
 
 def traces() -> set[str]:

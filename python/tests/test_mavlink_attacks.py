@@ -2,57 +2,13 @@
 
 import tempfile
 import unittest
-from dataclasses import dataclass
-from typing import Any, Optional
 
 from .mavlink_core import Core, order
-from .test_mavlink import MISSION, OFF_BOARD, PATIENT, PYTHON, Case, bare
+from .mavlink_series import OFF_BOARD, PATIENT, PYTHON, Seen, attacked, begin, flown
+from .test_mavlink import MISSION, Case, bare
 
-#: Each attack with its rate and its amount. The last ones end a flight off board.
-ATTACKS: list[tuple[str, float, float]] = [
-    ("odometry", 20.0, 3.0),
-    ("clock", 5.0, 60.0),
-    ("take_name", 20.0, 5.0),
-    ("replay_odometry", 0.0, 1.0),
-    ("flood", 500.0, 0.0),
-    ("parameter", 5.0, 1.5),
-    ("route", 2.0, 3.0),
-    ("replay_command", 0.0, 1.0),
-    ("command", 60.0, -2.0),
-    ("rewrite", 0.0, 2.0),
-    ("stop", 5.0, 0.0),
-]
-SECONDS, BETWEEN = 1.5, 0.5
 #: What a flood does to what is in force: nothing.
 WITHOUT_EFFECT = {"flood"}
-
-
-@dataclass
-class Seen:
-    """One attack's receipts, and the vehicle's state at its end."""
-
-    receipts: list[dict[str, Any]]
-    state: str
-    east_m: float
-
-    def total(self, name: str) -> int:
-        return sum(receipt[name] for receipt in self.receipts)
-
-    def used(self) -> int:
-        return sum(receipt["used"] for receipt in self.receipts)
-
-    def reasons(self) -> set[Optional[str]]:
-        return {receipt["why"] for receipt in self.receipts if receipt["sent"]}
-
-
-def attacked(core: Core, id: int, attack: str, rate_hz: float, amount: float, seconds: float = SECONDS) -> Seen:
-    """One attack for some time, and a pause."""
-    before = core.body.x
-    flight = core.fly(seconds, lambda _: {"bus": [order(id, attack, rate_hz, amount)]})
-    seen = Seen(flight.receipts(id), flight.replies[-1]["state"], core.body.x - before)
-    core.fly(BETWEEN)
-    return seen
-
 
 @unittest.skipUnless(PYTHON.exists(), "MAVSDK and pymavlink are not installed: make -C guests/mavlink")
 class Attacks(Case):
@@ -64,15 +20,12 @@ class Attacks(Case):
         return ["--sign", key.name]
 
     def off_board(self, *options: str) -> Core:
-        core = self.core([*OFF_BOARD[:-1], "0.5"], *options)
-        self.assertTrue(core.until_state("OFFBOARD", PATIENT))
-        # What is replayed has to have passed.
-        core.fly(1.2)
+        core = self.core(OFF_BOARD, *options)
+        begin(core)
         return core
 
     def series(self, *options: str) -> dict[str, Seen]:
-        core = self.off_board(*options)
-        return {attack: attacked(core, id, attack, rate, amount) for id, (attack, rate, amount) in enumerate(ATTACKS, 1)}
+        return flown(self.core(OFF_BOARD, *options))
 
     def test_an_unsigned_link_takes_each(self) -> None:
         for attack, seen in self.series().items():
