@@ -74,7 +74,7 @@ class Requests(unittest.TestCase):
         start = request(line(begun))
         assert isinstance(start, Start)
         self.assertEqual((start.protocol, start.pose), ("jsonl/2", Pose((0.0, 0.0), 0.0, None)))
-        self.assertEqual(start.body, Body("wheels", 1.2, 0.8, 0.4, 0.0, None, 1.0))
+        self.assertEqual(start.body, Body("ground", (1.2, 0.8), 0.4, 1.0, 0.0, 0.0))
         self.assertEqual(start.origin, Origin(47.0, 8.0, 400.0))
         begun["start"]["pose"] = None
         start = request(line(begun))
