@@ -89,4 +89,3 @@ fn varies(log: &Log<'_>, topic: &str, path: &str) -> bool {
     let rows = log.numbers(topic, &[path]).unwrap_or_default();
     rows.windows(2).any(|two| two[0] != two[1])
 }
-

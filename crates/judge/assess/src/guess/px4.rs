@@ -83,4 +83,3 @@ fn px4_fix(log: &Log<'_>) -> Option<String> {
         })
     })
 }
-

@@ -54,7 +54,8 @@ fn receiver(log: &Log<'_>, topic: &Topic) -> String {
     let states = |row: &Vec<f64>| row.first().is_some_and(|variance| *variance > 0.0);
     let stated = log.numbers(&topic.name, &["position_covariance[0]"]).is_some_and(|rows| rows.iter().any(states));
     let sigma = if stated { "sigma = { field = \"position_covariance[0]\", unit = \"m2\" }\n" } else { "" };
-    let height = if varies(log, &topic.name, "altitude") { "height = { field = \"altitude\", unit = \"m\" }\n" } else { "" };
+    let height =
+        if varies(log, &topic.name, "altitude") { "height = { field = \"altitude\", unit = \"m\" }\n" } else { "" };
     format!(
         "[fix]\ntopic = {}\nsource = \"gnss\"\n{STAMP}\nlatitude = {{ field = \"latitude\", unit = \"deg\" }}\n\
          longitude = {{ field = \"longitude\", unit = \"deg\" }}\n{height}{sigma}valid = {{ field = \"status.status\", at_least = 0 }}\n",

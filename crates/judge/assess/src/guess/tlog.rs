@@ -70,7 +70,9 @@ pub(super) fn tables(log: &Log<'_>) -> Result<String, &'static str> {
         // A heartbeat carries no time of the vehicle's.
         Some(topic) if matches!(clock, Clock::Station) => {
             let name = toml::Value::from(topic.name.as_str());
-            format!("\n[mode]\ntopic = {name}\nstamp = {{ unit = \"log\" }}\nfield = \"custom_mode\" # the autopilot's own numbers\n")
+            format!(
+                "\n[mode]\ntopic = {name}\nstamp = {{ unit = \"log\" }}\nfield = \"custom_mode\" # the autopilot's own numbers\n"
+            )
         }
         Some(_) | None => String::new(),
     };
@@ -93,7 +95,8 @@ fn clock(log: &Log<'_>, messages: [Stamped; 3]) -> Clock {
 fn fixes(log: &Log<'_>, message: Stamped, clock: &Clock) -> String {
     let (topic, stamp) = (message.0, clock.stamp(message));
     let head = |source: &str| format!("[fix]\ntopic = \"{topic}\"\nsource = \"{source}\"\nframe = \"ned\"\n{stamp}\n");
-    let global = "latitude = { field = \"lat\", unit = \"1e-7deg\" }\nlongitude = { field = \"lon\", unit = \"1e-7deg\" }\n";
+    let global =
+        "latitude = { field = \"lat\", unit = \"1e-7deg\" }\nlongitude = { field = \"lon\", unit = \"1e-7deg\" }\n";
     match topic {
         "GPS_RAW_INT" => {
             // `eph` is a dilution and no length; receivers of newer autopilots state `h_acc`.

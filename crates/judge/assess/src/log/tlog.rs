@@ -133,7 +133,10 @@ impl Tables {
         if self.skipped > 0 {
             let ids = self.skipped_ids.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
             let first = if self.skipped_ids.len() == MAX_NAMED { "the first numbers" } else { "numbers" };
-            found.note(format!("{} messages are of kinds that carry no input and are not checked ({first}: {ids})", self.skipped));
+            found.note(format!(
+                "{} messages are of kinds that carry no input and are not checked ({first}: {ids})",
+                self.skipped
+            ));
         }
         if self.signed > 0 {
             found.note(format!("{} frames are signed; a log has no key to check them by", self.signed));

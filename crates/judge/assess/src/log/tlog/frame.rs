@@ -136,7 +136,8 @@ pub(super) fn read_record(bytes: &[u8], at: usize) -> Result<Record<'_>, RecordE
         [_, _, _, system, component, id, ..] => (u32::from(*id), (*system, *component)),
         _ => return Err(short),
     };
-    let record = Record { us, id, sender, payload: &frame[header..header + length], is_signed, next: at + TIME + whole };
+    let record =
+        Record { us, id, sender, payload: &frame[header..header + length], is_signed, next: at + TIME + whole };
     check(bytes, &record, &frame[1..header + length], &frame[header + length..unsigned]).map(|()| record)
 }
 
