@@ -53,7 +53,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             let terms = Terms { bounds: platform.bounds.to_bounds(), limits: platform.limits() };
             let map = (map.display().to_string(), text);
             let name = platform.name.as_str().to_owned();
-            let scene = args.scenario.as_deref().map(|file| scene::wanted(context, file, &name)).transpose()?;
+            let scene = args.scenario.as_deref().map(|file| scene::wanted(context, file, &platform)).transpose()?;
             Some(confined::Judged { map, platform: name, terms, scene })
         }
     };

@@ -31,6 +31,8 @@ pub struct Wanted<'a> {
     pub recording: &'a str,
     /// SHA-256 of the recording in hexadecimal digits, for a comment.
     pub sha256: &'a str,
+    /// Least speed of a platform that cannot stand, m/s; 0 of any other.
+    pub least_speed_m_s: f64,
     /// Deviation of the twin's receiver on each axis, metres, to which the recording's noise is compared.
     pub twin_sigma_m: f64,
 }
@@ -46,7 +48,7 @@ pub fn scenario_text(log: &Log<'_>, map: &Map, terms: &Terms, wanted: &Wanted<'_
     let heights =
         if terms.limits.aloft.is_some() { Some(part::heights(log, map, terms, wanted.platform)?) } else { None };
     let shown = Shown::of_part(&part, &track.facts);
-    check_speed(&shown, terms, wanted.platform)?;
+    check_speed(&shown, terms, wanted)?;
     let route = Route::of_part(&part, map, terms)?;
     let sources = text::Sources { map, terms, wanted, part: &part, heights, shown: &shown, route: &route };
     let text = text::write(&sources)?;
@@ -68,10 +70,14 @@ fn check_body(map: &Map, terms: &Terms, platform: &str) -> Result<(), SceneError
     }
 }
 
-fn check_speed(shown: &Shown, terms: &Terms, platform: &str) -> Result<(), SceneError> {
+fn check_speed(shown: &Shown, terms: &Terms, wanted: &Wanted<'_>) -> Result<(), SceneError> {
+    let (speed_m_s, platform) = (shown.speed_m_s, wanted.platform.to_owned());
     let most_m_s = f64::from(terms.bounds.max_speed_mm_s) / 1000.0;
-    match shown.speed_m_s > most_m_s {
-        true => Err(SceneError::Fast { speed_m_s: shown.speed_m_s, most_m_s, platform: platform.to_owned() }),
+    if speed_m_s > most_m_s {
+        return Err(SceneError::Fast { speed_m_s, most_m_s, platform });
+    }
+    match speed_m_s < wanted.least_speed_m_s {
+        true => Err(SceneError::Slow { speed_m_s, least_m_s: wanted.least_speed_m_s, platform }),
         false => Ok(()),
     }
 }

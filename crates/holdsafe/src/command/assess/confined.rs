@@ -43,10 +43,12 @@ pub(super) struct Judged {
 }
 
 /// A scenario to be made.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Scene {
     /// Its name.
     pub(super) name: String,
+    /// Least speed of the platform, m/s.
+    pub(super) least_speed_m_s: f64,
     /// Deviation of the twin's receiver, metres.
     pub(super) twin_sigma_m: f64,
 }
@@ -87,9 +89,10 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
     };
     let map = Map::parse(at, text)?;
     let sha256: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    if let Some(Scene { name: scenario, twin_sigma_m }) = scene {
-        let (recording, twin_sigma_m) = (name.as_str(), *twin_sigma_m);
-        let wanted = Wanted { name: scenario, platform, recording, sha256: &sha256, twin_sigma_m };
+    if let Some(scene) = scene {
+        let Scene { name: scenario, least_speed_m_s, twin_sigma_m } = scene.clone();
+        let (name, recording) = (scenario.as_str(), name.as_str());
+        let wanted = Wanted { name, platform, recording, sha256: &sha256, least_speed_m_s, twin_sigma_m };
         let text = assess::scenario_text(&log, &map, terms, &wanted).map_err(|reason| unusable(&reason))?;
         out::say(format_args!("{}", text.trim_end()));
         return Ok(Exit::Fine);

@@ -6,20 +6,21 @@ use std::process::Stdio;
 
 use runner::failure::{Exit, Failure};
 use runner::{Context, out, plan};
-use scenario::Name;
+use scenario::{Name, Platform};
 use sim::sensor::localisation::SIGMA_MM;
 
 use super::confined::Scene;
 
-/// The scenario that this file is to have, on a platform of this name.
-pub(super) fn wanted(context: &Context, file: &Path, platform: &str) -> Result<Scene, Failure> {
+/// The scenario that this file is to have, on this platform.
+pub(super) fn wanted(context: &Context, file: &Path, platform: &Platform) -> Result<Scene, Failure> {
     let wrong = |reason: &str| Failure::new(Exit::Usage, format!("{}: {reason}", file.display()));
     let stem = file.file_stem().filter(|_| file.extension().is_some_and(|end| end == "toml"));
     let stem = stem.and_then(|stem| stem.to_str()).ok_or_else(|| wrong("a scenario's file is NAME.toml"))?;
     let name = Name::new(stem).map_err(wrong)?.as_str().to_owned();
     // A scenario names its platform, which is then looked for among those below the root.
-    plan::platform_of(context, platform)?;
-    Ok(Scene { name, twin_sigma_m: f64::from(SIGMA_MM) / 1000.0 })
+    plan::platform_of(context, platform.name.as_str())?;
+    let least_speed_m_s = platform.fixed_wing.as_ref().map_or(0.0, |wing| wing.min_speed_m_s.get());
+    Ok(Scene { name, least_speed_m_s, twin_sigma_m: f64::from(SIGMA_MM) / 1000.0 })
 }
 
 /// Has a new file written; without a good end nothing is left of it.

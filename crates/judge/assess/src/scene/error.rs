@@ -59,7 +59,7 @@ pub enum SceneError {
     },
     /// Speed beyond the platform's.
     #[error(
-        "the recording drives at up to {speed_m_s:.1} m/s in 95 % of the time, platform `{platform}` at {most_m_s} m/s at most: name a platform that is made \
+        "the recording moves at up to {speed_m_s:.1} m/s in 95 % of the time, platform `{platform}` at {most_m_s} m/s at most: name a platform that is made \
          for this speed (docs/reference/platforms.md)"
     )]
     Fast {
@@ -67,6 +67,19 @@ pub enum SceneError {
         speed_m_s: f64,
         /// Highest speed of the platform, m/s.
         most_m_s: f64,
+        /// Name of the platform.
+        platform: String,
+    },
+    /// Speed below that of a platform that cannot stand.
+    #[error(
+        "the recording flies at up to {speed_m_s:.1} m/s in 95 % of the time, platform `{platform}` at {least_m_s} m/s at least: name a platform that can stand, \
+         such as --platform platforms/air.toml"
+    )]
+    Slow {
+        /// Speed that 95 % of the samples do not exceed, m/s.
+        speed_m_s: f64,
+        /// Least speed of the platform, m/s.
+        least_m_s: f64,
         /// Name of the platform.
         platform: String,
     },

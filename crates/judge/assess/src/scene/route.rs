@@ -50,10 +50,14 @@ impl Route {
         if within_m < REACH_M {
             return Err(SceneError::Still { within_m });
         }
-        let (kept, tolerance_m) = simplified(&places)?;
         let margin_m = margin_m(terms);
-        let (corners, is_maps) = fence(map, &kept, margin_m)?;
+        let (corners, is_maps) = fence(map, &places, margin_m)?;
         let shift_m = shift(&corners)?;
+        let (kept, tolerance_m) = simplified(&places)?;
+        // A scenario's way points lie within its fence.
+        if let Some(place) = kept.iter().find(|place| !is_inside(&corners, **place)) {
+            return Err(SceneError::Outside { place_m: *place });
+        }
         let moved = |place: &[f64; 2]| [0, 1].map(|axis| rounded(place[axis] - shift_m[axis]));
         let points: Vec<[f64; 2]> = kept[1..].iter().map(moved).collect();
         let way_m = kept.windows(2).map(|two| distance(two[0], two[1])).sum();
@@ -141,20 +145,16 @@ fn margin_m(terms: &Terms) -> f64 {
     libm::ceil((2.0 * (margin + reaction + speed * speed / (2.0 * braking))).max(FENCE_M))
 }
 
-/// The map's fence, or a rectangle around the route; on the recording's axes.
-fn fence(map: &Map, route: &[[f64; 2]], margin_m: f64) -> Result<(Vec<[f64; 2]>, bool), SceneError> {
+/// The map's fence, or a rectangle around the places; on the recording's axes. Also whether it is the map's.
+fn fence(map: &Map, places: &[[f64; 2]], margin_m: f64) -> Result<(Vec<[f64; 2]>, bool), SceneError> {
     let Some(stated) = &map.fence else {
-        let ([west, south], [east, north]) = extent(route);
+        let ([west, south], [east, north]) = extent(places);
         let (west, south, east, north) = (west - margin_m, south - margin_m, east + margin_m, north + margin_m);
         return Ok((vec![[west, south], [east, south], [east, north], [west, north]], false));
     };
-    let corners: Vec<[f64; 2]> = stated.corners.as_ref().clone();
-    if corners.len() > MAX_POINTS {
-        return Err(SceneError::Corners { corners: corners.len() });
-    }
-    match route.iter().find(|place| !is_inside(&corners, **place)) {
-        Some(place) => Err(SceneError::Outside { place_m: *place }),
-        None => Ok((corners, true)),
+    match stated.corners.as_ref() {
+        corners if corners.len() > MAX_POINTS => Err(SceneError::Corners { corners: corners.len() }),
+        corners => Ok((corners.clone(), true)),
     }
 }
 

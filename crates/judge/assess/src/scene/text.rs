@@ -10,7 +10,7 @@ use super::part::Part;
 use super::route::Route;
 use super::shown::Shown;
 use crate::Terms;
-use crate::map::{Map, Vehicle};
+use crate::map::Map;
 
 /// Longest trial, seconds.
 pub(super) const LONGEST_S: f64 = 7200.0;
@@ -71,7 +71,7 @@ fn head(sources: &Sources<'_>, seconds: f64) -> String {
          # Recording: {} (SHA-256 {})\n# Map: {}\n\
          # `holdsafe scenario check {name}.toml`, then `holdsafe run {name}.toml`. Add attacks as in `holdsafe scenario new`.\n\
          schema_version = 1\nname = \"{name}\"\ntitle = \"A recorded route in the closed loop\"\n\
-         description = \"\"\"\nThe route of a recording of {:.0} s, without an attack. A trip of a guard shows that this route, speed or noise is too much for the platform.\n\"\"\"\n\
+         description = \"\"\"\nThe route of a recording of {:.0} s, without an attack. Where a guard trips, route, speed or noise of the recording are beyond the platform's limits.\n\"\"\"\n\
          threats = [\"N0\"]\nstride = []\ntechniques = []\ninterface = \"control\"\nevidence = \"model\"\nrequirement = \"runtime-assurance\"\n\
          expected = [\"NOMINAL\"]                   # no attack is made\npolicy = \"default\"\nplatform = \"{}\"\n\
          # {:.0} m of way at {PACE} of the set speed, and {SPARE_S} s: the recorded way{of_parts} took {:.0} s.\nduration_s = {seconds:.1}\n",
@@ -155,8 +155,8 @@ fn scene(sources: &Sources<'_>) -> String {
 
 /// The recorded speed as an operator sets it, mm/s; none where no setting has it or the platform has it anyway.
 fn speed_setting(sources: &Sources<'_>) -> Option<u16> {
-    // A wing keeps a least speed, which a setting may not go below.
-    let may = sources.map.vehicle != Vehicle::FixedWing;
+    // A body that cannot stand circles at speeds of its own, which a setting must not forbid.
+    let may = sources.wanted.least_speed_m_s <= 0.0;
     let [speeds, ..] = &RANGES;
     let rounded = libm::ceil(sources.shown.speed_m_s * 10.0) * 100.0;
     let set = rounded.clamp(f64::from(*speeds.start()), f64::from(*speeds.end())) as u16;
