@@ -2,7 +2,7 @@
 //!
 //! `part` takes the longest part of the readings, `route` reduces it to way points, `shown` measures speed, noise and rates, `text` writes the
 //! file with the source of each number. A quantity that a scenario cannot express is an error, or a comment where the scenario is right without it.
-//! Objects, relief and light of the place are in no recording; the file says so.
+//! Objects, relief and light of the place are in no recording, which the file states.
 
 mod error;
 mod part;

@@ -118,7 +118,7 @@ fn inexpressible_drives_are_refused_in_words() {
     let rows: Vec<At> = (0..400 * 40).map(row).collect();
     let error_text = of_drive(&rows).unwrap_err();
     assert!(
-        error_text.contains("way points to stay within 2 m of the recorded one, and a scenario has 64"),
+        error_text.contains("way points or more to stay within 2 m of the recorded one, and a scenario has 64"),
         "{error_text}"
     );
 }
@@ -135,7 +135,7 @@ fn air() -> Terms {
     Terms { limits, ..Terms::GROUND }
 }
 
-/// A rover's log as that of a multirotor; the heights of its local place are those of a flight at `height`.
+/// A scenario of a rover's log that is taken for a multirotor's, with this line for its heights.
 fn flown(height: &str, terms: &Terms, wanted: &Wanted<'_>) -> Result<String, String> {
     let map = guess(&Log::open(ROVER).unwrap()).unwrap().replace("\"wheeled\"", "\"multirotor\"");
     let map = map.replace("height = { field = \"alt\", unit = \"mm\" }\n", height);

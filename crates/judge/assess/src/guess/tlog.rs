@@ -60,11 +60,12 @@ fn heartbeat<'a>(log: &'a Log<'_>) -> Option<&'a Topic> {
 
 /// The tables of the map, or the missing input.
 pub(super) fn tables(log: &Log<'_>) -> Result<String, &'static str> {
-    let has = |message: &Stamped| log.topic(message.0).is_ok();
-    let fix = [RECEIVER, GLOBAL, LOCAL].into_iter().find(has);
+    let is_recorded = |message: &Stamped| log.topic(message.0).is_ok();
+    let fix = [RECEIVER, GLOBAL, LOCAL].into_iter().find(is_recorded);
     let fix = fix.ok_or("a fix (GPS_RAW_INT, GLOBAL_POSITION_INT, LOCAL_POSITION_NED)")?;
-    let motion = [LOCAL, GLOBAL].into_iter().find(has).ok_or("odometry (LOCAL_POSITION_NED, GLOBAL_POSITION_INT)")?;
-    let turned = [ATTITUDE, GLOBAL].into_iter().find(has).ok_or("a heading (ATTITUDE, GLOBAL_POSITION_INT)")?;
+    let motion =
+        [LOCAL, GLOBAL].into_iter().find(is_recorded).ok_or("odometry (LOCAL_POSITION_NED, GLOBAL_POSITION_INT)")?;
+    let turned = [ATTITUDE, GLOBAL].into_iter().find(is_recorded).ok_or("a heading (ATTITUDE, GLOBAL_POSITION_INT)")?;
     let clock = clock(log, [fix, motion, turned]);
     let mode = match heartbeat(log) {
         // A heartbeat carries no time of the vehicle's.

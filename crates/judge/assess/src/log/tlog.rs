@@ -72,7 +72,7 @@ pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> (Tables, Found) {
 /// The first sound record at `from` or behind it.
 fn find(bytes: &[u8], from: usize) -> Option<usize> {
     // The first byte of every time from 2000 to 2100 is 0: the other places cost one comparison.
-    (from..bytes.len()).find(|at| bytes[*at] == 0 && frame::read_record(bytes, *at).is_ok())
+    (from..bytes.len()).find(|offset| bytes[*offset] == 0 && frame::read_record(bytes, *offset).is_ok())
 }
 
 impl Tables {

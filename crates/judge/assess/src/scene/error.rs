@@ -102,7 +102,7 @@ pub enum SceneError {
     },
     /// A route of too many bends.
     #[error(
-        "the route needs {points} way points to stay within {tolerance_m} m of the recorded one, and a scenario has {MAX_POINTS}: cut the recording to a shorter \
+        "the route needs {points} way points or more to stay within {tolerance_m} m of the recorded one, and a scenario has {MAX_POINTS}: cut the recording to a shorter \
          stretch"
     )]
     Winding {

@@ -1,6 +1,6 @@
 //! The route: way points that follow the recorded places, moved into the world of a scenario, and the fence around them.
 //!
-//! The places are reduced by Ramer, Douglas and Peucker's rule: the farthest place from the straight line between two kept ones is kept too, until none is
+//! The places are reduced by Ramer, Douglas and Peucker's rule: the farthest place from the straight line between two retained ones is retained too, until none is
 //! farther than a tolerance. The tolerance grows until the way points are few enough.
 
 use super::error::SceneError;
@@ -12,7 +12,7 @@ use crate::map::Map;
 pub(super) const MAX_POINTS: usize = 64;
 /// Distances between the recorded route and the straight legs that are tried, metres. The last is the distance within which a way point counts as passed.
 const TOLERANCES_M: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
-/// Distance between two places that are told apart, metres: a vehicle at rest is one place.
+/// Least distance between two places that count as two, metres: a vehicle at rest is one place.
 const APART_M: f64 = 0.2;
 /// Least distance from the start that makes a route, metres.
 pub(super) const REACH_M: f64 = 2.0;
@@ -53,16 +53,16 @@ impl Route {
         let margin_m = margin_m(terms);
         let (corners, is_maps) = fence(map, &places, margin_m)?;
         let shift_m = shift(&corners)?;
-        let (kept, tolerance_m) = simplified(&places)?;
+        let (retained, tolerance_m) = simplified(&places)?;
         // A scenario's way points lie within its fence.
-        if let Some(place) = kept.iter().find(|place| !is_inside(&corners, **place)) {
+        if let Some(place) = retained.iter().find(|place| !is_inside(&corners, **place)) {
             return Err(SceneError::Outside { place_m: *place });
         }
         let moved = |place: &[f64; 2]| [0, 1].map(|axis| rounded(place[axis] - shift_m[axis]));
-        let points: Vec<[f64; 2]> = kept[1..].iter().map(moved).collect();
-        let way_m = kept.windows(2).map(|two| distance(two[0], two[1])).sum();
+        let points: Vec<[f64; 2]> = retained[1..].iter().map(moved).collect();
+        let way_m = retained.windows(2).map(|two| distance(two[0], two[1])).sum();
         let yaw = part.spots.first().map_or(0.0, |spot| spot.yaw);
-        let start = (moved(&kept[0]), rounded(autonomy::localisation::wrap(yaw)));
+        let start = (moved(&retained[0]), rounded(autonomy::localisation::wrap(yaw)));
         let fence = (corners.iter().map(moved).collect(), is_maps);
         Ok(Self { start, points, fence, shift_m, tolerance_m, way_m, margin_m })
     }
@@ -77,25 +77,25 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     libm::hypot(a[0] - b[0], a[1] - b[1])
 }
 
-/// The places that are apart from the one kept before.
+/// The places that are apart from the one retained before.
 fn distinct(places: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
-    let mut kept: Vec<[f64; 2]> = Vec::new();
+    let mut retained: Vec<[f64; 2]> = Vec::new();
     for place in places {
-        if kept.last().is_none_or(|last| distance(*last, place) >= APART_M) {
-            kept.push(place);
+        if retained.last().is_none_or(|last| distance(*last, place) >= APART_M) {
+            retained.push(place);
         }
     }
-    kept
+    retained
 }
 
 /// The start and at most [`MAX_POINTS`] way points, by the finest tolerance that gives so few.
 fn simplified(places: &[[f64; 2]]) -> Result<(Vec<[f64; 2]>, f64), SceneError> {
     let mut points = 0;
     for tolerance_m in TOLERANCES_M {
-        let kept = reduced(places, tolerance_m);
-        points = kept.len() - 1;
+        let retained = reduced(places, tolerance_m);
+        points = retained.len() - 1;
         if points <= MAX_POINTS {
-            return Ok((kept, tolerance_m));
+            return Ok((retained, tolerance_m));
         }
     }
     Err(SceneError::Winding { points, tolerance_m: TOLERANCES_M[TOLERANCES_M.len() - 1] })
@@ -107,17 +107,17 @@ fn reduced(places: &[[f64; 2]], tolerance_m: f64) -> Vec<[f64; 2]> {
     let mut is_kept = vec![false; places.len()];
     (is_kept[0], is_kept[last]) = (true, true);
     let mut waiting = vec![(0, last)];
-    let mut kept = 2;
+    let mut retained = 2;
     while let Some((from, to)) = waiting.pop() {
         let off = |i: usize| distance_to_leg(places[i], places[from], places[to]);
         let farthest = (from + 1..to).max_by(|a, b| off(*a).total_cmp(&off(*b)));
-        if let Some(at) = farthest.filter(|at| off(*at) > tolerance_m) {
-            is_kept[at] = true;
-            kept += 1;
-            waiting.extend([(from, at), (at, to)]);
+        if let Some(farthest) = farthest.filter(|place| off(*place) > tolerance_m) {
+            is_kept[farthest] = true;
+            retained += 1;
+            waiting.extend([(from, farthest), (farthest, to)]);
         }
         // Far more than any scenario has: the rest of a scribble is not looked at.
-        if kept > 4 * MAX_POINTS {
+        if retained > 4 * MAX_POINTS {
             break;
         }
     }
@@ -168,10 +168,10 @@ fn is_inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
 
 /// Lowest and highest coordinates.
 fn extent(places: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
-    let of = |pick: fn(f64, f64) -> f64| {
+    let limit = |pick: fn(f64, f64) -> f64| {
         [0, 1].map(|axis| places.iter().map(|place| place[axis]).reduce(pick).unwrap_or(0.0))
     };
-    (of(f64::min), of(f64::max))
+    (limit(f64::min), limit(f64::max))
 }
 
 /// The middle of the fence in whole metres, which becomes the zero of the world.
@@ -199,8 +199,8 @@ mod tests {
 
     #[test]
     fn round_trip_keeps_its_far_end() {
-        let there = (0..=50).map(|i| [f64::from(i), 0.0]);
-        let places: Vec<[f64; 2]> = there.clone().chain(there.rev()).collect();
+        let outbound = (0..=50).map(|i| [f64::from(i), 0.0]);
+        let places: Vec<[f64; 2]> = outbound.clone().chain(outbound.rev()).collect();
         assert_eq!(reduced(&places, 0.5), [[0.0, 0.0], [50.0, 0.0], [0.0, 0.0]]);
     }
 

@@ -20,7 +20,7 @@ const SPARE_S: f64 = 15.0;
 const PACE: f64 = 0.6;
 /// Range of the factor on the noise of all sensors.
 const NOISE: (f64, f64) = (0.1, 10.0);
-/// Factor from which on a stated deviation is told beside the measured noise.
+/// Factor from which on a stated deviation is named beside the measured noise.
 const WANDERS: f64 = 2.0;
 /// Longest passage of the recording's own words in a comment, characters.
 const MAX_QUOTED: usize = 200;
@@ -98,13 +98,13 @@ fn noise(sources: &Sources<'_>) -> String {
         return text;
     };
     let factor = noise_m / wanted.twin_sigma_m;
-    let kept = libm::round(factor.clamp(NOISE.0, NOISE.1) * 100.0) / 100.0;
-    let _infallible = write!(
+    let rounded = libm::round(factor.clamp(NOISE.0, NOISE.1) * 100.0) / 100.0;
+    let _infallible = writeln!(
         text,
-        "# Noise: fixes scatter by {noise_m:.3} m on each axis beside odometry (median), the twin's by {} m. The factor is on every sensor of the twin.\n",
+        "# Noise: fixes scatter by {noise_m:.3} m on each axis beside odometry (median), the twin's by {} m. The factor is on every sensor of the twin.",
         wanted.twin_sigma_m
     );
-    if kept * wanted.twin_sigma_m < noise_m * 0.99 {
+    if rounded * wanted.twin_sigma_m < noise_m * 0.99 {
         let _infallible = writeln!(text, "# The factor would be {factor:.1}; {} is the greatest.", NOISE.1);
     }
     if noise_m * 1000.0 > f64::from(terms.limits.fix_sigma_mm) {
@@ -114,7 +114,7 @@ fn noise(sources: &Sources<'_>) -> String {
             wanted.platform, terms.limits.fix_sigma_mm
         );
     }
-    let _infallible = writeln!(text, "[models]\nnoise = {kept:?}");
+    let _infallible = writeln!(text, "[models]\nnoise = {rounded:?}");
     text
 }
 
@@ -155,7 +155,7 @@ fn scene(sources: &Sources<'_>) -> String {
 
 /// The recorded speed as an operator sets it, mm/s; none where no setting has it or the platform has it anyway.
 fn speed_setting(sources: &Sources<'_>) -> Option<u16> {
-    // A body that cannot stand circles at speeds of its own, which a setting must not forbid.
+    // A body that cannot stand circles at its own speeds, which a setting must not forbid.
     let may = sources.wanted.least_speed_m_s <= 0.0;
     let [speeds, ..] = &RANGES;
     let rounded = libm::ceil(sources.shown.speed_m_s * 10.0) * 100.0;
@@ -167,17 +167,17 @@ fn speed_setting(sources: &Sources<'_>) -> Option<u16> {
 fn operator(sources: &Sources<'_>, setting: Option<u16>) -> String {
     let Sources { shown, terms, .. } = sources;
     let most = f64::from(terms.bounds.max_speed_mm_s) / 1000.0;
-    let said = format!("# Speed: {:.2} m/s or less in 95 % of the recording", shown.speed_m_s);
+    let comment = format!("# Speed: {:.2} m/s or less in 95 % of the recording", shown.speed_m_s);
     let set = match setting {
         Some(speed_mm_s) => {
             let Settings { margin_mm, arm_permille, keep_permille, .. } = Settings::from_bounds(&terms.bounds);
             format!(
-                "{said}; the other values are the platform's.\n[[operator.step]]\nat_s = 1.0\nwhen_state = \"IDLE\"\ndo = \"configure\"\n\
+                "{comment}; the other values are the platform's.\n[[operator.step]]\nat_s = 1.0\nwhen_state = \"IDLE\"\ndo = \"configure\"\n\
                  values = {{ speed_mm_s = {speed_mm_s}, margin_mm = {margin_mm}, arm_permille = {arm_permille}, keep_permille = {keep_permille} }}\n\
                  reason = \"speed of the recording\"\n\n"
             )
         }
-        None => format!("{said}; the platform's {most} m/s are kept, as no setting is nearer.\n"),
+        None => format!("{comment}; the platform's {most} m/s are kept, as no setting is nearer.\n"),
     };
     format!(
         "\n{set}[[operator.step]]\nat_s = 2.5\nwhen_state = \"IDLE\"\ndo = \"enable\"\nreason = \"start of the recorded route\"\n"

@@ -144,9 +144,9 @@ pub(super) fn read_record(bytes: &[u8], at: usize) -> Result<Record<'_>, RecordE
 /// Holds a record against its checksum, or against its successor.
 fn check(bytes: &[u8], record: &Record<'_>, covered: &[u8], stated: &[u8]) -> Result<(), RecordError> {
     let Some((_, message)) = messages::find(record.id) else {
-        let behind = bytes.get(record.next..).unwrap_or_default();
+        let rest = bytes.get(record.next..).unwrap_or_default();
         // Fewer bytes than a time and a first byte are the rest of a cut record.
-        let follows = behind.len() <= TIME || begins(behind);
+        let follows = rest.len() <= TIME || begins(rest);
         return if follows { Ok(()) } else { Err(RecordError::NoneBehind { id: record.id }) };
     };
     let mut sum = Checksum::default();
