@@ -16,10 +16,14 @@ pub(super) fn tables(log: &Log<'_>) -> Result<String, &'static str> {
         (None, Some(topic)) => twisted(log, topic),
         (None, None) => return Err("odometry (nav_msgs/Odometry, geometry_msgs/TwistStamped)"),
     };
-    let fix = match (of_type(log, "NavSatFix").next(), second.or(first)) {
+    // A pose by another estimator, such as AMCL, has the same path to its place as odometry.
+    let pose = of_type(log, "PoseWithCovarianceStamped").next();
+    let fix = match (of_type(log, "NavSatFix").next(), pose.or(second).or(first)) {
         (Some(topic), _) => receiver(log, topic),
         (None, Some(topic)) => local(topic),
-        (None, None) => return Err("a fix (sensor_msgs/NavSatFix, nav_msgs/Odometry)"),
+        (None, None) => {
+            return Err("a fix (sensor_msgs/NavSatFix, geometry_msgs/PoseWithCovarianceStamped, nav_msgs/Odometry)");
+        }
     };
     // An IMU without a magnetometer leaves its orientation at one value.
     let imu = of_type(log, "Imu").find(|topic| varies(log, &topic.name, "orientation.z"));
