@@ -59,7 +59,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     let file = args.files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" ");
     let files = recording.iter().map(|(name, bytes)| (name.clone(), bytes.len() as u64)).collect();
-    let request = Request { file, judged, seed: context.seed, json: context.json, files };
+    // With a scenario the output is its file, where a failure as JSON would be lost.
+    let json = context.json && args.scenario.is_none();
+    let request = Request { file, judged, seed: context.seed, json, files };
     match &args.scenario {
         Some(file) => scene::write(file, |to| confine(context, &request, &recording, to)),
         None => confine(context, &request, &recording, Stdio::inherit()),

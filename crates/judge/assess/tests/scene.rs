@@ -99,6 +99,16 @@ fn silence_and_bias_stand_as_comments() {
     assert_eq!(parsed(&with_fault).fault.len(), 1);
 }
 
+/// Rows up and down, 400 m long and so far apart, at 2 m/s.
+fn rows(count: u64, apart_m: f64) -> Vec<At> {
+    let place = |i: u64| {
+        let (along, row) = (i % 100, i / 100);
+        let along = if row % 2 == 0 { along } else { 99 - along } as f64;
+        At { us: 5_000_000 + i * 2_000_000, x: 4.0 * along, y: row as f64 * apart_m, yaw: 0.0, speed: 2.0, rate: 0.0 }
+    };
+    (0..100 * count).map(place).collect()
+}
+
 #[test]
 fn inexpressible_drives_are_refused_in_words() {
     for (drive, words) in [
@@ -109,18 +119,14 @@ fn inexpressible_drives_are_refused_in_words() {
         let error_text = of_drive(&drive).unwrap_err();
         assert!(error_text.contains(words), "{error_text}");
     }
-    // A square of 40 m, driven up and down in rows.
-    let row = |i: u64| {
-        let (along, row) = (i % 400, i / 400);
-        let along = if row % 2 == 0 { along } else { 399 - along } as f64 / 10.0;
-        At { us: 5_000_000 + i * 50_000, x: along, y: row as f64 * 4.0, yaw: 0.0, speed: 2.0, rate: 0.0 }
-    };
-    let rows: Vec<At> = (0..400 * 40).map(row).collect();
-    let error_text = of_drive(&rows).unwrap_err();
+    let error_text = of_drive(&rows(40, 4.0)).unwrap_err();
     assert!(
         error_text.contains("way points or more to stay within 2 m of the recorded one, and a scenario has 64"),
         "{error_text}"
     );
+    let error_text = of_drive(&rows(28, 15.0)).unwrap_err();
+    assert!(error_text.contains("s at the recorded speed, and a trial lasts 7200 s at most"), "{error_text}");
+    assert!(of_drive(&rows(12, 15.0)).is_ok(), "fewer rows are a scenario");
 }
 
 fn air() -> Terms {
