@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 use runner::failure::{Exit, Failure};
-use runner::{Context, out, plan};
+use runner::{Context, out};
 use scenario::{Name, Platform};
 use sim::sensor::localisation::SIGMA_MM;
 
@@ -18,7 +18,11 @@ pub(super) fn wanted(context: &Context, file: &Path, platform: &Platform) -> Res
     let stem = stem.and_then(|stem| stem.to_str()).ok_or_else(|| wrong("a scenario's file is NAME.toml"))?;
     let name = Name::new(stem).map_err(wrong)?.as_str().to_owned();
     // A scenario names its platform, which is then looked for among those below the root.
-    plan::platform_of(context, platform.name.as_str())?;
+    let (platforms, platform_name) = (context.root()?.join("platforms"), platform.name.as_str());
+    if !platforms.join(format!("{platform_name}.toml")).is_file() {
+        let place = platforms.display();
+        return Err(wrong(&format!("a scenario names its platform: copy the file of `{platform_name}` to {place}")));
+    }
     let least_speed_m_s = platform.fixed_wing.as_ref().map_or(0.0, |wing| wing.min_speed_m_s.get());
     Ok(Scene { name, least_speed_m_s, twin_sigma_m: f64::from(SIGMA_MM) / 1000.0 })
 }
