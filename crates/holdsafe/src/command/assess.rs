@@ -52,9 +52,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             let platform = scenario::load_platform(&platform)?;
             let terms = Terms { bounds: platform.bounds.to_bounds(), limits: platform.limits() };
             let map = (map.display().to_string(), text);
-            let name = platform.name.as_str().to_owned();
             let scene = args.scenario.as_deref().map(|file| scene::wanted(context, file, &platform)).transpose()?;
-            Some(confined::Judged { map, platform: name, terms, scene })
+            Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), terms, scene })
         }
     };
     let file = args.files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" ");

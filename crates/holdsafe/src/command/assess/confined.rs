@@ -43,7 +43,7 @@ pub(super) struct Judged {
 }
 
 /// A scenario to be made.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub(super) struct Scene {
     /// Its name.
     pub(super) name: String,
@@ -90,9 +90,9 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
     let map = Map::parse(at, text)?;
     let sha256: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     if let Some(scene) = scene {
-        let Scene { name: scenario, least_speed_m_s, twin_sigma_m } = scene.clone();
-        let (name, recording) = (scenario.as_str(), name.as_str());
-        let wanted = Wanted { name, platform, recording, sha256: &sha256, least_speed_m_s, twin_sigma_m };
+        let &Scene { name: ref scenario, least_speed_m_s, twin_sigma_m } = scene;
+        let wanted =
+            Wanted { name: scenario, platform, recording: name, sha256: &sha256, least_speed_m_s, twin_sigma_m };
         let text = assess::scenario_text(&log, &map, terms, &wanted).map_err(|reason| unusable(&reason))?;
         out::say(format_args!("{}", text.trim_end()));
         return Ok(Exit::Fine);

@@ -18,10 +18,9 @@ pub(super) fn wanted(context: &Context, file: &Path, platform: &Platform) -> Res
     let stem = stem.and_then(|stem| stem.to_str()).ok_or_else(|| wrong("a scenario's file is NAME.toml"))?;
     let name = Name::new(stem).map_err(wrong)?.as_str().to_owned();
     // A scenario names its platform, which is then looked for among those below the root.
-    let (platforms, platform_name) = (context.root()?.join("platforms"), platform.name.as_str());
-    if !platforms.join(format!("{platform_name}.toml")).is_file() {
-        let place = platforms.display();
-        return Err(wrong(&format!("a scenario names its platform: copy the file of `{platform_name}` to {place}")));
+    let known = context.root()?.join("platforms").join(format!("{}.toml", platform.name.as_str()));
+    if !known.is_file() {
+        return Err(wrong(&format!("a scenario names its platform: copy its file to {}", known.display())));
     }
     let least_speed_m_s = platform.fixed_wing.as_ref().map_or(0.0, |wing| wing.min_speed_m_s.get());
     Ok(Scene { name, least_speed_m_s, twin_sigma_m: f64::from(SIGMA_MM) / 1000.0 })
@@ -35,9 +34,7 @@ pub(super) fn write(file: &Path, make: impl FnOnce(Stdio) -> Result<Exit, Failur
     let made = make(Stdio::from(created));
     match &made {
         Ok(Exit::Fine) => out::say(format_args!("{}", file.display())),
-        Ok(_) | Err(_) => {
-            fs::remove_file(file)?;
-        }
+        Ok(_) | Err(_) => fs::remove_file(file)?,
     }
     made
 }
