@@ -2,6 +2,7 @@
 
 use assess::log::{Log, LogError};
 use assess::map::Map;
+use assess::{SceneError, Wanted};
 use evidence::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, Networks, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
@@ -88,8 +89,8 @@ pub fn settings(bytes: &[u8]) -> bool {
     platform | policy | space | weaknesses | labels | map
 }
 
-/// A recording of another vehicle is refused at a place within it, or read up to one; a map guessed from its topics is a map, and
-/// the guards get through it.
+/// A recording of another vehicle is refused at a place within it, or read up to one; a map guessed from its topics is a map,
+/// the guards get through it, and a scenario made of it is one.
 pub fn foreign(bytes: &[u8]) -> bool {
     // The offsets of one that is packed as a whole are relative to its inside.
     let packed = bytes.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]);
@@ -108,6 +109,12 @@ pub fn foreign(bytes: &[u8]) -> bool {
         if let Ok(result) = assess::assess(&log, &map, &assess::Terms::GROUND, 1) {
             assert!(result.judged_s.is_finite() && result.trips.len() == 6);
         }
+        let (name, sha256) = ("made", "00");
+        let wanted =
+            Wanted { name, platform: "ground", recording: name, sha256, least_speed_m_s: 0.0, twin_sigma_m: 0.04 };
+        // A scenario that is made passes the checks of scenarios, whatever the recording says.
+        let made = assess::scenario_text(&log, &map, &assess::Terms::GROUND, &wanted);
+        assert!(!matches!(made, Err(SceneError::Refused { .. })), "{made:?}");
     }
     true
 }
