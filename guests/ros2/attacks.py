@@ -1,7 +1,8 @@
 """Attacks on the graph in lock-step: which messages the rogue sends in a step, and the receipts of what became of them.
 
-Rates are per second of the vehicle's clock, so an attack does not depend on wall time. `silence` comes before a step's readings, forged readings
-between these and `/clock`, forged commands after the node's own. The rogue is told by `rogue_link`, its messages are counted by `witness`.
+Rates are per second of the vehicle's clock, so an attack does not depend on wall time. `silence` comes before a step's readings, forged
+readings between these and `/clock`, forged commands after the node's own. The rogue is told by `rogue_link`, its messages are counted by
+`witness`.
 """
 
 import math
@@ -9,9 +10,10 @@ import secrets
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
-from graph import CLOCK, NAME, ODOMETRY, PLAN, Graph
+from graph import NAME, Graph
 from holdsafe_guest import Order, Receipt, Step
 from rogue_link import RogueLink, whole
+from topics import CLOCK, ODOMETRY, PLAN, topic_of
 from witness import Witness
 
 #: Wall time for the rogue to start, s: within a step's own, where the first order starts it.
@@ -20,6 +22,8 @@ STARTS = 8.0
 ANSWERS = 1.0
 #: Wall time for the witness to count messages that have been sent, or to discover a publisher, s.
 COUNTS = 0.5
+#: Wall time for the node to take forged readings, s.
+TAKES = 0.03
 #: Attacks before the readings of a step, and after the node's command; others are between the readings and `/clock`.
 EARLY, LATE = {"silence"}, {"command", "replay_command", "listen"}
 #: Attacks that make the node act on forged readings, so that more than one command may follow.
@@ -125,6 +129,11 @@ class Attacks:
         if self.readings and not self.silenced:
             self.silenced = not self.witness.until(lambda: self._count(ODOMETRY).honest > 0, COUNTS) and self._attacked("silence", step)
         self._act([order for order in step.bus if order.attack not in EARLY | LATE], step)
+        if self.touches_inputs(step):
+            # So that the node has taken forged readings before a timer fires, and a forged time before the honest one replaces it. Commands
+            # show when it has, if it answers each reading.
+            forged_time = any(order.attack == "clock" for order in step.bus)
+            self.graph.until(lambda: not forged_time and self.has_answered_each(), TAKES)
 
     def after_command(self, step: Step) -> None:
         """After the node's command, which the base has."""
@@ -171,9 +180,7 @@ class Attacks:
 
     def _topic(self, attack: str) -> Optional[str]:
         """The topic on which an attack publishes."""
-        if attack in ("command", "replay_command"):
-            return self.graph.command_topic
-        return {"odometry": ODOMETRY, "replay_odometry": ODOMETRY, "flood": ODOMETRY, "clock": CLOCK, "route": PLAN}.get(attack)
+        return topic_of(attack, self.graph.command_topic)
 
     def _sent(self, order: Order) -> int:
         return whole(self.progress[order.id].step.get("sent"))
@@ -186,7 +193,12 @@ class Attacks:
         return any(order.attack == attack and self.progress[order.id].total > 0 for order in step.bus)
 
     def touches_inputs(self, step: Step) -> bool:
-        return any(order.attack in ON_INPUTS for order in step.bus)
+        return self.witness is not None and any(order.attack in ON_INPUTS for order in step.bus)
+
+    def has_answered_each(self) -> bool:
+        """True once the node has sent a command for each pose of the step, honest and forged: it can have no further one."""
+        count = self._count(ODOMETRY)
+        return bool(self.graph.base.honest >= count.honest + count.rogue > 0)
 
     def receipts(self, step: Step) -> list[Receipt]:
         """Those of the step's orders, at its end. Orders on one topic share what was received of it, the first one first."""

@@ -25,7 +25,7 @@ AGAIN = 0.05
 #: vehicle's clock, and without a pose.
 BETWEEN = 0.02
 #: Wall time without a command after which a node that gets forged readings has no further one, s.
-QUIET = 0.02
+QUIET = 0.05
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Bridge(Guest):
     def wait_for_last(self, end: float) -> None:
         """Waits until the node has answered each forged reading, as far as it does: the last command is in force."""
         graph, count = self.ready(), -1
-        while graph.base.honest != count and time.monotonic() < end:
+        while graph.base.honest != count and time.monotonic() < end and not self.attacks.has_answered_each():
             count = graph.base.honest
             graph.until(lambda: graph.base.honest != count, QUIET)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Callable, Optional
 
 import rclpy
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, Twist, TwistStamped
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rclpy.context import Context
 from rclpy.duration import Duration
@@ -22,6 +22,7 @@ from sensor_msgs.msg import Imu, NavSatFix
 import readings
 from conversion import seconds
 from holdsafe_guest import Fix, Start, Step
+from topics import CLOCK, COMMANDS, ODOMETRY, PLAN, PREFIX
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -29,15 +30,11 @@ except ImportError:
     TFMessage = None
 
 NAME = "holdsafe_bridge"
-ODOMETRY, CLOCK, PLAN = "/odom", "/clock", "/plan"
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-#: Reliable and best effort writers match a reader that is best effort.
-COMMANDS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+#: Reliable and best effort writers match a reader that is best effort. So deep that a flood is counted: the newest alone is in force.
+NEWEST = QoSProfile(depth=5000, reliability=ReliabilityPolicy.BEST_EFFORT)
 #: Time without a new reader after which a graph is complete, s.
 SETTLED = 0.2
-TYPES: dict[str, Any] = {"geometry_msgs/msg/Twist": Twist, "geometry_msgs/msg/TwistStamped": TwistStamped}
-#: Bytes of a writer's identity that all writers of one participant share.
-PREFIX = 12
 
 
 @dataclass
@@ -102,10 +99,10 @@ class Graph:
 
         if not self.until(seen, limit_s):
             raise TimeoutError(f"no publisher of {self.command_topic} within {limit_s:g} s of real time")
-        if len(found) > 1 or found[0] not in TYPES:
-            raise TypeError(f"{self.command_topic}: one of {' or '.join(TYPES)} expected, got {' and '.join(found)}")
-        self.command_name, self.command_type = found[0], TYPES[found[0]]
-        self.node.create_subscription(self.command_type, self.command_topic, self._take, COMMANDS)
+        if len(found) > 1 or found[0] not in COMMANDS:
+            raise TypeError(f"{self.command_topic}: one of {' or '.join(COMMANDS)} expected, got {' and '.join(found)}")
+        self.command_name, self.command_type = found[0], COMMANDS[found[0]]
+        self.node.create_subscription(self.command_type, self.command_topic, self._take, NEWEST)
 
     def set_mission(self, start: Start, plan_frame: str) -> None:
         self.before_s, self.origin = start.time_s, start.origin
@@ -158,7 +155,7 @@ class Graph:
 
     def drain(self) -> None:
         """Takes commands that came after the last answer, so that none is taken for this step's."""
-        for _ in range(COMMANDS.depth):
+        for _ in range(NEWEST.depth):
             taken = self.base.honest + self.base.rogue
             self.executor.spin_once(timeout_sec=0.0)
             if self.base.honest + self.base.rogue == taken:

@@ -1,7 +1,7 @@
 """Forged RTPS packets that end a writer for its readers: a publicly known weakness of the specification (Fast-DDS#3931, cyclonedds#1854).
 
-A reader takes a writer's identity from the packet, from any socket, and a sequence number far ahead as the writer's word that all smaller ones
-are gone. Nothing that the honest writer sends is new to the reader then. DDS security is the remedy in the specification; nothing here has it.
+A reader takes a writer's identity from the packet, whatever socket sent it, and a sequence number far ahead as the writer's statement that
+smaller ones are gone. No message of the honest writer is new to the reader then. This graph has no DDS security.
 """
 
 import socket

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any, Callable, Optional
 
 import rclpy
-from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -20,6 +19,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rosgraph_msgs.msg import Clock
 
+from topics import CLOCK, COMMANDS, ODOMETRY, PLAN, PREFIX
+
 NAME = "stranger"
 #: Heard messages that are kept of each topic: 200 s at 20 Hz.
 KEPT = 4000
@@ -29,10 +30,6 @@ QUEUE = 1000
 HEARS, MATCHES = 0.1, 1.0
 #: Most messages of an attack in a step.
 MOST = 2000
-#: Bytes of a writer's identity that all writers of one participant share.
-PREFIX = 12
-ODOMETRY, CLOCK, PLAN = "/odom", "/clock", "/plan"
-TYPES: dict[str, Any] = {"geometry_msgs/msg/Twist": Twist, "geometry_msgs/msg/TwistStamped": TwistStamped}
 
 
 class Ear:
@@ -80,7 +77,7 @@ class Rogue:
         self.publishers: dict[str, Any] = {}
         self.twin: Optional[Node] = None
         self.ears: dict[str, Ear] = {}
-        for topic, kind in {ODOMETRY: Odometry, CLOCK: Clock, self.command_topic: TYPES[told["command_type"]]}.items():
+        for topic, kind in {ODOMETRY: Odometry, CLOCK: Clock, self.command_topic: COMMANDS[told["command_type"]]}.items():
             self.listen_to(topic, kind)
         # A latched message from before is sent to reliable readers alone.
         self.listen_to(PLAN, Path, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)

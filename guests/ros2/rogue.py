@@ -21,7 +21,8 @@ from sensor_msgs.msg import Imu, NavSatFix
 
 import packet
 from conversion import stamp
-from participant import CLOCK, ODOMETRY, PLAN, Done, Rogue
+from participant import Done, Rogue
+from topics import CLOCK, ODOMETRY, PLAN, topic_of
 
 #: Wall time for an answer of a service, s.
 ANSWERS = 0.5
@@ -150,20 +151,12 @@ ATTACKS: dict[str, Callable[[Rogue, dict[str, Any]], Done]] = {
     "take_name": take_name,
     "listen": listen,
 }
-#: Topics on which an attack publishes.
-TOPICS = {
-    "odometry": ODOMETRY,
-    "replay_odometry": ODOMETRY,
-    "flood": ODOMETRY,
-    "clock": CLOCK,
-    "route": PLAN,
-}
 
 
 def answer(rogue: Rogue, request: dict[str, Any]) -> dict[str, Any]:
     """Carries out a request: publishers for attacks that begin, or the messages of a step."""
     if "open" in request:
-        topics = [topic for attack in request["open"] if (topic := topic_of(rogue, attack))]
+        topics = [topic for attack in request["open"] if (topic := topic_of(attack, rogue.command_topic))]
         for topic in topics:
             rogue.publisher(topic)
         return {"topics": topics}
@@ -173,10 +166,6 @@ def answer(rogue: Rogue, request: dict[str, Any]) -> dict[str, Any]:
         act = ATTACKS.get(order["attack"])
         done[str(order["id"])] = vars(act(rogue, order) if act else Done(why="unknown attack"))
     return {"done": done}
-
-
-def topic_of(rogue: Rogue, attack: str) -> Optional[str]:
-    return rogue.command_topic if attack in ("command", "replay_command") else TOPICS.get(attack)
 
 
 def serve() -> None:

@@ -1,8 +1,8 @@
 """The witness: a participant of its own, whose readers have the quality of service of the node's, and count what arrives by its sender.
 
-A sender is known by its participant (the first 12 bytes of the publisher's GID), never by what it sends. A packet made by hand can have the
-GID of another writer, so the witness also compares sequence numbers: one that the bridge has not sent yet is the rogue's, and where those of an
-honest writer stand still, that writer has been ended.
+A sender is known by its participant (the first 12 bytes of the publisher's GID), never by what it sends. A packet made by hand can have
+the GID of another writer, so the witness also compares sequence numbers: one that the bridge has not sent yet is the rogue's, and where
+those of an honest writer stand still, that writer has been ended.
 """
 
 import time
@@ -20,7 +20,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rosgraph_msgs.msg import Clock
 
-from graph import CLOCK, COMMANDS, ODOMETRY, PLAN, PREFIX, Graph
+from graph import NEWEST, Graph
+from topics import CLOCK, ODOMETRY, PLAN, PREFIX
 
 #: So that a flood is counted and not overwritten; the depth of the node's reader is not announced on the bus.
 DEPTH = 5000
@@ -72,7 +73,7 @@ class Witness:
     def _quality(self, graph: Graph, topic: str) -> Optional[QoSProfile]:
         """That of the node's reader, or the base's for commands."""
         if topic == self.command_topic:
-            return COMMANDS
+            return NEWEST
         infos = graph.node.get_subscriptions_info_by_topic(topic)
         return next((info.qos_profile for info in infos if bytes(info.endpoint_gid)[:PREFIX] != graph.prefix), None)
 

@@ -1,13 +1,15 @@
 """Nodes for the tests of the bridge to ROS 2, by name; each drives ahead at 1 m/s. Run by the interpreter of guests/ros2."""
 
+import math
 import sys
 from typing import Any, Callable
 
 import rclpy
-from geometry_msgs.msg import PoseArray, Twist, TwistStamped
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import Imu, NavSatFix
 
 
 class Ahead(Node):
@@ -85,6 +87,31 @@ class Mapped(Ahead):
             super().answer()
 
 
+class Navigated(Ahead):
+    """Drives only with a pose at the start, a fix in degrees and a rate of turn whose other quantities are marked as unknown."""
+
+    def watch(self) -> None:
+        super().watch()
+        self.seen: set[str] = set()
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(PoseWithCovarianceStamped, "/initialpose", lambda _: self.seen.add("pose"), latched)
+        self.create_subscription(NavSatFix, "/fix", self.on_fix, 10)
+        self.create_subscription(Imu, "/imu", self.on_imu, qos_profile_sensor_data)
+
+    def on_fix(self, fix: NavSatFix) -> None:
+        # The driver's origin; without a height there is no altitude.
+        if abs(fix.latitude - 47.0) < 0.001 and abs(fix.longitude - 8.0) < 0.001 and math.isnan(fix.altitude):
+            self.seen.add("fix")
+
+    def on_imu(self, imu: Imu) -> None:
+        if imu.orientation_covariance[0] == imu.linear_acceleration_covariance[0] == -1.0 != imu.angular_velocity_covariance[0]:
+            self.seen.add("imu")
+
+    def answer(self) -> None:
+        if self.seen == {"pose", "fix", "imu"}:
+            super().answer()
+
+
 NODES: dict[str, Callable[[], Node]] = {
     "ahead": Ahead,
     "stamped": lambda: Ahead(TwistStamped),
@@ -92,6 +119,7 @@ NODES: dict[str, Callable[[], Node]] = {
     "tired": Tired,
     "planned": Planned,
     "mapped": Mapped,
+    "navigated": Navigated,
     "mute": lambda: Node("mute"),
 }
 

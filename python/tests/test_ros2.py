@@ -81,6 +81,24 @@ class Ros2(unittest.TestCase):
                 self.assertEqual(set(self.states(done)[10:]), {"DRIVING"})
                 self.assertGreater(done.truth[-1].x, 4.0)
 
+    def test_the_second_protocol_has_fix_inertia_and_pose(self) -> None:
+        process = Process(guest(node("navigated"), *PATIENT))
+        done = drive(process, "straight", 6.0, bus=[])
+        self.assertEqual(process.end(), 0)
+        self.assertGreater(done.truth[-1].x, 4.0)
+
+    def test_trials_in_one_process_are_alike(self) -> None:
+        tutorial = [str(PYTHON), str(ROS2 / "pure_pursuit_node.py"), "--ros-args", "-p", "use_sim_time:=true"]
+        for options in ([], ["--keep-node"], ["--keep-node", "--rogue"]):
+            with self.subTest(options):
+                process = Process(guest(tutorial, *PATIENT, *options))
+                # To the end of the route, so that a node that is kept has another state than at its start.
+                first, second, third = (drive(process, "straight", 20.0, bus=[]) for _ in range(3))
+                self.assertEqual(process.end(), 0)
+                self.assertGreater(first.truth[-1].x, 18.0)
+                self.assertEqual(second.exchanges, first.exchanges)
+                self.assertEqual(third.exchanges, first.exchanges)
+
     def test_two_runs_are_alike(self) -> None:
         self.assertEqual(self.driven("ahead", *PATIENT).exchanges, self.driven("ahead", *PATIENT).exchanges)
 

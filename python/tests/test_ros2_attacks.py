@@ -170,6 +170,15 @@ class Readers(Graph):
 class Failures(Graph):
     """Rogues that are none of ours: the bridge answers each step, and says why."""
 
+    def test_a_rogue_that_floods_without_an_order_is_outlasted(self) -> None:
+        program = (
+            f"import json, sys\nsys.path.insert(0, {str(ROS2)!r})\nfrom participant import Odometry, Rogue\n"
+            "request = json.loads(input())\nrogue = Rogue(request['start'])\n"
+            "print(json.dumps({'number': request['number']}), flush=True)\n"
+            "while True: rogue.publisher('/odom').publish(Odometry())"
+        )
+        self.assertEqual(self.of(program), {"the rogue gives no answer within 1 s"})
+
     def of(self, program: str) -> set[Optional[str]]:
         with tempfile.NamedTemporaryFile("w", suffix=".py") as file:
             file.write(program)

@@ -7,7 +7,23 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "guests/ros2"))
 
-from conversion import FREE, MOST_CELLS, OCCUPIED, drive, grid, lost, outline, plan, quaternion, seconds, stamp, yaw
+import packet
+from conversion import (
+    FREE,
+    MOST_CELLS,
+    OCCUPIED,
+    drive,
+    geocentric,
+    geodetic,
+    grid,
+    lost,
+    outline,
+    plan,
+    quaternion,
+    seconds,
+    stamp,
+    yaw,
+)
 
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)]
 
@@ -66,6 +82,42 @@ class Paths(unittest.TestCase):
     def test_a_route_may_be_short(self) -> None:
         self.assertEqual(plan([], True), [])
         self.assertEqual(plan([(3.0, 4.0)], False), [((3.0, 4.0), 0.0)])
+
+
+class Degrees(unittest.TestCase):
+    ORIGIN = (47.0, 8.0, 400.0)
+
+    def test_the_origin_is_itself(self) -> None:
+        for got, expected in zip(geodetic((0.0, 0.0, 0.0), self.ORIGIN), self.ORIGIN):
+            self.assertAlmostEqual(got, expected)
+
+    def test_a_known_place_has_its_coordinates(self) -> None:
+        # On the equator a second of arc is 30.92 m to the east and 30.72 m to the north.
+        east, north = (geodetic(place, (0.0, 0.0, 0.0)) for place in ((30.92, 0.0, 0.0), (0.0, 30.715, 0.0)))
+        self.assertAlmostEqual(east[1] * 3600.0, 1.0, places=3)
+        self.assertAlmostEqual(north[0] * 3600.0, 1.0, places=3)
+
+    def test_distances_are_kept(self) -> None:
+        places = [(-900.0, 2000.0, 3.0), (1500.0, -700.0, 50.0)]
+        a, b = (geocentric(geodetic(place, self.ORIGIN)) for place in places)
+        self.assertAlmostEqual(math.dist(a, b), math.dist(*places), places=5)
+
+    def test_height_grows_with_distance_along_the_plane(self) -> None:
+        _, _, height = geodetic((0.0, 2000.0, 0.0), self.ORIGIN)
+        self.assertAlmostEqual(height, 400.0 + 2000.0**2 / (2.0 * 6.37e6), places=2)
+
+
+class Packets(unittest.TestCase):
+    WRITER = bytes(range(16))
+
+    def test_a_forged_packet_is_in_the_name_of_the_writer(self) -> None:
+        for forged, kind in ((packet.heartbeat(self.WRITER), 0x07), (packet.data(self.WRITER), 0x15)):
+            self.assertEqual((forged[:4], forged[8:20], forged[20]), (b"RTPS", self.WRITER[:12], kind))
+            self.assertIn(self.WRITER[12:], forged[24:])
+            self.assertEqual(int.from_bytes(forged[22:24], "little"), len(forged) - 24)
+
+    def test_a_heartbeat_has_28_bytes_of_content(self) -> None:
+        self.assertEqual(len(packet.heartbeat(self.WRITER)), 20 + 4 + 28)
 
 
 class Maps(unittest.TestCase):
