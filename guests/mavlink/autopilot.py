@@ -7,12 +7,13 @@ thread and the steps take turns by `lock`.
 import select
 import threading
 import time
+from dataclasses import dataclass
 from typing import Any, Callable, Optional
 
 from commands import Commands
 from geodesy import Globe
 from guidance import Motion
-from holdsafe_guest import Origin, Start, Step
+from holdsafe_guest import Origin, Place, Start, Step
 from link import Link, Record, mavlink
 from missions import Missions
 from modes import ArduPilotModes, Mode, Px4Modes
@@ -36,6 +37,22 @@ KINDS = {
     "COMMAND_INT": "command",
     "SET_MODE": "command",
 }
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What there is at the end of a step."""
+
+    motion: Motion
+    state: str
+    #: Where the vehicle takes itself to be.
+    place: Place
+    #: Datagrams of the step.
+    records: list[Record]
+    #: Numbers of the datagrams that put in force what is so, by kind.
+    causes: dict[str, int]
+    #: True if set-points are followed now.
+    follows: bool
 
 
 class Autopilot:
@@ -98,9 +115,10 @@ class Autopilot:
 
     def take(self, serial: int, message: Any) -> None:
         """Acts on one accepted message, if it is for this vehicle."""
-        if getattr(message, "target_system", SYSTEM) not in (0, SYSTEM) or message.get_srcSystem() == SYSTEM:
-            return
-        if getattr(message, "target_component", COMPONENT) not in (0, COMPONENT):
+        to = getattr(message, "target_system", SYSTEM), getattr(message, "target_component", COMPONENT)
+        # A companion computer has the vehicle's system and a component of its own.
+        itself = (message.get_srcSystem(), message.get_srcComponent()) == (SYSTEM, COMPONENT)
+        if itself or to[0] not in (0, SYSTEM) or to[1] not in (0, COMPONENT):
             return
         self.heard += 1
         self.vehicle.hear()
@@ -164,17 +182,14 @@ class Autopilot:
         with self.lock:
             self.vehicle.read(step)
 
-    def motion(self) -> Motion:
-        """The set-point with all that has come until now."""
+    def finish_step(self) -> Outcome:
+        """The outcome with all that has come until now."""
         with self.lock:
             self.receive()
-            return self.vehicle.motion()
-
-    def records(self) -> tuple[list[Record], dict[str, int], bool]:
-        """Datagrams since the last call, the numbers of those in force by kind, and whether set-points are followed now."""
-        with self.lock:
-            self.receive()
-            return self.link.take_records(), dict(self.causes), self.vehicle.armed and self.vehicle.mode is Mode.OFFBOARD
+            vehicle = self.vehicle
+            follows = vehicle.armed and vehicle.mode is Mode.OFFBOARD
+            place = vehicle.pose.at if vehicle.pose else (0.0, 0.0)
+            return Outcome(vehicle.motion(), vehicle.state(), place, self.link.take_records(), dict(self.causes), follows)
 
 
 def wait_until(true: Callable[[], bool], limit_s: float, ended: Callable[[], Optional[str]]) -> bool:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Optional
 
 import route
-from autopilot import COMPONENT, NOWHERE, SYSTEM, Autopilot, wait_until
+from autopilot import COMPONENT, NOWHERE, SYSTEM, Autopilot, Outcome, wait_until
 from geodesy import Globe
 from holdsafe_guest import Guest, Order, Receipt, Reply, Start, Step, Velocity
 from link import Link, Record, key_of, open_socket, port_of
@@ -160,8 +160,10 @@ class Bridge(Guest):
         self.pace(step.time_s)
         self.program.note_end()
         self.steps += 1
-        receipts = self.receipt()
-        return self.reply(self.autopilot, receipts)
+        # The relay's report first: what it has sent is then at the sockets.
+        report = self.told()
+        outcome = self.autopilot.finish_step()
+        return self.reply(outcome, self.receipt(report, outcome))
 
     def pace(self, time_s: float) -> None:
         """Waits for the step's time. A core that was late is not followed by a hurry: the program lives in real time."""
@@ -177,15 +179,15 @@ class Bridge(Guest):
         report: dict[str, Any] = self.relay.ask({"orders": [vars(order) for order in self.orders]})
         return report
 
-    def receipt(self) -> list[Receipt]:
-        """The receipts of the step. The relay reports first: what it has sent is then at the sockets."""
-        assert self.autopilot is not None  # as in `step`
-        report = self.told()
+    def receipt(self, report: dict[str, Any], outcome: Outcome) -> list[Receipt]:
+        """The receipts of the step."""
         report["journal"] = self.journal + report["journal"]
         self.journal = []
-        records, causes, follows = self.autopilot.records()
-        at = {VEHICLE: self.vehicle_witness.match(report["journal"], records), PROGRAM: self.at_program(report["journal"])}
-        self.receipts.note(at, causes, follows)
+        at = {
+            VEHICLE: self.vehicle_witness.match(report["journal"], outcome.records),
+            PROGRAM: self.at_program(report["journal"]),
+        }
+        self.receipts.note(at, outcome.causes, outcome.follows)
         return [self.receipts.of(order, report, at) for order in self.orders]
 
     def at_program(self, journal: list[Any]) -> Arrivals:
@@ -193,14 +195,12 @@ class Bridge(Guest):
             return self.kernel_witness.match(journal)
         return self.proxy_witness.match(journal, [Record(**record) for record in self.proxy.ask({})])
 
-    def reply(self, autopilot: Autopilot, receipts: list[Receipt]) -> Reply:
-        motion, vehicle = autopilot.motion(), autopilot.vehicle
-        state = state_of(vehicle.armed, vehicle.landed, vehicle.failsafe, vehicle.mode.value)
-        place = vehicle.pose.at if vehicle.pose else (0.0, 0.0)
+    def reply(self, outcome: Outcome, receipts: list[Receipt]) -> Reply:
+        motion, place = outcome.motion, outcome.place
         if self.wheels:
-            return Reply(motion.forward, motion.curvature(), state=state, place=place, bus=receipts)
+            return Reply(motion.forward, motion.curvature(), state=outcome.state, place=place, bus=receipts)
         velocity = Velocity(motion.forward, motion.left, motion.up, motion.turn)
-        return Reply(state=state, place=place, velocity=velocity, bus=receipts)
+        return Reply(state=outcome.state, place=place, velocity=velocity, bus=receipts)
 
     def end(self) -> None:
         if self.program:
@@ -216,12 +216,3 @@ class Bridge(Guest):
 def refused(link: Link) -> str:
     """Words for what the link has refused, for an error."""
     return f"; {sum(link.refused.values())} datagrams refused: {', '.join(link.refused)}" if link.refused else ""
-
-
-def state_of(armed: bool, landed: bool, failsafe: bool, mode: str) -> str:
-    """The state for the reply: a failsafe first, which holds while the vehicle stands by it."""
-    if failsafe:
-        return "FAILSAFE"
-    if not armed:
-        return "DISARMED"
-    return "LANDED" if landed else mode

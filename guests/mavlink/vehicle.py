@@ -95,6 +95,14 @@ class Vehicle:
     def armable(self) -> bool:
         return self.limit > 0.0 and self.located()
 
+    def state(self) -> str:
+        """The state by name: a failsafe first, which holds while the vehicle stands by it."""
+        if self.failsafe:
+            return "FAILSAFE"
+        if not self.armed:
+            return "DISARMED"
+        return "LANDED" if self.landed else self.mode.value
+
     # What a program asks for.
 
     def arm(self) -> Result:
