@@ -61,7 +61,7 @@ class Autopilot:
     def __init__(self, start: Start, ardupilot: bool, key: Optional[bytes], link: Link) -> None:
         self.lock, self.link = threading.Lock(), link
         body = start.body
-        self.parameters = Parameters(ardupilot, start.max_speed_m_s, body.cruise_height_m if body else None)
+        self.parameters = Parameters(ardupilot, start.max_speed_m_s, (body.cruise_height_m or None) if body else None)
         self.vehicle = Vehicle(start, self.parameters, ardupilot, self.say)
         globe = Globe(start.origin or NOWHERE)
         numbers = ArduPilotModes(not self.vehicle.flies) if ardupilot else Px4Modes()

@@ -80,7 +80,7 @@ class Bridge(Guest):
     def start(self, start: Start) -> None:
         if self.autopilot is not None:
             raise RuntimeError("one trial for each process expected, got a second start")
-        self.wheels = start.body is None or start.body.kind == "wheels"
+        self.wheels = start.body is None or start.body.medium == "ground"
         self.before_s, self.due_s = start.time_s, time.monotonic()
         link = self.connect()
         self.autopilot = Autopilot(start, self.options.ardupilot, key_of(self.options.sign), link)

@@ -65,7 +65,7 @@ class Limits:
 
     @property
     def wheels(self) -> bool:
-        return self.body.kind == "wheels"
+        return self.body.medium == "ground"
 
 
 def between(value: float, least: float, most: float) -> float:
@@ -115,7 +115,7 @@ def rolled(pose: Pose, course_rad: float, distance: float, speed: float, limits:
 
 def driven(forward: float, turn: float, limits: Limits) -> Motion:
     """The motion of wheels that are asked for a speed and a turn."""
-    forward = between(forward, -limits.body.reverse_m_s, limits.speed_m_s)
+    forward = between(forward, -limits.body.max_reverse_m_s, limits.speed_m_s)
     most = abs(forward) * limits.body.max_curvature_per_m
     return Motion(forward=forward, turn=between(turn, -most, most))
 

@@ -18,14 +18,14 @@ ROUTE, WAYPOINTS = "route.json", "route.waypoints"
 
 
 def height_of(start: Start) -> float:
-    return start.body.cruise_height_m or 0.0 if start.body else 0.0
+    return start.body.cruise_height_m if start.body else 0.0
 
 
 def route_of(start: Start, globe: Globe) -> dict[str, Any]:
     """The route for a program: degrees, and metres above home."""
     points = [globe.degrees(at) for at in start.route]
     return {
-        "kind": start.body.kind if start.body else "wheels",
+        "medium": start.body.medium if start.body else "ground",
         "looped": start.looped,
         "relative_altitude_m": height_of(start),
         "max_speed_m_s": start.max_speed_m_s,

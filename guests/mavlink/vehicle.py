@@ -57,13 +57,13 @@ class Vehicle:
     """The state. `say` passes on a text for the operator of the link."""
 
     def __init__(self, start: Start, parameters: Parameters, ardupilot: bool, say: Callable[[str], None]) -> None:
-        self.body = start.body or Body("wheels", 1.0, 1.0, 0.4, 0.0, None, 0.0)
+        self.body = start.body or Body("ground", (1.0, 1.0), 0.4, 0.0, 0.0, 0.0)
         self.parameters, self.ardupilot, self.say = parameters, ardupilot, say
         self.braking, self.max_speed = start.braking_m_s2, start.max_speed_m_s
         self.now_s, self.limit, self.pose, self.home = start.time_s, 0.0, pose_at(start), home_at(start)
         self.armed, self.mode, self.guided, self.failsafe = False, Mode.HOLD, False, False
         #: A body that leaves the ground counts as landed until a program has it take off: the platform is at height already.
-        self.flies = self.body.cruise_height_m is not None
+        self.flies = self.body.medium == "air"
         self.landed = self.flies
         self.plan = Plan()
         self.goal: tuple[Place, Optional[float], Optional[float]] = ((0.0, 0.0), None, None)

@@ -1,4 +1,4 @@
-"""Conversions between `jsonl/1` and the conventions of ROS 2 (REP-103, REP-105), as pure functions.
+"""Conversions between `jsonl/2` and the conventions of ROS 2 (REP-103, REP-105), as pure functions.
 
 The world frame of the protocol is REP-103's already: x east, y north, metres, angles counter-clockwise from east. Messages, topics and
 time limits are left to `bridge`; nothing here needs ROS.
@@ -13,8 +13,15 @@ Place = tuple[float, float]
 #: x, y, z, w.
 Quaternion = tuple[float, float, float, float]
 
+#: East, north and up, m; or latitude and longitude, degrees, and height above the ellipsoid, m.
+Point = tuple[float, float, float]
+
+#: The ellipsoid WGS84: its half axis, m, and the square of its eccentricity.
+HALF_AXIS, ECCENTRICITY_2 = 6_378_137.0, 6.69437999014e-3
 #: The protocol's range of a curvature, 1/m.
 MAX_CURVATURE = 10.0
+#: The protocol's range of a rate of turn, rad/s.
+MAX_TURN = 10.0
 #: Values of a cell of `nav_msgs/OccupancyGrid`.
 FREE, OCCUPIED = 0, 100
 #: Smallest cell, m, and most cells of a grid: a larger world has larger cells.
@@ -55,6 +62,33 @@ def drive(forward: float, turn: float) -> tuple[float, float]:
 def lost(forward: float, turn: float) -> bool:
     """True if `drive` does not turn as the command asks."""
     return abs(turn) > MAX_CURVATURE * abs(forward)
+
+
+def geodetic(place: Point, origin: Point) -> Point:
+    """Latitude, longitude and height of a place in the plane that touches the ellipsoid below the origin."""
+    east, north, up = place
+    latitude, longitude = math.radians(origin[0]), math.radians(origin[1])
+    sin, cos, sin_l, cos_l = math.sin(latitude), math.cos(latitude), math.sin(longitude), math.cos(longitude)
+    x, y, z = geocentric(origin)
+    outward = cos * up - sin * north
+    x, y, z = x + cos_l * outward - sin_l * east, y + sin_l * outward + cos_l * east, z + cos * north + sin * up
+    across = math.hypot(x, y)
+    # Each round adds some five digits at the heights of vehicles.
+    for _ in range(4):
+        normal = HALF_AXIS / math.sqrt(1.0 - ECCENTRICITY_2 * math.sin(latitude) ** 2)
+        latitude = math.atan2(z + ECCENTRICITY_2 * normal * math.sin(latitude), across)
+    normal = HALF_AXIS / math.sqrt(1.0 - ECCENTRICITY_2 * math.sin(latitude) ** 2)
+    height = across * math.cos(latitude) + z * math.sin(latitude) - HALF_AXIS**2 / normal
+    return math.degrees(latitude), math.degrees(math.atan2(y, x)), height
+
+
+def geocentric(place: Point) -> Point:
+    """Latitude, longitude and height as metres from the middle of the Earth."""
+    latitude, longitude, height = math.radians(place[0]), math.radians(place[1]), place[2]
+    normal = HALF_AXIS / math.sqrt(1.0 - ECCENTRICITY_2 * math.sin(latitude) ** 2)
+    across = (normal + height) * math.cos(latitude)
+    upward = (normal * (1.0 - ECCENTRICITY_2) + height) * math.sin(latitude)
+    return across * math.cos(longitude), across * math.sin(longitude), upward
 
 
 def plan(route: Sequence[Place], looped: bool) -> list[tuple[Place, float]]:

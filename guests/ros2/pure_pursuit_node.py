@@ -5,6 +5,8 @@ import math
 import rclpy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry, Path
+from rclpy.clock import JumpThreshold
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 
@@ -14,22 +16,31 @@ class PurePursuit(Node):
         super().__init__("pure_pursuit")
         self.speed: float = self.declare_parameter("speed", 1.5).value
         self.reached: float = self.declare_parameter("reached", 1.0).value
+        self.plan: list[tuple[float, float]] = []
         self.points: list[tuple[float, float]] = []
-        self.closed = False
         self.commands = self.create_publisher(Twist, "/cmd_vel", 10)
         self.create_subscription(Path, "/plan", self.on_plan, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.create_subscription(Odometry, "/odom", self.on_odometry, qos_profile_sensor_data)
+        backward = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False)
+        # The clock has no callback without this handle.
+        self.jumps = self.get_clock().create_jump_callback(backward, post_callback=self.on_jump)
+
+    def on_jump(self, _: object) -> None:
+        """A simulation has begun again."""
+        self.plan, self.points = [], []
 
     def on_plan(self, plan: Path) -> None:
-        if not self.points:
-            self.points = [(pose.pose.position.x, pose.pose.position.y) for pose in plan.poses]
-            self.closed = len(self.points) > 2 and self.points[0] == self.points[-1]
+        points = [(pose.pose.position.x, pose.pose.position.y) for pose in plan.poses]
+        # The same plan again is not a new mission.
+        if points != self.plan:
+            self.plan, self.points = points, list(points)
 
     def on_odometry(self, odometry: Odometry) -> None:
         at, turn = odometry.pose.pose.position, odometry.pose.pose.orientation
         if self.points and math.dist((at.x, at.y), self.points[0]) < self.reached:
             passed = self.points.pop(0)
-            if self.closed and passed != self.points[-1]:
+            closed = len(self.plan) > 2 and self.plan[0] == self.plan[-1]
+            if closed and passed != self.points[-1]:
                 self.points.append(passed)
         command = Twist()
         if self.points:

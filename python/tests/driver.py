@@ -114,10 +114,10 @@ def start_of(mission: str) -> dict[str, Any]:
 def second_start_of(mission: str) -> dict[str, Any]:
     """The start of `jsonl/2`."""
     start = start_of(mission)["start"]
-    body = {"kind": "wheels", "length_m": 1.2, "width_m": 0.8, "max_curvature_per_m": MAX_CURVATURE}
+    body = {"medium": "ground", "size_m": [1.2, 0.8], "max_curvature_per_m": MAX_CURVATURE}
     start["protocol"] = "jsonl/2"
     start["pose"] = {"at": [0.0, 0.0], "yaw_rad": 0.0, "height_m": None}
-    start["body"] = {**body, "max_climb_m_s": 0.0, "cruise_height_m": None, "reverse_m_s": 1.0}
+    start["body"] = {**body, "max_climb_m_s": 0.0, "cruise_height_m": 0.0, "max_reverse_m_s": 1.0}
     start["origin"] = {"latitude_deg": 47.0, "longitude_deg": 8.0, "height_m": 400.0}
     return {"start": start}
 
@@ -165,17 +165,21 @@ def shown_at(attack: str, since: float, truth: list[Vehicle], vehicle: Vehicle) 
     return Vehicle(vehicle.x, vehicle.y + 0.5 * since, vehicle.yaw)
 
 
-def drive(guest: Process, mission: str, seconds: float, attack: str = "none", at: float = 4.0) -> Drive:
-    """Drives one exercise; `attack` begins `at` seconds."""
+def drive(
+    guest: Process, mission: str, seconds: float, attack: str = "none", at: float = 4.0, bus: Optional[list[dict[str, Any]]] = None
+) -> Drive:
+    """Drives one exercise; `attack` begins `at` seconds, and so do the orders in `bus`, with which the protocol is `jsonl/2`."""
     done = Drive()
     vehicle = Vehicle()
-    request = start_of(mission)
+    request = start_of(mission) if bus is None else second_start_of(mission)
     done.exchanges.append((request, guest.ask(request)))
     for number in range(1, round(seconds / PERIOD) + 1):
         enabled = number > IDLE_STEPS
         done.truth.append(Vehicle(**vars(vehicle)))
         shown = shown_at(attack, number * PERIOD - at, done.truth, vehicle)
         request = step_of(number, vehicle, shown, enabled)
+        if bus is not None:
+            request = second_step_of(request, bus if number * PERIOD > at else [])
         answer = guest.ask(request)
         done.exchanges.append((request, answer))
         reply = answer["reply"]

@@ -147,13 +147,12 @@ class Core:
 
 def start_of(rotors: bool, route: list[list[float]]) -> dict[str, Any]:
     body = {
-        "kind": "rotors" if rotors else "wheels",
-        "length_m": 0.5,
-        "width_m": 0.5,
+        "medium": "air" if rotors else "ground",
+        "size_m": [0.5, 0.5],
         "max_curvature_per_m": 0.4,
         "max_climb_m_s": 1.0 if rotors else 0.0,
-        "cruise_height_m": HEIGHT if rotors else None,
-        "reverse_m_s": 0.0 if rotors else 1.0,
+        "cruise_height_m": HEIGHT if rotors else 0.0,
+        "max_reverse_m_s": 0.0 if rotors else 1.0,
     }
     return {
         "start": {
@@ -167,7 +166,7 @@ def start_of(rotors: bool, route: list[list[float]]) -> dict[str, Any]:
             "fence": [[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]],
             "obstacles": [],
             "blocks": [],
-            "pose": {"at": [0.0, 0.0], "yaw_rad": 0.0, "height_m": HEIGHT if rotors else None},
+            "pose": {"at": [0.0, 0.0], "yaw_rad": 0.0, "height_m": HEIGHT if rotors else 0.0},
             "body": body,
             "origin": ORIGIN,
         }

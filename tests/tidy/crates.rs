@@ -24,13 +24,13 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     // A process's own confinement.
     ("sandbox", &[]),
     // Guests, which are programs of users: the pure part, and their processes.
-    ("guest", &["wire"]),
+    ("ground_truth", &["wire"]),
+    ("guest", &["wire", "ground_truth"]),
     ("confine", &["wire", "guest", "sandbox"]),
     // The other end of the protocol, for guests: it knows nothing of ours.
     ("guest-client", &[]),
     ("parallel", &[]),
     ("stats", &[]),
-    ("ground_truth", &["wire"]),
     ("link", &["wire", "config", "ground_truth", "sandbox"]),
     ("sim", &["wire", "config", "ground_truth", "link", "spacecraft"]),
     ("perception", &["wire", "config", "link", "spacecraft"]),
@@ -200,7 +200,7 @@ const MOST_LINES: usize = 6_000;
 
 /// Crates that have more, the most that these may have, and why.
 const LARGE: [(&str, usize, &str); 6] = [
-    ("autonomy", 6_320, "boundary, machine and driving are one core, which is forked and judged as one"),
+    ("autonomy", 6_450, "boundary, machine and driving are one core, which is forked and judged as one"),
     ("holdsafe", 7_640, "a verb a file or a folder, each with its options, its lines and their tests"),
     ("lab", 7_000, "a measurement a file, on plans, tables and statistics that they share"),
     (

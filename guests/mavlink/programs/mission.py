@@ -28,7 +28,7 @@ async def fly(port: str, file: str) -> None:
             if health.is_armable:
                 break
         await action.arm()
-        if route["kind"] != "wheels":
+        if route["medium"] == "air":
             await action.takeoff()
             async for in_air in telemetry.subscribe_in_air():
                 if in_air:
