@@ -23,7 +23,8 @@ NORTH = 1e7 / 111_195.0
 #: Name of the parameter that `parameter` sets, by the autopilot: the speed of missions.
 CRUISE = {mavlink.MAV_AUTOPILOT_PX4: b"MPC_XY_CRUISE"}
 CRUISE_ARDUPILOT = b"WPNAV_SPEED"
-#: Acts of `stop` by its amount: hold, land, disarm by force. The mode of the first is by the autopilot.
+#: Acts of `stop` by its amount: to land, to disarm by force, to hold. The mode that holds is by the autopilot.
+LANDS, DISARMS = 0, 1
 HOLD_MODES = {mavlink.MAV_AUTOPILOT_PX4: (129.0, 4.0, 3.0)}
 HOLD_ARDUPILOT = (129.0, 5.0, 0.0)
 
@@ -46,6 +47,8 @@ class Heard:
     program: Optional[tuple[int, int]] = None
     vehicle: tuple[int, int] = (1, 1)
     autopilot: int = mavlink.MAV_AUTOPILOT_PX4
+    #: False for a vehicle on wheels, which cannot land.
+    flies: bool = True
     #: Newest messages of the vehicle by type, and items of the last mission by number.
     newest: dict[str, Any] = field(default_factory=dict)
     items: dict[int, Any] = field(default_factory=dict)
@@ -65,6 +68,7 @@ class Heard:
                 self.newest[name] = message
                 if name == "HEARTBEAT":
                     self.vehicle, self.autopilot = sender, message.autopilot
+                    self.flies = message.type != mavlink.MAV_TYPE_GROUND_ROVER
 
 
 class Forger:
@@ -110,10 +114,13 @@ class Forger:
 
     def stop(self, _now_s: float) -> Iterator[bytes]:
         act = round(self.amount)
-        number, values = {
-            1: (mavlink.MAV_CMD_NAV_LAND, (0.0,) * 7),
-            2: (mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (0.0, 21196.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
-        }.get(act, (mavlink.MAV_CMD_DO_SET_MODE, (*HOLD_MODES.get(self.heard.autopilot, HOLD_ARDUPILOT), 0.0, 0.0, 0.0, 0.0)))
+        if act == LANDS and self.heard.flies:
+            number, values = mavlink.MAV_CMD_NAV_LAND, (0.0,) * 7
+        elif act in (LANDS, DISARMS):
+            number, values = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (0.0, 21196.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        else:
+            hold = HOLD_MODES.get(self.heard.autopilot, HOLD_ARDUPILOT)
+            number, values = mavlink.MAV_CMD_DO_SET_MODE, (*hold, 0.0, 0.0, 0.0, 0.0)
         yield self.pack(mavlink.MAVLink_command_long_message(*self.heard.vehicle, number, 0, *values), self.program())
 
     def odometry(self, _now_s: float) -> Iterator[bytes]:

@@ -24,13 +24,13 @@ ATTACKS: list[tuple[str, float, float]] = [
     ("clock", 5.0, 60.0),
     ("take_name", 20.0, 5.0),
     ("replay_odometry", 0.0, 1.0),
-    ("flood", 500.0, 0.0),
+    ("flood", 2000.0, 0.0),
     ("parameter", 5.0, 1.5),
     ("route", 2.0, 3.0),
     ("replay_command", 0.0, 1.0),
-    ("command", 60.0, -2.0),
+    ("command", 100.0, -2.0),
     ("rewrite", 0.0, 2.0),
-    ("stop", 5.0, 0.0),
+    ("stop", 5.0, 2.0),
 ]
 SECONDS, BETWEEN = 1.5, 0.5
 
