@@ -1,4 +1,4 @@
-"""The attacks of a relay that has no key: from what has passed through it, the datagrams that it sends in the name of an end.
+"""Attacks of a relay that has no key: forged datagrams in the name of an end, made from those that have passed through it.
 
 Where an attack is one of those of `measurements/mavlink_relay`, it means the same here: `command`, `stop`, `odometry`, `clock`,
 `route`, `parameter` and `take_name` are `unsigned-command` with other messages, the replays are `replay-older`, `rewrite` is
@@ -31,7 +31,7 @@ HOLD_ARDUPILOT = (129.0, 5.0, 0.0)
 
 @dataclass(frozen=True)
 class Datagram:
-    """One that passed: when, from which end, and what it holds by a parser without a key."""
+    """A datagram that passed: its time, the end that sent it, and its messages by a parser without a key."""
 
     at_s: float
     sender: str
@@ -41,7 +41,7 @@ class Datagram:
 
 @dataclass
 class Heard:
-    """What the relay knows of both ends."""
+    """Knowledge of both ends, from their datagrams."""
 
     #: System and component of the program; None before its first HEARTBEAT.
     program: Optional[tuple[int, int]] = None
@@ -85,7 +85,7 @@ class Forger:
         return PROGRAM if self.attack in TO_PROGRAM else VEHICLE
 
     def missing(self) -> Optional[str]:
-        """What has to pass through the relay before the attack can begin."""
+        """The message that has to pass through the relay before the attack can begin; None once it has."""
         needs_program = self.attack in ("command", "stop", "route", "replay_command")
         if needs_program and self.heard.program is None:
             return "no program heard yet"
@@ -190,7 +190,7 @@ class Forger:
         ]
 
     def replayed(self, since_s: float, until_s: float) -> Iterator[bytes]:
-        """What passed `amount` ago, in the time between two moments of now."""
+        """Datagrams that passed `amount` ago, counted from the time between two moments."""
         sender = {"replay_odometry": VEHICLE, "replay_command": PROGRAM}.get(self.attack)
         for datagram in self.heard.kept[sender] if sender else ():
             if since_s < datagram.at_s + self.amount <= until_s:

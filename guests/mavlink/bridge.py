@@ -1,8 +1,8 @@
 """The bridge: a guest of `jsonl/2` on one side, a MAVLink vehicle on the other, in real time.
 
 A program for MAVLink lives in real time, so each step is answered no earlier than its time by the wall clock, with the set-point that
-the vehicle has by then. Between steps the vehicle's thread goes on. Attacks are passed on to the relay; their receipts follow from what
-the ends have received.
+the vehicle has by then. Between steps the vehicle's thread goes on. Attacks are passed on to the relay; their receipts follow from the
+datagrams that the ends have received.
 """
 
 import random
@@ -24,13 +24,13 @@ from receipts import PROGRAM, VEHICLE, Arrivals, KernelWitness, Receipts, Witnes
 
 #: Ports below those that Linux gives out by itself.
 PORTS = range(16384, 32768)
-#: Words of the program's command that stand for what only the bridge knows.
+#: Words of the program's command that the bridge replaces.
 PORT, ROUTE, WAYPOINTS, FOLDER = "{port}", "{route}", "{waypoints}", "{folder}"
 
 
 @dataclass(frozen=True)
 class Options:
-    """What the user of the bridge chooses."""
+    """Choices of the bridge's user."""
 
     #: The program's command.
     command: list[str]
@@ -42,7 +42,7 @@ class Options:
     sign: Optional[str] = None
     #: True if the program signs by itself.
     signs_itself: bool = False
-    #: Port that the program listens on; 0 for one that nobody has.
+    #: Port that the program listens on; 0 for a free one.
     port: int = 0
     #: Real time until the first message of the program, s.
     ready_s: float = 30.0
@@ -51,7 +51,7 @@ class Options:
 
 
 def reserved() -> socket.socket:
-    """A socket on a port that nobody has, to be closed when the program starts, which takes the port.
+    """A socket on a free port, to be closed when the program starts, which takes the port.
 
     The kernel gives out no port of this range by itself: between the two, no other socket gets it but one of another bridge, by chance.
     """
@@ -63,7 +63,7 @@ def reserved() -> socket.socket:
 
 
 class Bridge(Guest):
-    """The guest, for one trial. `folder` is for the route, and for what the program writes."""
+    """The guest, for one trial. `folder` is for the route and for files of the program."""
 
     def __init__(self, options: Options, folder: str) -> None:
         self.options, self.folder = options, folder
@@ -154,13 +154,13 @@ class Bridge(Guest):
         assert self.autopilot is not None and self.program is not None  # `serve` refuses a step before the start
         self.autopilot.step(step)
         if step.bus != self.orders:
-            # What is open in this step is open from its beginning.
+            # An order of this step is open from the step's beginning.
             self.orders = list(step.bus)
             self.journal = self.told()["journal"]
         self.pace(step.time_s)
         self.program.note_end()
         self.steps += 1
-        # The relay's report first: what it has sent is then at the sockets.
+        # The relay's report first: the datagrams in it are then at the sockets.
         report = self.told()
         outcome = self.autopilot.finish_step()
         return self.reply(outcome, self.receipt(report, outcome))
@@ -214,5 +214,5 @@ class Bridge(Guest):
 
 
 def refused(link: Link) -> str:
-    """Words for what the link has refused, for an error."""
+    """Words about refused datagrams, for an error."""
     return f"; {sum(link.refused.values())} datagrams refused: {', '.join(link.refused)}" if link.refused else ""
