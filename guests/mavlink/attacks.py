@@ -1,4 +1,4 @@
-"""The attacks of a relay that has no key: from what has passed through it, the datagrams that it sends in the name of an end.
+"""Attacks of a relay that has no key: forged datagrams in the name of an end, made from those that have passed through it.
 
 Where an attack is one of those of `measurements/mavlink_relay`, it means the same here: `command`, `stop`, `odometry`, `clock`,
 `route`, `parameter` and `take_name` are `unsigned-command` with other messages, the replays are `replay-older`, `rewrite` is
@@ -23,14 +23,15 @@ NORTH = 1e7 / 111_195.0
 #: Name of the parameter that `parameter` sets, by the autopilot: the speed of missions.
 CRUISE = {mavlink.MAV_AUTOPILOT_PX4: b"MPC_XY_CRUISE"}
 CRUISE_ARDUPILOT = b"WPNAV_SPEED"
-#: Acts of `stop` by its amount: hold, land, disarm by force. The mode of the first is by the autopilot.
+#: Acts of `stop` by its amount: to land, to disarm by force, to hold. The mode that holds is by the autopilot.
+LANDS, DISARMS = 0, 1
 HOLD_MODES = {mavlink.MAV_AUTOPILOT_PX4: (129.0, 4.0, 3.0)}
 HOLD_ARDUPILOT = (129.0, 5.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Datagram:
-    """One that passed: when, from which end, and what it holds by a parser without a key."""
+    """A datagram that passed: its time, the end that sent it, and its messages by a parser without a key."""
 
     at_s: float
     sender: str
@@ -40,12 +41,14 @@ class Datagram:
 
 @dataclass
 class Heard:
-    """What the relay knows of both ends."""
+    """Knowledge of both ends, from their datagrams."""
 
     #: System and component of the program; None before its first HEARTBEAT.
     program: Optional[tuple[int, int]] = None
     vehicle: tuple[int, int] = (1, 1)
     autopilot: int = mavlink.MAV_AUTOPILOT_PX4
+    #: False for a vehicle on wheels, which cannot land.
+    flies: bool = True
     #: Newest messages of the vehicle by type, and items of the last mission by number.
     newest: dict[str, Any] = field(default_factory=dict)
     items: dict[int, Any] = field(default_factory=dict)
@@ -65,6 +68,7 @@ class Heard:
                 self.newest[name] = message
                 if name == "HEARTBEAT":
                     self.vehicle, self.autopilot = sender, message.autopilot
+                    self.flies = message.type != mavlink.MAV_TYPE_GROUND_ROVER
 
 
 class Forger:
@@ -81,7 +85,7 @@ class Forger:
         return PROGRAM if self.attack in TO_PROGRAM else VEHICLE
 
     def missing(self) -> Optional[str]:
-        """What has to pass through the relay before the attack can begin."""
+        """The message that has to pass through the relay before the attack can begin; None once it has."""
         needs_program = self.attack in ("command", "stop", "route", "replay_command")
         if needs_program and self.heard.program is None:
             return "no program heard yet"
@@ -110,10 +114,13 @@ class Forger:
 
     def stop(self, _now_s: float) -> Iterator[bytes]:
         act = round(self.amount)
-        number, values = {
-            1: (mavlink.MAV_CMD_NAV_LAND, (0.0,) * 7),
-            2: (mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (0.0, 21196.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
-        }.get(act, (mavlink.MAV_CMD_DO_SET_MODE, (*HOLD_MODES.get(self.heard.autopilot, HOLD_ARDUPILOT), 0.0, 0.0, 0.0, 0.0)))
+        if act == LANDS and self.heard.flies:
+            number, values = mavlink.MAV_CMD_NAV_LAND, (0.0,) * 7
+        elif act in (LANDS, DISARMS):
+            number, values = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (0.0, 21196.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        else:
+            hold = HOLD_MODES.get(self.heard.autopilot, HOLD_ARDUPILOT)
+            number, values = mavlink.MAV_CMD_DO_SET_MODE, (*hold, 0.0, 0.0, 0.0, 0.0)
         yield self.pack(mavlink.MAVLink_command_long_message(*self.heard.vehicle, number, 0, *values), self.program())
 
     def odometry(self, _now_s: float) -> Iterator[bytes]:
@@ -183,7 +190,7 @@ class Forger:
         ]
 
     def replayed(self, since_s: float, until_s: float) -> Iterator[bytes]:
-        """What passed `amount` ago, in the time between two moments of now."""
+        """Datagrams that passed `amount` ago, counted from the time between two moments."""
         sender = {"replay_odometry": VEHICLE, "replay_command": PROGRAM}.get(self.attack)
         for datagram in self.heard.kept[sender] if sender else ():
             if since_s < datagram.at_s + self.amount <= until_s:

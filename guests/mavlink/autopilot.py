@@ -7,12 +7,13 @@ thread and the steps take turns by `lock`.
 import select
 import threading
 import time
+from dataclasses import dataclass
 from typing import Any, Callable, Optional
 
 from commands import Commands
 from geodesy import Globe
 from guidance import Motion
-from holdsafe_guest import Origin, Start, Step
+from holdsafe_guest import Origin, Place, Start, Step
 from link import Link, Record, mavlink
 from missions import Missions
 from modes import ArduPilotModes, Mode, Px4Modes
@@ -28,7 +29,7 @@ SYSTEM, COMPONENT = 1, 1
 WAIT = 0.05
 #: Origin where the core has none.
 NOWHERE = Origin(0.0, 0.0, 0.0)
-#: Kinds of message that change what the vehicle does, by type.
+#: Kinds of message that change the vehicle's motion, by type.
 KINDS = {
     "SET_POSITION_TARGET_LOCAL_NED": "set-point",
     "SET_POSITION_TARGET_GLOBAL_INT": "set-point",
@@ -36,6 +37,22 @@ KINDS = {
     "COMMAND_INT": "command",
     "SET_MODE": "command",
 }
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """State of the vehicle and of the link at the end of a step."""
+
+    motion: Motion
+    state: str
+    #: Where the vehicle takes itself to be.
+    place: Place
+    #: Datagrams of the step.
+    records: list[Record]
+    #: Number of the datagram behind the set-point, command, mission or parameter in force, by kind.
+    causes: dict[str, int]
+    #: True if set-points are followed now.
+    follows: bool
 
 
 class Autopilot:
@@ -54,12 +71,12 @@ class Autopilot:
         self.missions = Missions(link, self.vehicle, globe)
         self.parameter_messages = ParameterMessages(link, self.parameters)
         self.transfers = {"mission": self.missions.handlers(), "parameter": self.parameter_messages.handlers()}
-        #: Number of the datagram that brought what is in force, by kind.
+        #: As in `Outcome`.
         self.causes: dict[str, int] = {}
         #: Accepted messages of a system other than the vehicle.
         self.heard = 0
         self.ends = False
-        #: What ended the thread before its time.
+        #: Error that ended the thread before its time.
         self.error: Optional[BaseException] = None
         self.thread = threading.Thread(target=self.run, daemon=True)
 
@@ -91,16 +108,17 @@ class Autopilot:
                 due = self.telemetry.tick(wall)
 
     def receive(self) -> None:
-        """Takes what has come. The lock is held."""
+        """Takes the datagrams that have come. The lock is held."""
         for serial, messages in self.link.receive():
             for message in messages:
                 self.take(serial, message)
 
     def take(self, serial: int, message: Any) -> None:
         """Acts on one accepted message, if it is for this vehicle."""
-        if getattr(message, "target_system", SYSTEM) not in (0, SYSTEM) or message.get_srcSystem() == SYSTEM:
-            return
-        if getattr(message, "target_component", COMPONENT) not in (0, COMPONENT):
+        to = getattr(message, "target_system", SYSTEM), getattr(message, "target_component", COMPONENT)
+        # A companion computer has the vehicle's system and a component of its own.
+        itself = (message.get_srcSystem(), message.get_srcComponent()) == (SYSTEM, COMPONENT)
+        if itself or to[0] not in (0, SYSTEM) or to[1] not in (0, COMPONENT):
             return
         self.heard += 1
         self.vehicle.hear()
@@ -112,7 +130,7 @@ class Autopilot:
             self.causes[KINDS[name]] = serial
 
     def act(self, name: str, message: Any) -> bool:
-        """Carries out a message of no transfer; True if what the vehicle does can follow from it."""
+        """Carries out a message of no transfer; True if it can change the vehicle's motion."""
         if name in ("COMMAND_LONG", "COMMAND_INT"):
             self.commands.take(message)
         elif name == "SET_MODE":
@@ -130,7 +148,7 @@ class Autopilot:
         return True
 
     def respond(self, name: str, message: Any) -> None:
-        """Answers a message that changes nothing."""
+        """Answers a message that only asks."""
         mav = self.link.mav
         if name == "TIMESYNC" and message.tc1 == 0:
             self.link.send(mav.timesync_encode(time.monotonic_ns(), message.ts1))
@@ -152,7 +170,7 @@ class Autopilot:
         self.link.send(self.link.mav.file_transfer_protocol_encode(0, *to, payload))
 
     def say(self, text: str) -> None:
-        """A text for the operator: MAV_SEVERITY_WARNING for what holds the vehicle back, INFO for the rest."""
+        """A text for the operator: MAV_SEVERITY_INFO where the vehicle is ready, WARNING for the rest."""
         severity = 6 if text.startswith("Ready") else 4
         self.link.send(self.link.mav.statustext_encode(severity, text.encode()[:50]))
 
@@ -164,23 +182,20 @@ class Autopilot:
         with self.lock:
             self.vehicle.read(step)
 
-    def motion(self) -> Motion:
-        """The set-point with all that has come until now."""
+    def finish_step(self) -> Outcome:
+        """The outcome with all that has come until now."""
         with self.lock:
             self.receive()
-            return self.vehicle.motion()
-
-    def records(self) -> tuple[list[Record], dict[str, int], bool]:
-        """Datagrams since the last call, the numbers of those in force by kind, and whether set-points are followed now."""
-        with self.lock:
-            self.receive()
-            return self.link.take_records(), dict(self.causes), self.vehicle.armed and self.vehicle.mode is Mode.OFFBOARD
+            vehicle = self.vehicle
+            follows = vehicle.armed and vehicle.mode is Mode.OFFBOARD
+            place = vehicle.pose.at if vehicle.pose else (0.0, 0.0)
+            return Outcome(vehicle.motion(), vehicle.state(), place, self.link.take_records(), dict(self.causes), follows)
 
 
 def wait_until(true: Callable[[], bool], limit_s: float, ended: Callable[[], Optional[str]]) -> bool:
     """Waits until something is true, or for `limit_s` of real time.
 
-    :raises RuntimeError: what `ended` says, of a process that is needed.
+    :raises RuntimeError: the sentence of `ended`, about a process that is needed.
     """
     end = time.monotonic() + limit_s
     wake = threading.Event()

@@ -1,8 +1,8 @@
 """The bridge: a guest of `jsonl/2` on one side, a MAVLink vehicle on the other, in real time.
 
 A program for MAVLink lives in real time, so each step is answered no earlier than its time by the wall clock, with the set-point that
-the vehicle has by then. Between steps the vehicle's thread goes on. Attacks are passed on to the relay; their receipts follow from what
-the ends have received.
+the vehicle has by then. Between steps the vehicle's thread goes on. Attacks are passed on to the relay; their receipts follow from the
+datagrams that the ends have received.
 """
 
 import random
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Optional
 
 import route
-from autopilot import COMPONENT, NOWHERE, SYSTEM, Autopilot, wait_until
+from autopilot import COMPONENT, NOWHERE, SYSTEM, Autopilot, Outcome, wait_until
 from geodesy import Globe
 from holdsafe_guest import Guest, Order, Receipt, Reply, Start, Step, Velocity
 from link import Link, Record, key_of, open_socket, port_of
@@ -24,13 +24,13 @@ from receipts import PROGRAM, VEHICLE, Arrivals, KernelWitness, Receipts, Witnes
 
 #: Ports below those that Linux gives out by itself.
 PORTS = range(16384, 32768)
-#: Words of the program's command that stand for what only the bridge knows.
+#: Words of the program's command that the bridge replaces.
 PORT, ROUTE, WAYPOINTS, FOLDER = "{port}", "{route}", "{waypoints}", "{folder}"
 
 
 @dataclass(frozen=True)
 class Options:
-    """What the user of the bridge chooses."""
+    """Choices of the bridge's user."""
 
     #: The program's command.
     command: list[str]
@@ -42,7 +42,7 @@ class Options:
     sign: Optional[str] = None
     #: True if the program signs by itself.
     signs_itself: bool = False
-    #: Port that the program listens on; 0 for one that nobody has.
+    #: Port that the program listens on; 0 for a free one.
     port: int = 0
     #: Real time until the first message of the program, s.
     ready_s: float = 30.0
@@ -51,7 +51,7 @@ class Options:
 
 
 def reserved() -> socket.socket:
-    """A socket on a port that nobody has, to be closed when the program starts, which takes the port.
+    """A socket on a free port, to be closed when the program starts, which takes the port.
 
     The kernel gives out no port of this range by itself: between the two, no other socket gets it but one of another bridge, by chance.
     """
@@ -63,7 +63,7 @@ def reserved() -> socket.socket:
 
 
 class Bridge(Guest):
-    """The guest, for one trial. `folder` is for the route, and for what the program writes."""
+    """The guest, for one trial. `folder` is for the route and for files of the program."""
 
     def __init__(self, options: Options, folder: str) -> None:
         self.options, self.folder = options, folder
@@ -154,14 +154,16 @@ class Bridge(Guest):
         assert self.autopilot is not None and self.program is not None  # `serve` refuses a step before the start
         self.autopilot.step(step)
         if step.bus != self.orders:
-            # What is open in this step is open from its beginning.
+            # An order of this step is open from the step's beginning.
             self.orders = list(step.bus)
             self.journal = self.told()["journal"]
         self.pace(step.time_s)
         self.program.note_end()
         self.steps += 1
-        receipts = self.receipt()
-        return self.reply(self.autopilot, receipts)
+        # The relay's report first: the datagrams in it are then at the sockets.
+        report = self.told()
+        outcome = self.autopilot.finish_step()
+        return self.reply(outcome, self.receipt(report, outcome))
 
     def pace(self, time_s: float) -> None:
         """Waits for the step's time. A core that was late is not followed by a hurry: the program lives in real time."""
@@ -177,15 +179,15 @@ class Bridge(Guest):
         report: dict[str, Any] = self.relay.ask({"orders": [vars(order) for order in self.orders]})
         return report
 
-    def receipt(self) -> list[Receipt]:
-        """The receipts of the step. The relay reports first: what it has sent is then at the sockets."""
-        assert self.autopilot is not None  # as in `step`
-        report = self.told()
+    def receipt(self, report: dict[str, Any], outcome: Outcome) -> list[Receipt]:
+        """The receipts of the step."""
         report["journal"] = self.journal + report["journal"]
         self.journal = []
-        records, causes, follows = self.autopilot.records()
-        at = {VEHICLE: self.vehicle_witness.match(report["journal"], records), PROGRAM: self.at_program(report["journal"])}
-        self.receipts.note(at, causes, follows)
+        at = {
+            VEHICLE: self.vehicle_witness.match(report["journal"], outcome.records),
+            PROGRAM: self.at_program(report["journal"]),
+        }
+        self.receipts.note(at, outcome.causes, outcome.follows)
         return [self.receipts.of(order, report, at) for order in self.orders]
 
     def at_program(self, journal: list[Any]) -> Arrivals:
@@ -193,14 +195,12 @@ class Bridge(Guest):
             return self.kernel_witness.match(journal)
         return self.proxy_witness.match(journal, [Record(**record) for record in self.proxy.ask({})])
 
-    def reply(self, autopilot: Autopilot, receipts: list[Receipt]) -> Reply:
-        motion, vehicle = autopilot.motion(), autopilot.vehicle
-        state = state_of(vehicle.armed, vehicle.landed, vehicle.failsafe, vehicle.mode.value)
-        place = vehicle.pose.at if vehicle.pose else (0.0, 0.0)
+    def reply(self, outcome: Outcome, receipts: list[Receipt]) -> Reply:
+        motion, place = outcome.motion, outcome.place
         if self.wheels:
-            return Reply(motion.forward, motion.curvature(), state=state, place=place, bus=receipts)
+            return Reply(motion.forward, motion.curvature(), state=outcome.state, place=place, bus=receipts)
         velocity = Velocity(motion.forward, motion.left, motion.up, motion.turn)
-        return Reply(state=state, place=place, velocity=velocity, bus=receipts)
+        return Reply(state=outcome.state, place=place, velocity=velocity, bus=receipts)
 
     def end(self) -> None:
         if self.program:
@@ -214,14 +214,5 @@ class Bridge(Guest):
 
 
 def refused(link: Link) -> str:
-    """Words for what the link has refused, for an error."""
+    """Words about refused datagrams, for an error."""
     return f"; {sum(link.refused.values())} datagrams refused: {', '.join(link.refused)}" if link.refused else ""
-
-
-def state_of(armed: bool, landed: bool, failsafe: bool, mode: str) -> str:
-    """The state for the reply: a failsafe first, which holds while the vehicle stands by it."""
-    if failsafe:
-        return "FAILSAFE"
-    if not armed:
-        return "DISARMED"
-    return "LANDED" if landed else mode

@@ -1,4 +1,4 @@
-"""COMMAND_LONG and COMMAND_INT: what each asks of the vehicle. Every command is answered by a COMMAND_ACK, an unknown one too.
+"""COMMAND_LONG and COMMAND_INT, as orders to the vehicle. Every command is answered by a COMMAND_ACK, an unknown one too.
 
 Parameters that a program leaves open are NaN from MAVSDK to PX4, and 0 elsewhere: neither must reach a comparison of the vehicle.
 """

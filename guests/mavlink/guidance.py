@@ -24,7 +24,7 @@ ASIDE, SLOW = 1.0, 0.8
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the vehicle is by its own sensors, at `stamp_s` of its clock."""
+    """Place, heading and motion by the vehicle's own sensors, at `stamp_s` of its clock."""
 
     at: Place
     yaw_rad: float
@@ -57,7 +57,7 @@ STAND = Motion()
 
 @dataclass(frozen=True)
 class Limits:
-    """What the body can do and may do now."""
+    """Limits of the body, and of the operator's permission."""
 
     body: Body
     braking_m_s2: float

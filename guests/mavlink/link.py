@@ -58,7 +58,7 @@ class Record:
 def open_socket(port: int = 0) -> socket.socket:
     """A socket on a port; by default on one of the kernel's choice.
 
-    :raises OSError: somebody has the port.
+    :raises OSError: another process has the port.
     """
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -75,7 +75,7 @@ def port_of(end: socket.socket) -> int:
 
 
 def parser(system: int, component: int, key: Optional[bytes] = None, link_id: int = 0) -> Any:
-    """pymavlink's end of a link. With a key it signs what it sends and accepts only what is signed with the same."""
+    """pymavlink's end of a link. With a key it signs each message, and accepts only those that are signed with the same."""
     made = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
     made.robust_parsing = True
     if key is not None:

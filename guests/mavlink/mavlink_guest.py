@@ -27,7 +27,7 @@ def parsed() -> Options:
     parser.add_argument("--factor", type=positive, default=1.0, help="seconds of the vehicle's clock in one of real time")
     parser.add_argument("--sign", metavar="FILE", help="sign the link with the key of the passphrase in FILE, and refuse unsigned messages")
     parser.add_argument("--signs-itself", action="store_true", help="the program signs: no signing end beside it")
-    parser.add_argument("--port", type=int, default=0, help="port that the program listens on; by default one that nobody has")
+    parser.add_argument("--port", type=int, default=0, help="port that the program listens on; by default a free one")
     parser.add_argument("--ready-s", type=positive, default=30.0, help="real time until the program's first message")
     parser.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the vehicle")
     parser.add_argument("command", nargs="+", help="the program's command, after --")

@@ -14,7 +14,7 @@ QUADROTOR, ROVER = 2, 10
 
 
 class Mode(Enum):
-    """What the vehicle does while it is armed."""
+    """Mode of an armed vehicle."""
 
     HOLD = "HOLD"
     TAKEOFF = "TAKEOFF"

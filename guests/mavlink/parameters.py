@@ -10,7 +10,7 @@ INT32, REAL32 = 6, 9
 
 @dataclass(frozen=True)
 class Row:
-    """One parameter: what it means to the vehicle, its names, and the range of its value there."""
+    """One parameter: its meaning, its names, and the range of the vehicle's value."""
 
     meaning: str
     px4: str

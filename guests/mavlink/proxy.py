@@ -2,9 +2,9 @@
 
     proxy.py --program PORT --sign FILE
 
-What comes from the program is signed and sent on to the relay; what comes from the relay is passed on to the program if its signature
-is right. The first line that it writes has its port for the relay, the first that it reads the relay's port. Each further line is
-answered by one with the datagrams that have come from the relay since the last one, and with what became of them.
+Messages of the program are signed and sent on to the relay; those of the relay are passed on to the program if their signature is
+right. The first line that it writes has its port for the relay, the first that it reads the relay's port. Each further line is
+answered by one with the datagrams that have come from the relay since the last one, each accepted or refused.
 """
 
 import argparse

@@ -1,10 +1,11 @@
-"""Receipts of attacks: what the relay has sent, against what reached the socket of the end that it was meant for.
+"""Receipts of attacks: datagrams that the relay has sent, against those that reached the socket of their end.
 
 The relay's journal has each datagram that it sent, in order, with its digest; the end's records have each datagram that reached its
 socket, in order. Both are matched one to one in that order, since the loopback interface keeps it, and so even a replay, whose bytes
 are those of an honest datagram, is told from it. No process looks at the content for that.
 """
 
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional
@@ -14,7 +15,7 @@ from holdsafe_guest import Order, Receipt
 #: The ends of the link.
 VEHICLE, PROGRAM = "vehicle", "program"
 SET_POINT = "set-point"
-#: What an attack puts in force at the vehicle or at the program, by kinds of message.
+#: Kinds of message that an attack puts in force at the vehicle or at the program.
 IN_FORCE = {
     "command": (SET_POINT,),
     "rewrite": (SET_POINT,),
@@ -37,13 +38,11 @@ MOST = 80
 
 @dataclass
 class Arrivals:
-    """What one end's witness says of the datagrams of a step: each with its order (0 for an honest one) and its fate."""
+    """Datagrams of a step at one end, by its witness."""
 
     arrived: list["Arrival"] = field(default_factory=list)
     #: Order of the datagram by its number at the end.
     orders: dict[int, int] = field(default_factory=dict)
-    #: Why the witness saw nothing, where it could not look.
-    unread: Optional[str] = None
 
     def of(self, order: int) -> list["Arrival"]:
         return [arrival for arrival in self.arrived if arrival.order == order]
@@ -58,7 +57,7 @@ class Arrival:
     #: Type of its message.
     name: str
     accepted: bool
-    #: Why no message of it was accepted.
+    #: The reason for which none of its messages was accepted.
     why: Optional[str]
 
 
@@ -85,23 +84,29 @@ class Witness:
             _, order, name = sent[place]
             found.arrived.append(Arrival(order, name, record.accepted, record.why))
             found.orders[record.serial] = order
-        # Of the records of the step before, what has no match now is no datagram of the relay.
+        # A record of the step before that has no match now is no datagram of the relay.
         self.kept = waiting[max(last, len(self.kept)) :]
         return found
 
 
 class KernelWitness:
-    """The socket of a program that is not ours: the kernel counts what it loses there, and delivers the rest."""
+    """The socket of a program that is not ours: the kernel counts the datagrams that it loses there, and delivers the rest."""
 
     def __init__(self, port: int) -> None:
-        self.port, self.lost = port, 0
+        self.port, self.lost, self.noted = port, 0, False
+
+    def note(self, words: str) -> None:
+        if not self.noted:
+            print(f"mavlink: {words}", file=sys.stderr)
+        self.noted = True
 
     def match(self, journal: list[list[Any]]) -> Arrivals:
         found = Arrivals()
         try:
             now = drops(self.port)
         except OSError:
-            found.unread = "no witness: /proc/net/udp cannot be read"
+            # Without a witness no datagram counts as received, so a trial has no receipt and is INVALID.
+            self.note("no witness at the program: /proc/net/udp cannot be read")
             return found
         if now is None:
             return found
@@ -134,7 +139,7 @@ class Receipts:
         self.follows = False
 
     def note(self, at: dict[str, Arrivals], causes: dict[str, int], follows: bool) -> None:
-        """Takes which datagrams put in force what is so now: at the vehicle the causes, at the program the last one of a kind."""
+        """Takes the order behind each kind in force: at the vehicle by the causes, at the program by the last accepted one."""
         self.follows = follows
         for kind, serial in causes.items():
             if self.causes.get(kind) != serial:
@@ -149,12 +154,13 @@ class Receipts:
         end = PROGRAM if order.attack in TO_PROGRAM else VEHICLE
         honest = len(at[end].of(0))
         if order.attack == LISTEN:
-            return Receipt(order.id, sent=0, received=report["passed"], honest=honest, used=False)
+            return Receipt(order.id, sent=report["passed"], received=report["passed"], honest=honest, used=False)
         if order.attack == SILENCE:
+            # Its act is to keep datagrams back, in force for as long as it lasts.
             return Receipt(order.id, sent=report["dropped"], received=0, honest=honest, used=True, why="kept back")
         sent = sum(1 for _, _, owner, _ in report["journal"] if owner == order.id)
         arrived = at[end].of(order.id)
-        why = report["missing"].get(str(order.id)) if sent == 0 else at[end].unread or reason(arrived)
+        why = report["missing"].get(str(order.id)) if sent == 0 else reason(arrived)
         return Receipt(order.id, sent, len(arrived), honest, self.used(order), why and why[:MOST])
 
     def used(self, order: Order) -> bool:
@@ -163,7 +169,5 @@ class Receipts:
 
 
 def reason(arrived: list[Arrival]) -> Optional[str]:
-    """Why none of the datagrams was accepted; None if one was."""
-    if not arrived:
-        return "not at the socket"
-    return None if any(arrival.accepted for arrival in arrived) else arrived[0].why
+    """The reason for which the end refused all datagrams; None if it accepted one, or got none."""
+    return None if not arrived or any(arrival.accepted for arrival in arrived) else arrived[0].why

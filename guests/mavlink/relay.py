@@ -24,7 +24,7 @@ from receipts import PROGRAM, VEHICLE
 
 #: Longest wait, s, and the longest time that an attack catches up on, s.
 WAIT, BEHIND = 0.05, 1.0
-#: Datagrams of one attack between two looks at the sockets: a flood must not keep back what passes.
+#: Datagrams of one attack between two looks at the sockets: a flood must not keep back honest datagrams.
 AT_ONCE = 200
 OTHER = {VEHICLE: PROGRAM, PROGRAM: VEHICLE}
 #: Attacks whose sender is no end of the link, but has a port of its own.
@@ -44,7 +44,7 @@ class Open:
         self.due_s = self.since_s = now_s
 
     def datagrams(self, now_s: float) -> list[bytes]:
-        """What is to be sent by now."""
+        """Datagrams that are due."""
         made = list(self.forger.replayed(self.since_s, now_s))
         self.since_s = now_s
         self.due_s = max(self.due_s, now_s - BEHIND)
@@ -55,7 +55,7 @@ class Open:
 
 
 class Relay:
-    """The sockets, the open orders and the journal of what was sent."""
+    """The sockets, the open orders and the journal of sent datagrams."""
 
     def __init__(self, vehicle: int, program: int, factor: float) -> None:
         self.sides = {VEHICLE: open_socket(), PROGRAM: open_socket()}
@@ -73,7 +73,7 @@ class Relay:
         ends = [*self.sides.values(), self.stranger]
         while True:
             ready, _, _ = select.select([sys.stdin, *ends], [], [], self.wait())
-            # Orders first: what passes after they are open is under attack.
+            # Orders first: a datagram that passes after they are open is under attack.
             if sys.stdin in ready:
                 read = os.read(0, 65536)
                 if not read:
@@ -99,7 +99,7 @@ class Relay:
         }
 
     def report(self) -> dict[str, Any]:
-        """What has been sent, kept back and heard since the last report."""
+        """Datagrams sent, kept back and received since the last report."""
         missing = {str(id): why for id, order in self.orders.items() if (why := order.forger.missing())}
         report = {
             "journal": self.journal,
@@ -149,7 +149,7 @@ class Relay:
         try:
             end.sendto(data, (LOOPBACK, self.ports[to]))
         except OSError:
-            # Nobody is there, or the buffer is full: the datagram counts as sent, and the witness does not see it.
+            # No socket is there, or its buffer is full: the datagram counts as sent, and the witness does not see it.
             pass
         self.journal.append((to, digest(data), order, name))
 
@@ -162,7 +162,7 @@ def datagrams(end: Any) -> "list[bytes]":
         except BlockingIOError:
             break
         except OSError:
-            # The answer of the kernel to a datagram for a port that nobody has.
+            # The answer of the kernel to a datagram for a port without a socket.
             continue
     return found
 

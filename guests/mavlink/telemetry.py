@@ -1,7 +1,7 @@
-"""What the vehicle tells of itself: each message by its number, and how often it is sent.
+"""Telemetry of the vehicle: each message by its number, with its period.
 
-A program waits for ever for a message that does not come, so all are sent that MAVSDK and MAVProxy read, and at once when what they say
-has changed. Without a position those about the position stop.
+A program waits for ever for a message that does not come, so all are sent that MAVSDK and MAVProxy read, and at once after a
+change of mode or state. Without a position those about the position stop.
 """
 
 import math
@@ -68,7 +68,7 @@ class Telemetry:
         self.told: tuple[Any, ...] = ()
 
     def tick(self, wall_s: float) -> float:
-        """Sends what is due; the time of the next."""
+        """Sends the messages that are due; the time of the next."""
         self.tell_changes()
         for number, due in self.due.items():
             if wall_s >= due:

@@ -1,8 +1,8 @@
 """The vehicle behind MAVLink: armed or not, on the ground or not, its mode, its failsafes, and the motion that follows.
 
-All that it knows is what the steps say: position, height, odometry, and whether an operator has enabled driving. Time is the vehicle's
-clock, so a pause of the core is no silence of the program. MAVLink itself is left to `autopilot` and the files around it: nothing here
-needs its library.
+All of its knowledge is from the steps: position, height, odometry, and whether an operator has enabled driving. Time is the vehicle's
+clock, so a pause of the core is no silence of the program. MAVLink itself is left to `autopilot` and the files around it: this file
+does not need its library.
 """
 
 import math
@@ -20,7 +20,7 @@ from plan import LAND, LOITER, RETURN, TAKE_OFF, Plan
 STALE = 1.0
 #: Height by which a take-off may fall short of its goal, and below which the vehicle is on the ground, m.
 SHORT, GROUND = 0.3, 0.25
-#: Time without a change of height after which a climb or a descent is over, s, and what counts as one, m.
+#: Time without a change of height after which a climb or a descent is over, s, and the least change that counts, m.
 STALLED, CHANGE = 3.0, 0.05
 #: Largest speed of a descent to the ground, m/s.
 DESCENT = 0.5
@@ -40,7 +40,7 @@ class Result(IntEnum):
 
 @dataclass(frozen=True)
 class SetPoint:
-    """What a program asks for in OFFBOARD: a place or a velocity, and a heading or a turn."""
+    """An order of a program in OFFBOARD: a place or a velocity, and a heading or a turn."""
 
     stamp_s: float
     at: Optional[Place] = None
@@ -72,7 +72,7 @@ class Vehicle:
         self.height_since: tuple[float, float] = (0.0, math.inf)
         self.heard_s = start.time_s
 
-    # What the steps say.
+    # Inputs of the steps.
 
     def read(self, step: Step) -> None:
         """Takes a step's readings and carries on: arrivals, failsafes."""
@@ -95,7 +95,15 @@ class Vehicle:
     def armable(self) -> bool:
         return self.limit > 0.0 and self.located()
 
-    # What a program asks for.
+    def state(self) -> str:
+        """The state by name: a failsafe first, which holds while the vehicle stands by it."""
+        if self.failsafe:
+            return "FAILSAFE"
+        if not self.armed:
+            return "DISARMED"
+        return "LANDED" if self.landed else self.mode.value
+
+    # Orders of a program.
 
     def arm(self) -> Result:
         if not self.armed and not self.armable():
@@ -165,7 +173,7 @@ class Vehicle:
         self.mode, self.guided, self.failsafe = mode, guided, failsafe
         self.height_since = (0.0, math.inf)
 
-    # What follows.
+    # Consequences.
 
     def fail_safe(self) -> None:
         if not self.armed:
@@ -264,7 +272,7 @@ def home_at(start: Start) -> Optional[Pose]:
 
 
 def posed(before: Optional[Pose], step: Step) -> Optional[Pose]:
-    """The pose with a step's readings. A step without a fix moves nothing: odometry alone is no position."""
+    """The pose with a step's readings. Without a fix the place stays as it was: odometry alone is no position."""
     height = step.height_m if step.height_m is not None else step.fix.height_m if step.fix else before.height_m if before else None
     speed, turn = (step.odometry.speed_m_s, step.odometry.yaw_rate_rad_s) if step.odometry else (0.0, 0.0)
     if step.fix is None:

@@ -1,6 +1,6 @@
 """A core of `jsonl/2` for the tests of the bridge to MAVLink: a point that follows its set-points, in the air or on wheels.
 
-Times are of the vehicle's clock; the bridge paces the steps by the wall clock. What is open at a time is given by the caller.
+Times are of the vehicle's clock; the bridge paces the steps by the wall clock. The caller gives limits and attacks by the time.
 """
 
 import json
@@ -17,7 +17,7 @@ ORIGIN = {"latitude_deg": 47.397742, "longitude_deg": 8.545594, "height_m": 488.
 ROUTE = [[8.0, 0.0], [8.0, 6.0]]
 
 Answer = dict[str, Any]
-#: What a step has beside the vehicle: `limit`, `fix` (False for none), `bus`.
+#: Fields of a step beside the vehicle: `limit`, `fix` (False for none), `bus`.
 Scene = Callable[[float], dict[str, Any]]
 
 
@@ -65,7 +65,7 @@ def near(value: float, goal: float) -> float:
 
 @dataclass
 class Flight:
-    """What was seen, step by step."""
+    """Places and replies, step by step."""
 
     places: list[tuple[float, float, float]] = field(default_factory=list)
     replies: list[Answer] = field(default_factory=list)

@@ -1,5 +1,5 @@
 """Programs for the tests of the bridge to MAVLink, by name: a bare end of pymavlink, with the port that it listens on. Run by the
-interpreter of guests/mavlink. What they see they print, a line each.
+interpreter of guests/mavlink. They print their observations, a line each.
 """
 
 import math
@@ -123,7 +123,7 @@ def silent(end: End) -> None:
 
 
 def mute(_end: End) -> None:
-    """Says nothing."""
+    """Stays silent."""
     time.sleep(600.0)
 
 

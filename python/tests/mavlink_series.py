@@ -15,7 +15,7 @@ from .mavlink_core import Core, order
 MAVLINK = Path(__file__).resolve().parents[2] / "guests/mavlink"
 PYTHON = MAVLINK / ".venv/bin/python"
 OFF_BOARD = [str(PYTHON), str(MAVLINK / "programs/offboard.py"), "{port}", "0.5"]
-#: Time of the vehicle's clock for what a program does on a loaded machine, s.
+#: Time of the vehicle's clock for an act of a program on a loaded machine, s.
 PATIENT = 60.0
 
 #: Each attack with its rate and its amount. The last ones end a flight off board.
@@ -24,13 +24,13 @@ ATTACKS: list[tuple[str, float, float]] = [
     ("clock", 5.0, 60.0),
     ("take_name", 20.0, 5.0),
     ("replay_odometry", 0.0, 1.0),
-    ("flood", 500.0, 0.0),
+    ("flood", 2000.0, 0.0),
     ("parameter", 5.0, 1.5),
     ("route", 2.0, 3.0),
     ("replay_command", 0.0, 1.0),
-    ("command", 60.0, -2.0),
+    ("command", 100.0, -2.0),
     ("rewrite", 0.0, 2.0),
-    ("stop", 5.0, 0.0),
+    ("stop", 5.0, 2.0),
 ]
 SECONDS, BETWEEN = 1.5, 0.5
 
@@ -79,7 +79,7 @@ def flown(core: Core) -> dict[str, Seen]:
 def begin(core: Core) -> None:
     if not core.until_state("OFFBOARD", PATIENT):
         raise TimeoutError("no flight off board")
-    # What is replayed has to have passed.
+    # A datagram has to have passed before it is replayed.
     core.fly(1.2)
 
 

@@ -24,7 +24,7 @@ def traces() -> set[str]:
 
 
 class Case(unittest.TestCase):
-    """Cores with a bridge each, and what they leave."""
+    """Cores with a bridge each, which leave no files."""
 
     def core(self, program: list[str], *options: str, rotors: bool = True, route: Optional[list[list[float]]] = None) -> Core:
         before = traces()
@@ -110,7 +110,7 @@ class Programs(Case):
         self.assertTrue(core.until_state("FAILSAFE", 5.0))
         os.kill(program, signal.SIGCONT)
         core.fly(2.0)
-        # The set-points go on, but nobody has asked for the mode again.
+        # The set-points go on, but the mode has not been asked for again.
         self.assertEqual(core.flight.replies[-1]["state"], "FAILSAFE")
         self.words(core)
 

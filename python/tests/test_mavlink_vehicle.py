@@ -296,7 +296,7 @@ class Witnesses(unittest.TestCase):
         reached = [Reached(1, "a"), Reached(2, "c")]
         self.assertEqual(orders(witness.match(sent(("a", 0), ("b", 7), ("c", 7)), reached)), [0, 7])
 
-    def test_a_datagram_of_somebody_else_is_nobodys(self) -> None:
+    def test_a_datagram_of_a_third_process_belongs_to_no_order(self) -> None:
         witness = Witness(VEHICLE)
         self.assertEqual(orders(witness.match(sent(("a", 7)), [Reached(1, "x"), Reached(2, "a")])), [7])
 

@@ -3,7 +3,7 @@
     mavproxy_script.py PORT FOLDER SCRIPT...
 
 MAVProxy itself takes such lines for comments. A line may have variables of the environment, as ${MAVLINK_WAYPOINTS}. `PASSPHRASE` is that
-of a signed link. What MAVProxy prints goes to standard error; its files go to the folder.
+of a signed link. Output of MAVProxy goes to standard error, its files to the folder.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""A mission with MAVSDK 4: arms, takes off, flies the route, and holds at its end. It has nothing of holdsafe but the route's file.
+"""A mission with MAVSDK 4: arms, takes off, flies the route, and holds at its end. It knows no part of holdsafe but the route's file.
 
     mission.py PORT ROUTE
 """
@@ -38,7 +38,7 @@ async def fly(port: str, file: str) -> None:
             if progress.current == progress.total:
                 break
         await action.hold()
-        # The vehicle needs somebody at the other end.
+        # The vehicle needs another end.
         await asyncio.Event().wait()
 
 
