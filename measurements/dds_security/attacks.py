@@ -1,0 +1,176 @@
+"""The attacks: each acts for a few seconds while plant and node run, and says what it sent.
+
+Raw attacks are given the GUIDs of both ends and the node's next sequence number: the prefix stands in clear in every header, identifiers
+of endpoints count up, and sequence numbers can be guessed.
+"""
+
+import struct
+import time
+
+import packets
+from credentials import DOMAIN, Authorities
+from processes import BUILD, Process
+
+SECONDS = 5
+# Ports of RTPS for the first participant of a domain; each further one has the next two.
+PLANT_DISCOVERY, PLANT, NODE = (7400 + 250 * DOMAIN + offset for offset in (10, 11, 13))
+FAST = 1.5
+FALSE_PLACE = -5.0
+COMMAND, ODOMETRY = "rt/cmd_vel", "rt/odom"
+
+
+def content(first, number):
+    """Six doubles as the rogue program fills them: a negative count tells them from honest ones."""
+    return struct.pack("<6d", first, 0, 0, -number, time.monotonic(), 0)
+
+
+class Attack:
+    """Base: no attack. `reads` tells an attack that listens; `topic` the topic whose honest messages count."""
+
+    topic, reads, plant_options = COMMAND, False, ()
+
+    def prepare(self, run):
+        """Before plant and node have matched."""
+
+    def act(self, run):
+        time.sleep(SECONDS)
+
+    def finish(self, run):
+        """After the run: a dictionary with `sent`, `left` and `contents`."""
+        return {"sent": 0, "left": 0, "contents": [], "why": ""}
+
+
+class Participant(Attack):
+    """A participant of its own: a stranger, one of another authority, or an insider."""
+
+    def __init__(self, rate=100, topic=COMMAND, reads=False, who="stranger", is_patched=False):
+        self.rate, self.topic, self.reads, self.who, self.is_patched = rate, topic, reads, who, is_patched
+        self.count = rate * SECONDS
+
+    def credentials(self, run):
+        if self.who == "stranger" or run.authorities is None:
+            return None
+        other = Authorities(run.folder / "other", run.level)
+        if self.who == "other-authority":
+            return other.admit("rogue", "everything")
+        if self.who == "own-permissions":
+            return run.authorities.admit("insider", "everything", permissions_of=other)
+        return run.authorities.admit("insider", "insider")
+
+    def prepare(self, run):
+        options = ["--topic", self.topic, "--rate", self.rate, "--count", self.count]
+        options += ["--listen", "yes"] if self.reads else []
+        preload = BUILD / "unchecked.so" if self.is_patched else None
+        self.process = Process("rogue", options, self.credentials(run), preload)
+        run.processes.append(self.process)
+
+    def act(self, run):
+        self.begin = time.monotonic()
+        self.process.tell()
+        time.sleep(SECONDS)
+
+    def finish(self, run):
+        prefix = self.process.guid("participant")[:12]
+        endpoint = self.process.guid("reader" if self.reads else "writer", self.topic) if prefix else b""
+        announced = len(run.sniffer.of_participant(prefix, run.ports)) if prefix else 0
+        written = [bytes.fromhex(line["bytes"]) for line in self.process.all("sent", taken=True)]
+        heard = [bytes.fromhex(line["bytes"]) for line in self.process.all("received") if line["t"] >= self.begin]
+        why = "" if prefix else "its own library refuses the participant"
+        why = why or ("" if endpoint else "its own library refuses the endpoint")
+        why = why or ("" if announced else "no packet of it on the wire")
+        why = why or ("" if self.reads or len(written) == self.count else "not all messages were written")
+        return {"sent": 0 if self.reads else self.count, "left": 0 if why else max(len(written), 1), "announced": announced,
+                "contents": heard if self.reads else written, "why": why, "prefix": prefix.hex()}
+
+
+class Sniffer(Attack):
+    """Looks for the honest content in the packets that are on the wire anyway."""
+
+    reads = True
+
+    def act(self, run):
+        self.begin = time.monotonic()
+        time.sleep(SECONDS)
+        self.end = time.monotonic()
+
+    def finish(self, run):
+        seen = b"".join(p[3] for p in run.sniffer.packets if p[2] == PLANT and self.begin <= p[0])
+        return {"sent": 0, "left": 1, "contents": [c for c in run.honest_contents() if c in seen], "why": ""}
+
+
+class Raw(Attack):
+    """Packets from a socket without a participant, at a steady rate. `packet` makes one of its number."""
+
+    def __init__(self, packet, rate=100, port=PLANT, topic=COMMAND, plant_options=()):
+        self.packet, self.rate, self.port, self.topic, self.plant_options = packet, rate, port, topic, plant_options
+
+    def act(self, run):
+        self.sender, self.contents = packets.Sender(self.port), []
+        start, self.count = time.monotonic(), self.rate * SECONDS
+        for number in range(self.count):
+            self.sender.send(self.packet(self, run, number))
+            time.sleep(max(0.0, start + (number + 1) / self.rate - time.monotonic()))
+
+    def finish(self, run):
+        seen = len(run.sniffer.from_port(self.sender.port, self.port))
+        why = "" if seen == self.sender.sent == self.count else "not all packets were seen on the wire"
+        return {"sent": self.count, "left": seen, "contents": self.contents, "why": why}
+
+    def new_content(self, number):
+        made = content(FAST if self.topic == COMMAND else FALSE_PLACE, number + 1)
+        self.contents.append(made)
+        return made
+
+
+def forged(attack, run, number):
+    if number == 0:
+        attack.first = run.last_number(attack.topic) + 1
+    return packets.data_packet(run.writer(attack.topic), attack.first + number, attack.new_content(number))
+
+
+def ahead(attack, run, number):
+    return packets.data_packet(run.writer(attack.topic), 100_000 + number, attack.new_content(number))
+
+
+def heartbeat(attack, run, number):
+    return packets.heartbeat_packet(run.writer(attack.topic), 100_000, 2**30 + number)
+
+
+def farewell(attack, run, number):
+    return packets.farewell_packet(run.writer(COMMAND)[:12], 1_000 + number)
+
+
+def flood(attack, run, number):
+    unknown = bytes([1, 15]) + bytes(range(10)) + run.writer(COMMAND)[12:]
+    return packets.data_packet(unknown, number + 1, attack.new_content(number))
+
+
+def replay(attack, run, number):
+    if number == 0:
+        attack.captured = [p[3] for p in run.sniffer.of_participant(run.writer(COMMAND)[:12], [PLANT])]
+    return attack.captured[number % len(attack.captured)]
+
+
+ATTACKS = {
+    "control": Attack,
+    "stranger-20": lambda: Participant(20),
+    "stranger-100": lambda: Participant(100),
+    "stranger-500": lambda: Participant(500),
+    "stranger-odometry": lambda: Participant(100, ODOMETRY),
+    "stranger-listens": lambda: Participant(reads=True),
+    "sniffer": Sniffer,
+    "other-authority": lambda: Participant(who="other-authority"),
+    "insider": lambda: Participant(who="insider"),
+    "insider-own-permissions": lambda: Participant(who="own-permissions"),
+    "insider-patched": lambda: Participant(who="insider", is_patched=True),
+    "insider-patched-odometry": lambda: Participant(100, ODOMETRY, who="insider", is_patched=True),
+    "insider-patched-listens": lambda: Participant(reads=True, who="insider", is_patched=True),
+    "data-forged": lambda: Raw(forged),
+    "data-forged-odometry": lambda: Raw(forged, port=NODE, topic=ODOMETRY),
+    "data-ahead": lambda: Raw(ahead, plant_options=("--reliability", "best-effort")),
+    "heartbeat": lambda: Raw(heartbeat, rate=20),
+    "heartbeat-watchdog": lambda: Raw(heartbeat, rate=20, plant_options=("--patience", 0.5)),
+    "replay": lambda: Raw(replay),
+    "flood": lambda: Raw(flood, rate=1000),
+    "farewell": lambda: Raw(farewell, rate=20, port=PLANT_DISCOVERY),
+}
