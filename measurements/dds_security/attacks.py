@@ -7,6 +7,7 @@ of endpoints count up, and sequence numbers can be guessed.
 import struct
 import time
 
+import forgery
 import packets
 from credentials import DOMAIN, Authorities
 from processes import BUILD, Process
@@ -25,9 +26,10 @@ def content(first, number):
 
 
 class Attack:
-    """Base: no attack. `reads` tells an attack that listens; `topic` the topic whose honest messages count."""
+    """Base: no attack. `reads` tells an attack that listens; `topic` the topic whose honest messages count;
+    `has_one_authority` that identities and permissions have one authority."""
 
-    topic, reads, plant_options = COMMAND, False, ()
+    topic, reads, plant_options, has_one_authority = COMMAND, False, (), False
 
     def prepare(self, run):
         """Before plant and node have matched."""
@@ -45,7 +47,7 @@ class Participant(Attack):
 
     def __init__(self, rate=100, topic=COMMAND, reads=False, who="stranger", is_patched=False):
         self.rate, self.topic, self.reads, self.who, self.is_patched = rate, topic, reads, who, is_patched
-        self.count = rate * SECONDS
+        self.count, self.has_one_authority = rate * SECONDS, who == "one-authority"
 
     def credentials(self, run):
         if self.who == "stranger" or run.authorities is None:
@@ -55,6 +57,10 @@ class Participant(Attack):
             return other.admit("rogue", "everything")
         if self.who == "own-permissions":
             return run.authorities.admit("insider", "everything", permissions_of=other)
+        if self.who in ("own-signature", "one-authority"):
+            return run.authorities.admit_with_own_signature("insider", "everything")
+        if self.who == "own-governance":
+            return run.authorities.admit_with_own_governance("insider", "insider", other)
         return run.authorities.admit("insider", "insider")
 
     def prepare(self, run):
@@ -122,6 +128,29 @@ class Raw(Attack):
         return made
 
 
+class ReaderForges(Raw):
+    """A participant with the right to read commands uses the keys that it has as a reader, to write in the node's name."""
+
+    def __init__(self):
+        super().__init__(lambda attack, run, number: attack.forger.packet(attack.first + number, attack.new_content(number)))
+
+    def prepare(self, run):
+        credentials = run.authorities.admit("monitor", "monitor")
+        self.reader = Process("rogue", ["--topic", COMMAND, "--listen", "yes"], credentials, BUILD / "keys.so")
+        run.processes.append(self.reader)
+
+    def act(self, run):
+        self.forger = self.forger_of(run)
+        self.first = run.last_number(COMMAND) + 1
+        self.reader.tell()
+        super().act(run)
+
+    def forger_of(self, run):
+        writer = run.writer(COMMAND)
+        captured = [p[3] for p in run.sniffer.of_participant(writer[:12], [PLANT])]
+        return forgery.Forger(run.level, writer, forgery.parse(self.reader.complaints()), captured)
+
+
 def forged(attack, run, number):
     if number == 0:
         attack.first = run.last_number(attack.topic) + 1
@@ -162,6 +191,9 @@ ATTACKS = {
     "other-authority": lambda: Participant(who="other-authority"),
     "insider": lambda: Participant(who="insider"),
     "insider-own-permissions": lambda: Participant(who="own-permissions"),
+    "insider-own-governance": lambda: Participant(who="own-governance"),
+    "insider-own-signature": lambda: Participant(who="own-signature"),
+    "insider-one-authority": lambda: Participant(who="one-authority"),
     "insider-patched": lambda: Participant(who="insider", is_patched=True),
     "insider-patched-odometry": lambda: Participant(100, ODOMETRY, who="insider", is_patched=True),
     "insider-patched-listens": lambda: Participant(reads=True, who="insider", is_patched=True),
@@ -170,6 +202,7 @@ ATTACKS = {
     "data-ahead": lambda: Raw(ahead, plant_options=("--reliability", "best-effort")),
     "heartbeat": lambda: Raw(heartbeat, rate=20),
     "heartbeat-watchdog": lambda: Raw(heartbeat, rate=20, plant_options=("--patience", 0.5)),
+    "reader-forges": ReaderForges,
     "replay": lambda: Raw(replay),
     "flood": lambda: Raw(flood, rate=1000),
     "farewell": lambda: Raw(farewell, rate=20, port=PLANT_DISCOVERY),

@@ -40,7 +40,7 @@ class Run:
 
     def __init__(self, level, attack, folder):
         self.level, self.attack, self.folder = level, ATTACKS[attack](), pathlib.Path(folder)
-        self.authorities = Authorities(self.folder / "own", level) if LEVELS[level] else None
+        self.authorities = Authorities(self.folder / "own", level, self.attack.has_one_authority) if LEVELS[level] else None
         self.sniffer = packets.Sniffer()
         self.processes = []
 
@@ -98,12 +98,7 @@ def phases(run, sent, received):
     return counts
 
 
-def first_match_s(run):
-    matched = [line["t"] for line in run.node.all("audience", change=1) + run.node.all("matched", change=1)]
-    return max(matched[:2]) - run.node.all("start")[0]["t"] if matched else None
-
-
-def attacked(run, attack, sent, received, phase_counts):
+def attacked(run, attack, sent, received):
     """Messages of the attacker: delivered, of which under the honest writer's GUID, and the number of all."""
     honest, honest_guid = {line["bytes"] for line in sent}, run.writer(run.attack.topic).hex()
     if run.attack.reads:
@@ -124,7 +119,7 @@ def describe(run):
     sent, received = sender.all("sent"), receiver.all("received")
     attack = run.attack.finish(run)
     counts = phases(run, sent, received)
-    delivered, under_honest, number = attacked(run, attack, sent, received, counts)
+    delivered, under_honest, number = attacked(run, attack, sent, received)
     places = [line["place"] for line in run.plant.all("place")]
     prefix = attack.get("prefix", "")
     rogue = [line for line in receiver.lines if prefix and line.get("guid", "").startswith(prefix)]
@@ -135,7 +130,7 @@ def describe(run):
         "rogue_at_receiver": dict(collections.Counter(line["what"] for line in rogue)),
         "first_attack_sha256": digest(attack["contents"][0]) if attack["contents"] else None,
         "furthest_m": max(places), "last_m": places[-1], "harm_m": round(max(0.0, max(places) - WALL_M), 3),
-        "first_match_s": first_match_s(run), "ended": [process.process.returncode for process in run.processes],
+        "ended": [process.process.returncode for process in run.processes],
         "sniffer_dropped": run.dropped, "complaints": [len(process.complaints()) for process in run.processes],
         "complaint": next((line for process in run.processes for line in process.complaints()), ""),
     }

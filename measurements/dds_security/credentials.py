@@ -24,6 +24,7 @@ RIGHTS = {
     "plant": (["rt/odom"], ["rt/cmd_vel"]),
     "node": (["rt/cmd_vel"], ["rt/odom"]),
     "insider": ([], ["rt/odom"]),
+    "monitor": ([], ["rt/cmd_vel", "rt/odom"]),
     "everything": (["*"], ["*"]),
 }
 
@@ -31,14 +32,15 @@ HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 DOMAINS = f"<domains><id>{DOMAIN}</id></domains>"
 
 
-def governance(level):
+def governance(level, checks="true"):
+    """`checks` is false in the file of an insider that asks its own library for no check of rights."""
     metadata, data, rtps = LEVELS[level]
     rule = (
         "<topic_expression>*</topic_expression>"
         "<enable_discovery_protection>true</enable_discovery_protection>"
         "<enable_liveliness_protection>true</enable_liveliness_protection>"
-        "<enable_read_access_control>true</enable_read_access_control>"
-        "<enable_write_access_control>true</enable_write_access_control>"
+        f"<enable_read_access_control>{checks}</enable_read_access_control>"
+        f"<enable_write_access_control>{checks}</enable_write_access_control>"
         f"<metadata_protection_kind>{metadata}</metadata_protection_kind>"
         f"<data_protection_kind>{data}</data_protection_kind>"
     )
@@ -78,12 +80,25 @@ def new_key(path):
     openssl("genpkey", "-algorithm", "EC", "-pkeyopt", "ec_paramgen_curve:P-256", "-out", path)
 
 
-class Authority:
+class Signer:
+    """A key and its certificate in a folder, which sign documents."""
+
+    def __init__(self, folder):
+        self.key, self.certificate = folder / "key.pem", folder / "certificate.pem"
+
+    def sign(self, text, path):
+        """The text as a signed document of S/MIME."""
+        draft = path.with_suffix(".xml")
+        draft.write_text(text)
+        openssl("smime", "-sign", "-text", "-in", draft, "-out", path, "-signer", self.certificate, "-inkey", self.key)
+
+
+class Authority(Signer):
     """A certificate authority with its key in a folder of its own."""
 
     def __init__(self, folder, name):
+        super().__init__(folder)
         folder.mkdir(parents=True)
-        self.folder, self.key, self.certificate = folder, folder / "key.pem", folder / "certificate.pem"
         new_key(self.key)
         openssl("req", "-x509", "-new", "-key", self.key, "-subj", f"/CN={name}", "-days", 30, "-out", self.certificate)
 
@@ -95,20 +110,14 @@ class Authority:
         openssl("x509", "-req", "-in", request, "-CA", self.certificate, "-CAkey", self.key, "-CAcreateserial",
                 "-days", 30, "-out", folder / "certificate.pem")
 
-    def sign(self, text, path):
-        """The text as a signed document of S/MIME."""
-        draft = path.with_suffix(".xml")
-        draft.write_text(text)
-        openssl("smime", "-sign", "-text", "-in", draft, "-out", path, "-signer", self.certificate, "-inkey", self.key)
-
 
 class Authorities:
-    """The authority of identities, the authority of permissions, and the participants that they admit."""
+    """The authority of identities, the authority of permissions, and the participants that they admit. `is_one`: one for both."""
 
-    def __init__(self, root, level):
+    def __init__(self, root, level, is_one=False):
         self.root, self.level = pathlib.Path(root), level
         self.identity = Authority(self.root / "identity", "identity authority")
-        self.permissions = Authority(self.root / "permissions", "permissions authority")
+        self.permissions = self.identity if is_one else Authority(self.root / "permissions", "permissions authority")
 
     def admit(self, name, rights, permissions_of=None):
         """A folder for the participant. `permissions_of`: another authority, which signs its governance and permissions."""
@@ -120,4 +129,19 @@ class Authorities:
         shutil.copy(signer.certificate, folder / "permissions_ca.pem")
         signer.sign(governance(self.level), folder / "governance.smime")
         signer.sign(permissions(name, rights), folder / "permissions.smime")
+        return folder
+
+    def admit_with_own_governance(self, name, rights, own):
+        """Permissions as they were granted, beside a governance file of the participant's own without checks, which it signed itself.
+        Its library trusts both authorities, since it reads the list of them from the participant's own file."""
+        folder = self.admit(name, rights)
+        own.permissions.sign(governance(self.level, checks="false"), folder / "governance.smime")
+        both = self.permissions.certificate.read_text() + own.permissions.certificate.read_text()
+        (folder / "permissions_ca.pem").write_text(both)
+        return folder
+
+    def admit_with_own_signature(self, name, rights):
+        """Permissions that the participant granted itself and signed with the key of its own identity."""
+        folder = self.admit(name, "insider")
+        Signer(folder).sign(permissions(name, rights), folder / "permissions.smime")
         return folder

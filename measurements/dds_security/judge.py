@@ -58,6 +58,10 @@ def summed(runs, phase):
     return [sum(run["honest"][phase][part] for run in runs) for part in (0, 1)]
 
 
+def from_attack_on(phases):
+    return [a + b for a, b in zip(phases["during"], phases["after"])]
+
+
 def words(expected_word, delivered, honest):
     """NONE belongs to the attack, which has no message to deliver; the other words are measured."""
     first = "NONE" if expected_word.startswith("NONE") else "DELIVERED" if delivered else "STOPPED"
@@ -74,7 +78,7 @@ def cell(attack, level, runs):
     why = reasons(attack, runs)
     delivered, sent = (sum(run[key] for run in whole) for key in ("delivered", "attack_sent"))
     phases = {phase: summed(whole, phase) for phase in ("before", "during", "after")}
-    honest = [phases["during"][part] + phases["after"][part] for part in (0, 1)]
+    honest = from_attack_on(phases)
     measured = words(attack[level], delivered, honest)
     known = attack.get("known", {}).get(level)
     return {
@@ -84,8 +88,11 @@ def cell(attack, level, runs):
         "delivered": [delivered, sent], "delivered_interval": clopper_pearson(delivered, sent),
         "delivered_under_honest_guid": sum(run["delivered_under_honest_guid"] for run in whole),
         "honest": phases, "honest_interval": clopper_pearson(*honest),
-        "words_of_runs": [words(attack[level], run["delivered"], [a + b for a, b in zip(run["honest"]["during"], run["honest"]["after"])]) for run in whole],
+        "words_of_runs": [words(attack[level], run["delivered"], from_attack_on(run["honest"])) for run in whole],
         "harm_m": [run["harm_m"] for run in whole],
+        # Plant or node that ended other than it was told to.
+        "crashed": sum(any(run["ended"][:2]) for run in whole),
+        "sniffer_dropped": sum(run["sniffer_dropped"] for run in whole),
     }
 
 

@@ -47,6 +47,10 @@ def difference_rows(cells):
         elif not cell["is_as_required"]:
             known = "as published" if cell["is_as_known"] else "not expected"
             yield f"- `{cell['attack']}`, {cell['level']}: required {cell['required']}, measured {cell['measured']}, {known}"
+        if len(set(cell["words_of_runs"])) > 1:
+            yield f"- `{cell['attack']}`, {cell['level']}: its runs differ: {', '.join(cell['words_of_runs'])}"
+        if cell["crashed"]:
+            yield f"- `{cell['attack']}`, {cell['level']}: plant or node crashed in {cell['crashed']} runs"
 
 
 def cost_rows(costs):

@@ -3,6 +3,7 @@
 import struct
 import unittest
 
+import forgery
 import judge
 import packets
 
@@ -11,7 +12,8 @@ WRITER = bytes(range(12)) + bytes.fromhex("00000203")
 
 def run(delivered=0, honest=100, why=""):
     counts = {"before": [40, 40], "during": [honest, 100], "after": [60, 60]}
-    return {"why": why, "honest": counts, "delivered": delivered, "attack_sent": 100, "delivered_under_honest_guid": 0, "harm_m": 0.0}
+    return {"why": why, "honest": counts, "delivered": delivered, "attack_sent": 100, "delivered_under_honest_guid": 0, "harm_m": 0.0,
+            "ended": [0, 0], "sniffer_dropped": 0}
 
 
 class Judge(unittest.TestCase):
@@ -42,6 +44,28 @@ class Judge(unittest.TestCase):
         from attacks import ATTACKS
 
         self.assertEqual(list(ATTACKS), list(judge.expectations()))
+
+
+class Forgery(unittest.TestCase):
+    # Case 15 of the test vectors of GCM: a key of 256 bits, no data beside the plain text.
+    KEY = bytes.fromhex("feffe9928665731c6d6a8f9467308308" * 2)
+    NONCE = bytes.fromhex("cafebabefacedbaddecaf888")
+    PLAIN = bytes.fromhex("d9313225f88406e5a55909c5aff5269a86a7a9531534f7da2e4c303d8a318a72"
+                          "1c3c0c95956809532fcf0e2449a6b525b16aedf5aa0de657ba637b391aafd255")
+
+    def test_seal_is_gcm(self):
+        content, tag = forgery.seal(self.KEY, self.NONCE, self.PLAIN)
+        self.assertEqual(content[:8].hex(), "522dc1f099567d07")
+        self.assertEqual(tag.hex(), "b094dac5d93471bdec1a502270e3cc6c")
+
+    def test_a_message_opens_as_it_was_sealed(self):
+        material = forgery.GCM + bytes(4) + bytes(32) + b"KEYS" + bytes(4) + bytes(range(32))
+        key = forgery.Key(material)
+        header, body, tag = key.protect(b"of the whole message")
+        packet = packets.HEADER + bytes(12) + b"".join(
+            packets.submessage(kind, 1, part)
+            for kind, part in ((forgery.SRTPS_PREFIX, header), (forgery.SEC_BODY, body), (forgery.SRTPS_POSTFIX, tag)))
+        self.assertEqual(forgery.opened(packet, key), b"of the whole message")
 
 
 class Packets(unittest.TestCase):
