@@ -39,29 +39,29 @@ class Attack:
 
     def finish(self, run):
         """After the run: a dictionary with `sent`, `left` and `contents`."""
-        return {"sent": 0, "left": 0, "contents": [], "why": ""}
+        return {"sent": 0, "left": 0, "contents": [], "invalid": ""}
 
 
 class Participant(Attack):
     """A participant of its own: a stranger, one of another authority, or an insider."""
 
-    def __init__(self, rate=100, topic=COMMAND, reads=False, who="stranger", is_patched=False):
-        self.rate, self.topic, self.reads, self.who, self.is_patched = rate, topic, reads, who, is_patched
-        self.count, self.has_one_authority = rate * SECONDS, who == "one-authority"
+    def __init__(self, rate=100, topic=COMMAND, reads=False, identity="stranger", is_patched=False):
+        self.rate, self.topic, self.reads, self.identity, self.is_patched = rate, topic, reads, identity, is_patched
+        self.count, self.has_one_authority = rate * SECONDS, identity == "one-authority"
 
     def credentials(self, run):
-        if self.who == "stranger" or run.authorities is None:
+        if self.identity == "stranger":
             return None
-        other = Authorities(run.folder / "other", run.level)
-        if self.who == "other-authority":
-            return other.admit("rogue", "everything")
-        if self.who == "own-permissions":
-            return run.authorities.admit("insider", "everything", permissions_of=other)
-        if self.who in ("own-signature", "one-authority"):
-            return run.authorities.admit_with_own_signature("insider", "everything")
-        if self.who == "own-governance":
-            return run.authorities.admit_with_own_governance("insider", "insider", other)
-        return run.authorities.admit("insider", "insider")
+        own = Authorities(run.folder / "other", run.level)
+        admit = run.authorities.admit
+        return {
+            "other-authority": lambda: own.admit("rogue", "everything"),
+            "insider": lambda: admit("insider", "insider"),
+            "own-permissions": lambda: admit("insider", "everything", permissions_of=own),
+            "own-governance": lambda: run.authorities.admit_with_own_governance("insider", "insider", own),
+            "own-signature": lambda: run.authorities.admit_with_own_signature("insider", "everything"),
+            "one-authority": lambda: run.authorities.admit_with_own_signature("insider", "everything"),
+        }[self.identity]()
 
     def prepare(self, run):
         options = ["--topic", self.topic, "--rate", self.rate, "--count", self.count]
@@ -72,21 +72,28 @@ class Participant(Attack):
 
     def act(self, run):
         self.begin = time.monotonic()
-        self.process.tell()
+        self.process.signal()
         time.sleep(SECONDS)
+
+    def missing(self, prefix, endpoint, announced, written):
+        """The first receipt that the attack lacks, by which it is INVALID; empty if it has all."""
+        receipts = {
+            "its own library refuses the participant": prefix,
+            "its own library refuses the endpoint": endpoint,
+            "no packet of it on the wire": announced,
+            "not all messages were written": self.reads or len(written) == self.count,
+        }
+        return next((name for name, receipt in receipts.items() if not receipt), "")
 
     def finish(self, run):
         prefix = self.process.guid("participant")[:12]
         endpoint = self.process.guid("reader" if self.reads else "writer", self.topic) if prefix else b""
         announced = len(run.sniffer.of_participant(prefix, run.ports)) if prefix else 0
-        written = [bytes.fromhex(line["bytes"]) for line in self.process.all("sent", taken=True)]
-        heard = [bytes.fromhex(line["bytes"]) for line in self.process.all("received") if line["t"] >= self.begin]
-        why = "" if prefix else "its own library refuses the participant"
-        why = why or ("" if endpoint else "its own library refuses the endpoint")
-        why = why or ("" if announced else "no packet of it on the wire")
-        why = why or ("" if self.reads or len(written) == self.count else "not all messages were written")
-        return {"sent": 0 if self.reads else self.count, "left": 0 if why else max(len(written), 1), "announced": announced,
-                "contents": heard if self.reads else written, "why": why, "prefix": prefix.hex()}
+        written = self.process.contents("sent", taken=True)
+        missing = self.missing(prefix, endpoint, announced, written)
+        return {"sent": 0 if self.reads else self.count, "left": 0 if missing else max(len(written), 1), "announced": announced,
+                "contents": self.process.contents("received", since=self.begin) if self.reads else written,
+                "invalid": missing, "prefix": prefix.hex()}
 
 
 class Sniffer(Attack):
@@ -101,7 +108,7 @@ class Sniffer(Attack):
 
     def finish(self, run):
         seen = b"".join(p[3] for p in run.sniffer.packets if p[2] == PLANT and self.begin <= p[0])
-        return {"sent": 0, "left": 1, "contents": [c for c in run.honest_contents() if c in seen], "why": ""}
+        return {"sent": 0, "left": 1, "contents": [c for c in run.honest_contents() if c in seen], "invalid": ""}
 
 
 class Raw(Attack):
@@ -119,8 +126,8 @@ class Raw(Attack):
 
     def finish(self, run):
         seen = len(run.sniffer.from_port(self.sender.port, self.port))
-        why = "" if seen == self.sender.sent == self.count else "not all packets were seen on the wire"
-        return {"sent": self.count, "left": seen, "contents": self.contents, "why": why}
+        missing = "" if seen == self.sender.sent == self.count else "not all packets were seen on the wire"
+        return {"sent": self.count, "left": seen, "contents": self.contents, "invalid": missing}
 
     def new_content(self, number):
         made = content(FAST if self.topic == COMMAND else FALSE_PLACE, number + 1)
@@ -142,13 +149,13 @@ class ReaderForges(Raw):
     def act(self, run):
         self.forger = self.forger_of(run)
         self.first = run.last_number(COMMAND) + 1
-        self.reader.tell()
+        self.reader.signal()
         super().act(run)
 
     def forger_of(self, run):
         writer = run.writer(COMMAND)
         captured = [p[3] for p in run.sniffer.of_participant(writer[:12], [PLANT])]
-        return forgery.Forger(run.level, writer, forgery.parse(self.reader.complaints()), captured)
+        return forgery.Forger(run.level, writer, forgery.parse(self.reader.handed_keys()), captured)
 
 
 def forged(attack, run, number):
@@ -188,15 +195,15 @@ ATTACKS = {
     "stranger-odometry": lambda: Participant(100, ODOMETRY),
     "stranger-listens": lambda: Participant(reads=True),
     "sniffer": Sniffer,
-    "other-authority": lambda: Participant(who="other-authority"),
-    "insider": lambda: Participant(who="insider"),
-    "insider-own-permissions": lambda: Participant(who="own-permissions"),
-    "insider-own-governance": lambda: Participant(who="own-governance"),
-    "insider-own-signature": lambda: Participant(who="own-signature"),
-    "insider-one-authority": lambda: Participant(who="one-authority"),
-    "insider-patched": lambda: Participant(who="insider", is_patched=True),
-    "insider-patched-odometry": lambda: Participant(100, ODOMETRY, who="insider", is_patched=True),
-    "insider-patched-listens": lambda: Participant(reads=True, who="insider", is_patched=True),
+    "other-authority": lambda: Participant(identity="other-authority"),
+    "insider": lambda: Participant(identity="insider"),
+    "insider-own-permissions": lambda: Participant(identity="own-permissions"),
+    "insider-own-governance": lambda: Participant(identity="own-governance"),
+    "insider-own-signature": lambda: Participant(identity="own-signature"),
+    "insider-one-authority": lambda: Participant(identity="one-authority"),
+    "insider-patched": lambda: Participant(identity="insider", is_patched=True),
+    "insider-patched-odometry": lambda: Participant(100, ODOMETRY, identity="insider", is_patched=True),
+    "insider-patched-listens": lambda: Participant(reads=True, identity="insider", is_patched=True),
     "data-forged": lambda: Raw(forged),
     "data-forged-odometry": lambda: Raw(forged, port=NODE, topic=ODOMETRY),
     "data-ahead": lambda: Raw(ahead, plant_options=("--reliability", "best-effort")),

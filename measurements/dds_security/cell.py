@@ -78,6 +78,7 @@ class Run:
         self.attack.act(self)
         self.end = time.monotonic()
         time.sleep(AFTER_S)
+        self.stop = time.monotonic()
         self.node.stop()
         # What is on its way is still delivered.
         time.sleep(SETTLE_S)
@@ -87,11 +88,16 @@ class Run:
         return True
 
 
+def counted(run, sent, received):
+    """Honest messages sent while the receiver was there: from its first receipt to shortly before the first end stops."""
+    return [line for line in sent if received[0]["t"] <= line["t"] < run.stop - SETTLE_S]
+
+
 def phases(run, sent, received):
     """Honest messages delivered and sent before, during and after the attack, by content."""
     delivered = {line["bytes"] for line in received}
     counts = {"before": [0, 0], "during": [0, 0], "after": [0, 0]}
-    for line in sent:
+    for line in counted(run, sent, received):
         phase = "before" if line["t"] < run.begin else "during" if line["t"] < run.end else "after"
         counts[phase][0] += line["bytes"] in delivered
         counts[phase][1] += 1
@@ -124,7 +130,7 @@ def describe(run):
     prefix = attack.get("prefix", "")
     rogue = [line for line in receiver.lines if prefix and line.get("guid", "").startswith(prefix)]
     return {
-        "attack_sent": number, "attack_left": attack["left"], "why": attack["why"], "announced": attack.get("announced"),
+        "attack_sent": number, "attack_left": attack["left"], "invalid": attack["invalid"], "announced": attack.get("announced"),
         "delivered": delivered, "delivered_under_honest_guid": under_honest, "honest": counts,
         "writers": dict(collections.Counter(line["guid"] for line in received)), "honest_writer": run.writer(run.attack.topic).hex(),
         "rogue_at_receiver": dict(collections.Counter(line["what"] for line in rogue)),
@@ -141,7 +147,7 @@ def main(level, attack):
     with tempfile.TemporaryDirectory() as folder:
         run = Run(level, attack, folder)
         try:
-            result = describe(run) if run.play() else {"why": "plant and node never matched"}
+            result = describe(run) if run.play() else {"invalid": "plant and node never matched"}
         finally:
             for process in run.processes:
                 if process.process.poll() is None:

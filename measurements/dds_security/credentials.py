@@ -132,16 +132,20 @@ class Authorities:
         return folder
 
     def admit_with_own_governance(self, name, rights, own):
-        """Permissions as they were granted, beside a governance file of the participant's own without checks, which it signed itself.
-        Its library trusts both authorities, since it reads the list of them from the participant's own file."""
+        """Permissions as they were granted, beside a governance file of the participant's own without checks, which it signed itself."""
         folder = self.admit(name, rights)
         own.permissions.sign(governance(self.level, checks="false"), folder / "governance.smime")
-        both = self.permissions.certificate.read_text() + own.permissions.certificate.read_text()
-        (folder / "permissions_ca.pem").write_text(both)
+        self.trust_also(folder, own.permissions)
         return folder
+
+    def trust_also(self, folder, other):
+        """The participant's own library accepts documents of a second authority; no other participant's does."""
+        both = self.permissions.certificate.read_text() + other.certificate.read_text()
+        (folder / "permissions_ca.pem").write_text(both)
 
     def admit_with_own_signature(self, name, rights):
         """Permissions that the participant granted itself and signed with the key of its own identity."""
         folder = self.admit(name, "insider")
         Signer(folder).sign(permissions(name, rights), folder / "permissions.smime")
+        self.trust_also(folder, self.identity)
         return folder

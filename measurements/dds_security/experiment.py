@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """The experiment: every attack at every level, in namespaces of its own each, then the costs; a JSON file and a Markdown table.
 
 python3 experiment.py [--runs 3] [--jobs 4] [--levels plain,auth] [--attacks heartbeat] [--cost-runs 3] [--out .build/result]
@@ -29,7 +30,7 @@ def separate(program, *words):
                               timeout=LIMIT_S, check=False)
         return json.loads(done.stdout)
     except (subprocess.TimeoutExpired, json.JSONDecodeError) as error:
-        return {"why": f"{program}: {type(error).__name__}"}
+        return {"invalid": f"{program}: {type(error).__name__}"}
 
 
 def attack_once(level, attack, number):

@@ -118,5 +118,5 @@ class Forger:
 
 def parse(lines):
     """Keys of the lines `key participant HEX` and `key writer HEX`, in their order."""
-    found = [line.split() for line in lines if line.startswith("key ")]
+    found = [line.split() for line in lines]
     return [(of, Key(bytes.fromhex(material))) for _, of, material in found]

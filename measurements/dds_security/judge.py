@@ -40,8 +40,8 @@ def clopper_pearson(k, n, error=0.05):
 
 
 def reasons(attack, runs):
-    """Reasons why a cell is INVALID."""
-    found = {run["why"] for run in runs if run["why"]}
+    """Reasons for which a cell is INVALID."""
+    found = {run["invalid"] for run in runs if run["invalid"]}
     whole = [run for run in runs if "honest" in run]
     if len(runs) < RUNS:
         found.add(f"fewer than {RUNS} runs")
@@ -75,14 +75,13 @@ def agrees(measured, expected):
 def cell(attack, level, runs):
     """One attack at one level, over all its runs."""
     whole = [run for run in runs if "honest" in run]
-    why = reasons(attack, runs)
     delivered, sent = (sum(run[key] for run in whole) for key in ("delivered", "attack_sent"))
     phases = {phase: summed(whole, phase) for phase in ("before", "during", "after")}
     honest = from_attack_on(phases)
     measured = words(attack[level], delivered, honest)
     known = attack.get("known", {}).get(level)
     return {
-        "attack": attack["name"], "level": level, "runs": len(runs), "invalid": why,
+        "attack": attack["name"], "level": level, "runs": len(runs), "invalid": reasons(attack, runs),
         "required": attack[level], "known": known, "measured": measured,
         "is_as_required": agrees(measured, attack[level]), "is_as_known": agrees(measured, known or attack[level]),
         "delivered": [delivered, sent], "delivered_interval": clopper_pearson(delivered, sent),

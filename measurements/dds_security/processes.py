@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import threading
@@ -14,6 +15,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 BUILD = HERE / ".build"
 # A program that reports less than this long is taken for hung.
 PATIENCE_S = 12
+# Escape sequences of the library's coloured lines.
+COLOURS = re.compile("\x1b\\[[0-9;]*m")
 
 
 class Process:
@@ -58,12 +61,22 @@ class Process:
         found = self.wait_for(what, **fields)
         return bytes.fromhex(found["guid"]) if found else b""
 
+    def contents(self, what, since=0.0, **fields):
+        return [bytes.fromhex(line["bytes"]) for line in self.all(what, **fields) if line["t"] >= since]
+
+    def printed(self):
+        self.log.seek(0)
+        return [COLOURS.sub("", line) for line in self.log.read().splitlines() if line.strip()]
+
     def complaints(self):
         """Lines that the library printed."""
-        self.log.seek(0)
-        return [line for line in self.log.read().splitlines() if line.strip()]
+        return [line for line in self.printed() if not line.startswith("key ")]
 
-    def tell(self):
+    def handed_keys(self):
+        """Lines of keys.so: they end with the run, as its keys do."""
+        return [line for line in self.printed() if line.startswith("key ")]
+
+    def signal(self):
         try:
             self.process.stdin.write("\n")
             self.process.stdin.flush()
@@ -72,7 +85,7 @@ class Process:
 
     def stop(self):
         """Tells the program to end, and kills it if it does not."""
-        self.tell()
+        self.signal()
         try:
             self.process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:

@@ -10,9 +10,9 @@ import packets
 WRITER = bytes(range(12)) + bytes.fromhex("00000203")
 
 
-def run(delivered=0, honest=100, why=""):
+def run(delivered=0, honest=100, invalid=""):
     counts = {"before": [40, 40], "during": [honest, 100], "after": [60, 60]}
-    return {"why": why, "honest": counts, "delivered": delivered, "attack_sent": 100, "delivered_under_honest_guid": 0, "harm_m": 0.0,
+    return {"invalid": invalid, "honest": counts, "delivered": delivered, "attack_sent": 100, "delivered_under_honest_guid": 0, "harm_m": 0.0,
             "ended": [0, 0], "sniffer_dropped": 0}
 
 
@@ -34,7 +34,7 @@ class Judge(unittest.TestCase):
         self.assertEqual((cell["is_as_required"], cell["is_as_known"]), (False, True))
 
     def test_an_attack_that_did_not_leave_is_invalid(self):
-        cell = judge.cell(self.attack, "auth", [run(), run(), run(why="no packet of it on the wire")])
+        cell = judge.cell(self.attack, "auth", [run(), run(), run(invalid="no packet of it on the wire")])
         self.assertEqual(cell["invalid"], ["no packet of it on the wire"])
 
     def test_two_runs_are_too_few(self):

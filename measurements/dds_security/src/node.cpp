@@ -1,5 +1,5 @@
-// The node: drives the plant to a goal by the odometry on `rt/odom`, and stays there. It starts with its first match, so that no command
-// is sent to nobody.
+// The node: drives the plant to a goal by the odometry on `rt/odom`, and stays there. It starts with its first match, so that no command is sent before there
+// is a reader.
 #include <algorithm>
 
 #include "options.hpp"
@@ -28,7 +28,7 @@ int main(int count, char** words) {
             Twist content{speed, 0, 0, ++number, now(), 0};
             write(commands, content);
         }
-        return !is_told();
+        return !has_input();
     });
     report("end", "\"processor\": %.6f", processor_time());
     std::fflush(output());

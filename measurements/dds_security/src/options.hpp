@@ -37,7 +37,7 @@ private:
 };
 
 // True once standard input has a line or its end.
-inline bool is_told() {
+inline bool has_input() {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     return poll(&input, 1, 0) > 0;
 }

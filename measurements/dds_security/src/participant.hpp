@@ -97,7 +97,8 @@ inline fast::DataWriter* make_writer(fast::DomainParticipant* participant, fast:
     return made;
 }
 
-inline fast::DataReader* make_reader(fast::DomainParticipant* participant, fast::Topic* topic, bool is_reliable, fast::DataReaderListener* listener) {
+inline fast::DataReader* make_reader(fast::DomainParticipant* participant, fast::Topic* topic, bool is_reliable,
+                                    fast::DataReaderListener* listener) {
     fast::DataReaderQos qos;
     qos.reliability().kind = is_reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
     qos.history().depth = 10;

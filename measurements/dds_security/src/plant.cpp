@@ -24,7 +24,7 @@ int main(int count, char** words) {
         Odometry content{place, speed, 0, ++number, now(), 0};
         write(odometry, content);
         report("place", "\"place\": %.4f, \"speed\": %.4f", place, speed);
-        return !is_told();
+        return !has_input();
     });
     report("end", "\"processor\": %.6f", processor_time());
     std::fflush(output());

@@ -30,7 +30,7 @@ int main(int count, char** words) {
             Doubles<6> content{name == COMMAND_TOPIC ? COMMAND : PLACE, 0, 0, -number, now(), 0};
             write(sender, content);
         }
-        return !is_told();
+        return !has_input();
     });
     report("end", "\"processor\": %.6f", processor_time());
     std::fflush(output());
