@@ -65,6 +65,7 @@ def page(result):
     cost_head = ("| level | mean ms | p50 | p95 | p99 | sender CPU s | receiver CPU s | first match ms | messages |\n"
                  "|---|---|---|---|---|---|---|---|---|")
     parts = [
+        f"# DDS Security, {result['date']}\n\n{len(result['runs'])} runs, {result['seconds']} s.\n",
         "Attacker's messages delivered · honest ones delivered from the attack's start · furthest beyond the wall. "
         "Bold: not as required.\n",
         head, *attack_rows(result["cells"]), "\nDifferences and INVALID cells:\n", *difference_rows(result["cells"]),

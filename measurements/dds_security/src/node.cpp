@@ -1,5 +1,5 @@
-// The node: drives the plant to a goal by the odometry on `rt/odom`, and stays there. It starts with its first match, so that no command is sent before there
-// is a reader.
+// The node: drives the plant to a goal by the odometry on `rt/odom`, and stays there. It starts with its first match, so that no command
+// is sent before there is a reader.
 #include <algorithm>
 
 #include "options.hpp"
