@@ -1,4 +1,4 @@
-"""The attacks: each acts for a few seconds while plant and node run, and says what it sent.
+"""The attacks: each acts for a few seconds while plant and node run, and reports the messages that it sent.
 
 Raw attacks are given the GUIDs of both ends and the node's next sequence number: the prefix stands in clear in every header, identifiers
 of endpoints count up, and sequence numbers can be guessed.
@@ -26,7 +26,7 @@ def content(first, number):
 
 
 class Attack:
-    """Base: no attack. `reads` tells an attack that listens; `topic` the topic whose honest messages count;
+    """Base: no attack. `reads`: it listens; `topic` the topic whose honest messages count;
     `has_one_authority` that identities and permissions have one authority."""
 
     topic, reads, plant_options, has_one_authority = COMMAND, False, (), False

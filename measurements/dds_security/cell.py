@@ -133,7 +133,7 @@ def describe(run):
         "attack_sent": number, "attack_left": attack["left"], "invalid": attack["invalid"], "announced": attack.get("announced"),
         "delivered": delivered, "delivered_under_honest_guid": under_honest, "honest": counts,
         "writers": dict(collections.Counter(line["guid"] for line in received)), "honest_writer": run.writer(run.attack.topic).hex(),
-        "rogue_at_receiver": dict(collections.Counter(line["what"] for line in rogue)),
+        "rogue_at_receiver": dict(collections.Counter(line["event"] for line in rogue)),
         "first_attack_sha256": digest(attack["contents"][0]) if attack["contents"] else None,
         "furthest_m": max(places), "last_m": places[-1], "harm_m": round(max(0.0, max(places) - WALL_M), 3),
         "ended": [process.process.returncode for process in run.processes],

@@ -61,7 +61,7 @@ class Key:
 
 
 def opened(packet, participant_key):
-    """The packet, or what it hides where the whole message is encrypted. Counter mode decrypts as it encrypts."""
+    """The packet, or its content where the whole message is encrypted. Counter mode decrypts as it encrypts."""
     header = 24
     if participant_key.kind == GMAC or packet[20] != SRTPS_PREFIX:
         return packet

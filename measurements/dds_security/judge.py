@@ -89,7 +89,7 @@ def cell(attack, level, runs):
         "honest": phases, "honest_interval": clopper_pearson(*honest),
         "words_of_runs": [words(attack[level], run["delivered"], from_attack_on(run["honest"])) for run in whole],
         "harm_m": [run["harm_m"] for run in whole],
-        # Plant or node that ended other than it was told to.
+        # Runs in which plant or node ended by itself.
         "crashed": sum(any(run["ended"][:2]) for run in whole),
         "sniffer_dropped": sum(run["sniffer_dropped"] for run in whole),
     }

@@ -1,4 +1,4 @@
-"""The three programs as processes, and what they reported."""
+"""The three programs as processes, and their reports."""
 
 import json
 import os
@@ -40,29 +40,29 @@ class Process:
         for line in self.process.stdout:
             self.lines.append(json.loads(line))
 
-    def all(self, what, **fields):
+    def all(self, event, **fields):
         lines = list(self.lines)
-        return [l for l in lines if l["what"] == what and all(l.get(key) == value for key, value in fields.items())]
+        return [l for l in lines if l["event"] == event and all(l.get(key) == value for key, value in fields.items())]
 
-    def wait_for(self, what, patience=PATIENCE_S, **fields):
+    def wait_for(self, event, patience=PATIENCE_S, **fields):
         """The first such line; none if the program ends or the patience does."""
         end = time.monotonic() + patience
         while time.monotonic() < end:
-            if found := self.all(what, **fields):
+            if found := self.all(event, **fields):
                 return found[0]
             if self.process.poll() is not None and not self.reading.is_alive():
                 return None
             time.sleep(0.01)
         return None
 
-    def guid(self, what, topic=None):
+    def guid(self, event, topic=None):
         """GUID of the participant, or of its writer or reader of a topic, as bytes; empty where its library refused it."""
         fields = {"topic": topic} if topic else {}
-        found = self.wait_for(what, **fields)
+        found = self.wait_for(event, **fields)
         return bytes.fromhex(found["guid"]) if found else b""
 
-    def contents(self, what, since=0.0, **fields):
-        return [bytes.fromhex(line["bytes"]) for line in self.all(what, **fields) if line["t"] >= since]
+    def contents(self, event, since=0.0, **fields):
+        return [bytes.fromhex(line["bytes"]) for line in self.all(event, **fields) if line["t"] >= since]
 
     def printed(self):
         self.log.seek(0)

@@ -19,7 +19,7 @@ inline double now() {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// The report has standard output for itself: what the library prints there goes to standard error.
+// The report has standard output for itself: lines of the library go to standard error.
 inline FILE* output() {
     static FILE* const file = [] {
         FILE* own = fdopen(dup(STDOUT_FILENO), "w");
@@ -29,11 +29,11 @@ inline FILE* output() {
     return file;
 }
 
-// One line: {"t": ..., "what": ..., and the rest in the format of printf}.
-[[gnu::format(printf, 2, 3)]] inline void report(const char* what, const char* format, ...) {
+// One line: {"t": ..., "event": ..., and the rest in the format of printf}.
+[[gnu::format(printf, 2, 3)]] inline void report(const char* event, const char* format, ...) {
     static std::mutex lock;
     const std::lock_guard<std::mutex> guard(lock);
-    std::fprintf(output(), "{\"t\": %.6f, \"what\": \"%s\", ", now(), what);
+    std::fprintf(output(), "{\"t\": %.6f, \"event\": \"%s\", ", now(), event);
     va_list arguments;
     va_start(arguments, format);
     std::vfprintf(output(), format, arguments);

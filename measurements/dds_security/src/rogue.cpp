@@ -1,5 +1,5 @@
 // The rogue: waits for a line on standard input, then writes `--count` messages at `--rate` on `--topic`, or listens to it with
-// `--listen yes`. Its messages are told from honest ones by a negative count.
+// `--listen yes`. A negative count marks its messages.
 #include "options.hpp"
 #include "witness.hpp"
 
