@@ -128,3 +128,21 @@ fn reused_process_that_remembers_is_marked() {
         assert_eq!(object["watermark"].as_str().unwrap().contains("NOT DETERMINISTIC"), marked, "{object}");
     }
 }
+
+/// The bridge of the clone, by a path at which it is.
+#[test]
+fn new_ros2_node_stands_behind_the_bridge() {
+    let dir = tempfile::tempdir().unwrap();
+    let root = root();
+    let made = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+        command.current_dir(dir.path()).args(arguments).output().unwrap()
+    };
+    let output = made(&["--root", root.to_str().unwrap(), "guest", "new", "mine", "--ros2"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(dir.path().join("mine/guest.toml")).unwrap();
+    let bridge = text.split('"').find(|word| word.ends_with("ros2_guest.py")).expect("a bridge");
+    assert!(Path::new(bridge).exists() && text.contains("name = \"mine\""), "{text}");
+    let node = fs::read_to_string(dir.path().join("mine/node.py")).unwrap();
+    assert!(node.lines().count() < 45 && !node.contains("holdsafe"), "a node of ROS 2 alone");
+}
