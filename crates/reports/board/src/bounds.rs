@@ -10,9 +10,9 @@ use crate::row::{BoardTrial, Row};
 pub const MAX_TRIALS: usize = 1000;
 /// The most files of a guest: its own, 64 pins and 64 words of its command.
 const MAX_FILES: usize = 129;
-/// The longest name or path, bytes.
+/// The longest path, bytes.
 const MAX_WORD: usize = 128;
-/// The longest name of a contributor, characters.
+/// The longest name, characters.
 const MAX_NAME: usize = 64;
 /// The most of anything that a trial can count: way points, steps, metres driven in mm.
 const MAX_COUNT: u64 = 1 << 32;
@@ -100,10 +100,11 @@ pub(crate) fn check(row: &Row) -> Result<(), RowFault> {
 }
 
 fn check_texts(row: &Row) -> Result<(), RowFault> {
-    word("guest.name", &row.guest.name)?;
-    word("scenario", &row.scenario)?;
-    word("platform", &row.platform)?;
-    let optional = [("cell", &row.cell), ("world", &row.world), ("waived", &row.waived)];
+    plain("guest.name", &row.guest.name)?;
+    plain("scenario", &row.scenario)?;
+    plain("platform", &row.platform)?;
+    row.world.as_ref().map_or(Ok(()), |family| plain("world", family))?;
+    let optional = [("cell", &row.cell), ("waived", &row.waived)];
     optional.into_iter().try_for_each(|(field, text)| text.as_ref().map_or(Ok(()), |text| word(field, text)))?;
     let words = [
         ("program.version", &row.program.version),
@@ -136,6 +137,13 @@ pub(crate) fn check_name(name: &str) -> Result<(), RowFault> {
 
 fn text(field: &'static str, expected: &'static str, got: &str) -> RowFault {
     RowFault::Text { field, expected, got: got.chars().take(40).collect() }
+}
+
+/// A name that leads to no other folder, where a replay takes it for that of a file.
+fn plain(field: &'static str, got: &str) -> Result<(), RowFault> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+    let fits = (1..=MAX_NAME).contains(&got.len()) && got.chars().all(is_plain);
+    fits.then_some(()).ok_or_else(|| text(field, "1 to 64 letters, digits, - and _", got))
 }
 
 /// A name or path: characters that neither Markdown nor a terminal takes for more than text.

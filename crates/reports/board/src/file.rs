@@ -196,6 +196,11 @@ impl Board {
         Ok(self.rows.len() - before)
     }
 
+    /// Number of the row of the same guest, attack, world, seed, program and contributor.
+    pub fn number_of(&self, row: &Row) -> Option<usize> {
+        self.rows.binary_search_by(|known| known.row.place().cmp(&row.place())).ok().map(|index| index + 1)
+    }
+
     /// Row by its number from 1.
     pub fn row(&self, number: usize) -> Option<&Row> {
         Some(&self.rows.get(number.checked_sub(1)?)?.row)

@@ -195,12 +195,14 @@ fn signature_counts_for_its_key_alone() {
 #[test]
 fn rows_out_of_bounds_cannot_be_signed() {
     type Change = fn(&mut Row);
-    let changes: [(Change, &str); 10] = [
+    let changes: [(Change, &str); 12] = [
         (|row| row.trials.clear(), "trials: 1 to 1000 expected, got none"),
         (|row| row.trials[1].log = row.trials[0].log.clone(), "seeds 7 and 8 have one log"),
         (|row| row.trials[1].log.push('0'), "trials.log: 64 hexadecimal digits"),
         (|row| row.seed = u64::MAX, "seed: at most"),
-        (|row| row.scenario = "a | b".to_owned(), "scenario: 1 to 128 letters"),
+        (|row| row.scenario = "a | b".to_owned(), "scenario: 1 to 64 letters"),
+        (|row| row.guest.name = "../mine".to_owned(), "guest.name: 1 to 64 letters"),
+        (|row| row.cell = Some("a | b".to_owned()), "cell: 1 to 128 letters"),
         (|row| row.contributor.name = "\u{202e}evil".to_owned(), "contributor.name: 1 to 64 letters"),
         (|row| row.contributor.name = "x".repeat(65), "contributor.name: 1 to 64 letters"),
         (|row| row.availability.routed = u64::MAX, "availability.routed: at most 2 expected"),
