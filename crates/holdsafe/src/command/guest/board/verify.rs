@@ -58,9 +58,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             out::say(format_args!("INVALID: {finding}"));
         }
         for ContributorObject { key, names, rows } in &contributors {
-            // The text of a row that does not hold is anyone's.
-            let names = if holds { names.join(", ") } else { format!("{names:?}") };
-            out::say(format_args!("{key:?} {names}: {rows} rows"));
+            // The text of a row that does not hold may be of any characters.
+            let (key, names) = if holds { (key.clone(), names.join(", ")) } else { (format!("{key:?}"), format!("{names:?}")) };
+            out::say(format_args!("{key} {names}: {rows} rows"));
         }
         let verdict = if holds { "every row holds" } else { "not every row holds" };
         out::say(format_args!("{} rows: {verdict}", board.rows().len()));
