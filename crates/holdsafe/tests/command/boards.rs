@@ -40,7 +40,8 @@ fn signed_rows_are_verified_and_run_again() {
     let public = object(&["key", &key])["public"].as_str().unwrap().to_owned();
     let mode = fs::metadata(&key).unwrap().permissions().mode();
     assert_eq!((mode & 0o777, refusal(&["key", &key]).0), (0o600, Some(2)), "no key is overwritten");
-    let add = ["add", &file, "follower", "--scenarios", "localisation_freeze", "--trials", "2", "--key", &key, "--name"];
+    let add =
+        ["add", &file, "follower", "--scenarios", "localisation_freeze", "--trials", "2", "--key", &key, "--name"];
     let add = [&add[..], &["A. Tester", "--out", &out]].concat();
     assert_eq!(object(&add)["added"], 2);
 
@@ -65,7 +66,8 @@ fn altered_board_names_its_row() {
     let dir = tempfile::tempdir().unwrap();
     let [key, file, out] = paths(dir.path(), ["key", "board.json", "out"]);
     object(&["key", &key]);
-    let add = ["add", &file, "follower", "--scenarios", "nominal", "--trials", "1", "--key", &key, "--name", "A. Tester"];
+    let add =
+        ["add", &file, "follower", "--scenarios", "nominal", "--trials", "1", "--key", &key, "--name", "A. Tester"];
     let add = [&add[..], &["--out", &out]].concat();
     object(&add);
     let text = fs::read_to_string(&file).unwrap();

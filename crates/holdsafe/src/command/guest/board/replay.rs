@@ -81,7 +81,8 @@ fn entries(context: &Context, args: &Args, row: &Row) -> Result<Vec<Entry>, Fail
     };
     let guest = args.autonomy.clone().unwrap_or_else(default);
     let shipped = || plan::file_of(context, &row.scenario);
-    let unshipped = |e: Failure| Failure::new(e.exit(), format!("{e}; --scenario names the file of one that is not shipped"));
+    let unshipped =
+        |e: Failure| Failure::new(e.exit(), format!("{e}; --scenario names the file of one that is not shipped"));
     let file = args.scenario.clone().map_or_else(|| shipped().map_err(unshipped), Ok)?;
     let scenario = context.scenario(&file)?;
     let platform = (row.platform != scenario.platform.as_str()).then(|| plan::platform_of(context, &row.platform));

@@ -59,7 +59,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         for ContributorObject { key, names, rows } in &contributors {
             // The text of a row that does not hold may be of any characters.
-            let (key, names) = if holds { (key.clone(), names.join(", ")) } else { (format!("{key:?}"), format!("{names:?}")) };
+            let (key, names) =
+                if holds { (key.clone(), names.join(", ")) } else { (format!("{key:?}"), format!("{names:?}")) };
             out::say(format_args!("{key} {names}: {rows} rows"));
         }
         let verdict = if holds { "every row holds" } else { "not every row holds" };
