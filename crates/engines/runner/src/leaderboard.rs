@@ -8,7 +8,7 @@ mod files;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use board::{Availability, BoardTrial, Contributor, GuestIdentity, Host, Inputs, ProgramIdentity, Row};
+use board::{Availability, BoardRow, BoardTrial, Contributor, GuestIdentity, Host, Inputs, ProgramIdentity};
 use evidence::trial::{Outcomes, Trial};
 use guest::{Conduct, Guest};
 use parallel::progress::Progress;
@@ -27,7 +27,7 @@ use super::{batch, probe};
 pub use files::{create_key, failure, parse, read_key, verified, write};
 
 /// The trials of one row, before they run.
-pub struct Entry {
+pub struct PlannedRow {
     cell: Option<String>,
     family: Option<Family>,
     seed: u64,
@@ -60,7 +60,7 @@ pub struct Wanted<'a> {
 ///
 /// # Errors
 /// The guest's file has a mistake, or a scenario does not fit platform or world.
-pub fn entries(context: &Context, wanted: &Wanted<'_>, scenarios: &[Scenario]) -> Result<Vec<Entry>, Failure> {
+pub fn entries(context: &Context, wanted: &Wanted<'_>, scenarios: &[Scenario]) -> Result<Vec<PlannedRow>, Failure> {
     if wanted.seed.checked_add(wanted.n).is_none() {
         return Err(Failure::new(
             Exit::Usage,
@@ -79,7 +79,7 @@ pub fn entries(context: &Context, wanted: &Wanted<'_>, scenarios: &[Scenario]) -
 ///
 /// # Errors
 /// The trial cannot begin.
-pub fn probe(entries: &mut [Entry]) -> Result<(), Failure> {
+pub fn probe(entries: &mut [PlannedRow]) -> Result<(), Failure> {
     let Some(seed) = entries.first().map(|entry| entry.seed) else { return Ok(()) };
     probe::probe(entries.iter_mut().flat_map(|entry| &mut entry.planned), seed)
 }
@@ -89,7 +89,7 @@ fn of_scenario(
     wanted: &Wanted<'_>,
     scenario: &Scenario,
     guest: &Guest,
-) -> Result<Vec<Entry>, Failure> {
+) -> Result<Vec<PlannedRow>, Failure> {
     let options = guest_options::options(wanted.guest, wanted.conduct);
     // A platform that the scenario has anyway leaves its digest as it is.
     let platform = wanted.platform.filter(|chosen| *chosen.name != *scenario.platform.as_str()).cloned();
@@ -97,33 +97,28 @@ fn of_scenario(
     let guest = Some(LoadedGuest { guest: guest.clone(), options });
     let planned =
         plan::of_scenario(context, scenario, &PlanOptions { platform, cell, guest, ..PlanOptions::default() })?;
-    let entry = |own: Planned| {
-        let cell = own.variation.cell.clone();
+    let entry = |in_scene: Planned| {
+        let cell = in_scene.variation.cell.clone();
         let planned = match wanted.family {
-            Some(family) => plan::in_worlds(&own, &Worlds { family, seeds: wanted.seed..wanted.seed + wanted.n })?,
-            None => vec![own],
+            Some(family) => plan::in_worlds(&in_scene, &Worlds { family, seeds: wanted.seed..wanted.seed + wanted.n })?,
+            None => vec![in_scene],
         };
         let Wanted { family, seed, n, .. } = *wanted;
-        Ok(Entry { cell, family, seed, n, built_in: wanted.guest == Path::new(FOLLOWER), planned })
+        Ok(PlannedRow { cell, family, seed, n, built_in: wanted.guest == Path::new(FOLLOWER), planned })
     };
     planned.into_iter().map(entry).collect()
 }
 
-impl Entry {
+impl PlannedRow {
     /// Number of trials.
-    pub fn len(&self) -> usize {
+    pub fn trial_count(&self) -> usize {
         self.n as usize
     }
 
-    /// Only the first `n` trials. The inputs stay those of all.
+    /// Only the first `n` trials. Digests of inputs still cover all.
     #[must_use]
     pub fn with_trials(self, n: u64) -> Self {
         Self { n: self.n.min(n), ..self }
-    }
-
-    /// True without trials.
-    pub fn is_empty(&self) -> bool {
-        self.n == 0
     }
 
     /// Runs the trials, in the order of their seeds. One that is in the store is taken from there, one that runs is kept there.
@@ -137,7 +132,7 @@ impl Entry {
         progress: &Progress,
     ) -> Result<Vec<Trial>, Failure> {
         let shelf = |planned: &Planned| store.map(|store| store.shelf(Mode::Twin, planned)).transpose();
-        // A world has a file of its own, which is open for its trial alone.
+        // Each world has another file, which is open for its trial alone.
         let shared = if self.family.is_none() { self.planned.first().map(shelf).transpose()?.flatten() } else { None };
         let seeds: Vec<u64> = (self.seed..self.seed + self.n).collect();
         parallel::map(parallel::cores(), &seeds, |seed| {
@@ -192,11 +187,11 @@ impl Entry {
     /// The row without its trials.
     ///
     /// # Errors
-    /// As [`Entry::inputs`].
-    pub fn draft(&self, program: ProgramIdentity, contributor: Contributor) -> Result<Row, Failure> {
+    /// As [`PlannedRow::inputs`].
+    pub fn draft(&self, program: ProgramIdentity, contributor: Contributor) -> Result<BoardRow, Failure> {
         let first = self.first()?;
         let guest = first.setup.guest.as_ref().ok_or_else(|| Failure::internal("a row without a guest"))?;
-        Ok(Row {
+        Ok(BoardRow {
             guest: identity(guest, self.built_in),
             conduct: guest.conduct,
             scenario: first.variation.scenario.name.as_str().to_owned(),
@@ -222,9 +217,14 @@ impl Entry {
 }
 
 /// A drafted row with the results of its trials.
-pub fn completed(draft: Row, trials: &[Trial]) -> Row {
+pub fn completed(draft: BoardRow, trials: &[Trial]) -> BoardRow {
     let marks: Vec<BoardTrial> = trials.iter().map(BoardTrial::from).collect();
-    Row { outcomes: Row::counted(&marks), availability: Availability::from_trials(trials), trials: marks, ..draft }
+    BoardRow {
+        outcomes: BoardRow::counted(&marks),
+        availability: Availability::from_trials(trials),
+        trials: marks,
+        ..draft
+    }
 }
 
 /// The guest by its files, with paths from its folder. The built-in guest is a part of the program, whose sources a row names.

@@ -92,14 +92,18 @@ fn altered_board_names_its_row() {
 fn row_in_worlds_is_of_its_guest_alone() {
     let dir = tempfile::tempdir().unwrap();
     let [key, file, out] = paths(dir.path(), ["key", "board.json", "out"]);
-    let own = guest(dir.path(), STRAIGHT, "");
+    let file_of_guest = guest(dir.path(), STRAIGHT, "");
     object(&["key", &key]);
-    let add = ["add", &file, &own, "--scenarios", "localisation_freeze", "--world", "street", "--trials", "2"];
+    let add =
+        ["add", &file, &file_of_guest, "--scenarios", "localisation_freeze", "--world", "crossing", "--trials", "2"];
     object(&[&add[..], &["--key", &key, "--name", "A. Tester", "--out", &out]].concat());
     let replay = ["replay", &file, "--row", "1", "--trials", "1"];
-    let named = [&replay[..], &["--autonomy", &own]].concat();
-    let again = object(&named);
-    assert_eq!((&again["verdict"], &again["trials"], &again["of"]), (&"reproduced".into(), &1.into(), &2.into()));
+    let named = [&replay[..], &["--autonomy", &file_of_guest]].concat();
+    let repeated = object(&named);
+    assert_eq!(
+        (&repeated["verdict"], &repeated["trials"], &repeated["of"]),
+        (&"reproduced".into(), &1.into(), &2.into())
+    );
     let (code, screen) = refusal(&replay);
     assert!(code == Some(2) && screen.contains("guests/scripted/guest.toml"), "{screen}");
     guest(dir.path(), STRAIGHT, "[limits]\nstep_ms = 999\n");

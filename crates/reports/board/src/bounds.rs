@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::trial::Outcome;
 
-use crate::row::{BoardTrial, Row};
+use crate::row::{BoardRow, BoardTrial};
 
 /// The most trials of a row.
 pub const MAX_TRIALS: usize = 1000;
@@ -79,7 +79,7 @@ pub enum RowFault {
         /// Number of the row before.
         before: usize,
     },
-    /// The same guest, attack, world, seed, program and contributor as another row.
+    /// Row of the same guest, attack, world, seed, program and contributor as another row.
     #[error("duplicate: row {other} is of the same guest, attack, world, seed, program and contributor")]
     Duplicate {
         /// Number of the other row.
@@ -91,7 +91,7 @@ pub enum RowFault {
 ///
 /// # Errors
 /// The first field out of its bounds, or count that does not add up.
-pub(crate) fn check(row: &Row) -> Result<(), RowFault> {
+pub(crate) fn check(row: &BoardRow) -> Result<(), RowFault> {
     check_texts(row)?;
     check_files(&row.guest.files)?;
     check_trials(row.seed, &row.trials)?;
@@ -99,7 +99,7 @@ pub(crate) fn check(row: &Row) -> Result<(), RowFault> {
     check_availability(row)
 }
 
-fn check_texts(row: &Row) -> Result<(), RowFault> {
+fn check_texts(row: &BoardRow) -> Result<(), RowFault> {
     plain("guest.name", &row.guest.name)?;
     plain("scenario", &row.scenario)?;
     plain("platform", &row.platform)?;
@@ -191,8 +191,8 @@ fn check_trials(seed: u64, trials: &[BoardTrial]) -> Result<(), RowFault> {
     Ok(())
 }
 
-fn check_counts(row: &Row) -> Result<(), RowFault> {
-    let counted = Row::counted(&row.trials);
+fn check_counts(row: &BoardRow) -> Result<(), RowFault> {
+    let counted = BoardRow::counted(&row.trials);
     let count = |class: Outcome| counted.get(&class).copied().unwrap_or_default();
     let differing = Outcome::ALL.into_iter().find(|class| row.outcomes.get(class) != counted.get(class));
     differing.map_or(Ok(()), |class| {
@@ -200,7 +200,7 @@ fn check_counts(row: &Row) -> Result<(), RowFault> {
     })
 }
 
-fn check_availability(row: &Row) -> Result<(), RowFault> {
+fn check_availability(row: &BoardRow) -> Result<(), RowFault> {
     let (sums, n) = (&row.availability, row.trials.len() as u64);
     let most = n * MAX_COUNT;
     [

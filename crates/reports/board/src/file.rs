@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::bounds::RowFault;
-use crate::row::Row;
+use crate::row::BoardRow;
 use crate::signed::SignedRow;
 
 /// Version of the file.
@@ -197,12 +197,12 @@ impl Board {
     }
 
     /// Number of the row of the same guest, attack, world, seed, program and contributor.
-    pub fn number_of(&self, row: &Row) -> Option<usize> {
+    pub fn number_of(&self, row: &BoardRow) -> Option<usize> {
         self.rows.binary_search_by(|known| known.row.place().cmp(&row.place())).ok().map(|index| index + 1)
     }
 
     /// Row by its number from 1.
-    pub fn row(&self, number: usize) -> Option<&Row> {
+    pub fn row(&self, number: usize) -> Option<&BoardRow> {
         Some(&self.rows.get(number.checked_sub(1)?)?.row)
     }
 }

@@ -18,7 +18,7 @@ pub use bounds::{MAX_TRIALS, RowFault};
 pub use file::{Board, BoardError, Finding, MAX_FILE_BYTES, MAX_ROWS, VERSION};
 pub use key::{ContributorKey, KeyError, MAX_KEY_BYTES, public_key};
 pub use replay::{ClassPair, Differing, Replay, ReplayVerdict};
-pub use row::{Availability, BoardTrial, Contributor, GuestIdentity, Host, Inputs, ProgramIdentity, Row};
+pub use row::{Availability, BoardRow, BoardTrial, Contributor, GuestIdentity, Host, Inputs, ProgramIdentity};
 pub use shown::{Half, ShownBoard, ShownRow};
 pub use signed::SignedRow;
 

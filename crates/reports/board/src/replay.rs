@@ -4,7 +4,7 @@ use evidence::trial::Outcome;
 use serde::{Deserialize, Serialize};
 use stats::Share;
 
-use crate::row::{BoardTrial, Row};
+use crate::row::{BoardRow, BoardTrial};
 
 /// The most differing trials that are named.
 const MAX_NAMED: usize = 20;
@@ -68,7 +68,7 @@ pub struct Replay {
 
 impl Replay {
     /// The comparison of `row` with `trials`, which have its first seeds.
-    pub fn new(row: &Row, trials: &[BoardTrial]) -> Self {
+    pub fn new(row: &BoardRow, trials: &[BoardTrial]) -> Self {
         let stated = &row.trials[..trials.len().min(row.trials.len())];
         let pairs = || stated.iter().zip(trials).zip(row.seed..);
         let differing = pairs().filter(|((stated, got), _)| stated != got).map(|((stated, got), seed)| Differing {

@@ -13,7 +13,7 @@ use stats::Share;
 /// Trials of a guest, with everything that they depend on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct BoardRow {
     /// Guest that drove.
     pub guest: GuestIdentity,
     /// Bare, or inside the platform's guards.
@@ -155,7 +155,7 @@ type Place<'a> = (
     &'a str,
 );
 
-impl Row {
+impl BoardRow {
     /// Place in the canonical order.
     pub(crate) fn place(&self) -> Place<'_> {
         (
@@ -187,8 +187,8 @@ impl Row {
 
     /// Share of UNSAFE and LATE among the trials with evidence, which are neither INVALID nor GUEST_FAILED, with its exact 95 % interval.
     pub fn harm(&self) -> Share {
-        let without = self.count(Outcome::Invalid).saturating_add(self.count(Outcome::GuestFailed));
-        let n = (self.trials.len() as u64).saturating_sub(without);
+        let unjudged = self.count(Outcome::Invalid).saturating_add(self.count(Outcome::GuestFailed));
+        let n = (self.trials.len() as u64).saturating_sub(unjudged);
         Share::new(self.count(Outcome::Unsafe).saturating_add(self.count(Outcome::Late)), n)
     }
 

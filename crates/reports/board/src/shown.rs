@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use stats::Share;
 
 use crate::file::{Board, VERSION};
-use crate::row::{GuestIdentity, Inputs, Row};
+use crate::row::{BoardRow, GuestIdentity, Inputs};
 
 /// A leaderboard as it is shown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,7 +64,7 @@ pub struct Half {
 }
 
 impl Half {
-    fn new(number: usize, row: &Row) -> Self {
+    fn new(number: usize, row: &BoardRow) -> Self {
         let marks = [
             (!row.repeatable).then(|| "not repeatable".to_owned()),
             (!row.host.confined).then(|| "not confined".to_owned()),
@@ -118,7 +118,7 @@ impl ShownBoard {
 }
 
 impl ShownRow {
-    fn new(row: &Row) -> Self {
+    fn new(row: &BoardRow) -> Self {
         Self {
             guest: row.guest.name.clone(),
             scenario: row.scenario.clone(),
@@ -149,12 +149,12 @@ impl ShownRow {
         let mut marks: Vec<&str> = halves().flat_map(|half| &half.marks).map(String::as_str).collect();
         marks.sort_unstable();
         marks.dedup();
-        let by = format!("{} ({})", self.contributor, self.key.get(..8).unwrap_or_default());
+        let author = format!("{} ({})", self.contributor, self.key.get(..8).unwrap_or_default());
         let [bare, bare_work] = cells(&self.bare);
         let [guarded, guarded_work] = cells(&self.guarded);
         let guest = &self.guest;
         format!(
-            "| {} | {guest} | {attack} | {world} | {bare} | {bare_work} | {guarded} | {guarded_work} | {} | {by} |\n",
+            "| {} | {guest} | {attack} | {world} | {bare} | {bare_work} | {guarded} | {guarded_work} | {} | {author} |\n",
             numbers.join(", "),
             marks.join(", ")
         )
@@ -173,7 +173,7 @@ type Pair<'a> = (
     (&'a str, &'a str),
 );
 
-fn pair(row: &Row) -> Pair<'_> {
+fn pair(row: &BoardRow) -> Pair<'_> {
     (
         &row.guest,
         (&row.scenario, row.cell.as_deref()),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bounds::{self, RowFault};
 use crate::key::{self, ContributorKey};
-use crate::row::Row;
+use crate::row::BoardRow;
 
 /// Words before the row in the signed message, so that the signature serves for nothing else.
 const PURPOSE: &str = "holdsafe guest board row v1\n";
@@ -14,7 +14,7 @@ const PURPOSE: &str = "holdsafe guest board row v1\n";
 #[serde(deny_unknown_fields)]
 pub struct SignedRow {
     /// Row.
-    pub row: Row,
+    pub row: BoardRow,
     /// Ed25519 signature of `row.contributor.key`, hexadecimal.
     pub signature: String,
 }
@@ -24,7 +24,7 @@ impl SignedRow {
     ///
     /// # Errors
     /// The row is out of its bounds.
-    pub fn new(mut row: Row, key: &ContributorKey) -> Result<Self, RowFault> {
+    pub fn new(mut row: BoardRow, key: &ContributorKey) -> Result<Self, RowFault> {
         row.contributor.key = key.public();
         bounds::check(&row)?;
         Ok(Self { signature: key.sign(message(&row).as_bytes()), row })
@@ -50,7 +50,7 @@ impl SignedRow {
     }
 }
 
-fn message(row: &Row) -> String {
+fn message(row: &BoardRow) -> String {
     format!("{PURPOSE}{}", canonical(row))
 }
 

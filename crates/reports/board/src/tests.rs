@@ -12,12 +12,12 @@ fn key(number: u8) -> ContributorKey {
 }
 
 /// A row of `n` trials, harmful where it is bare.
-fn row(conduct: Conduct, scenario: &str, n: u64) -> Row {
+fn row(conduct: Conduct, scenario: &str, n: u64) -> BoardRow {
     let class = if conduct == Conduct::Bare { Outcome::Late } else { Outcome::HoldSafe };
     let log = |i| digest(format!("{} {scenario} {i}", conduct.name()).as_bytes());
     let trials: Vec<BoardTrial> = (0..n).map(|i| BoardTrial { class, log: log(i) }).collect();
     let some_digest = digest(b"input");
-    Row {
+    BoardRow {
         guest: GuestIdentity {
             name: "mine".to_owned(),
             files: BTreeMap::from([(String::new(), digest(b"file")), ("mine.py".to_owned(), digest(b"program"))]),
@@ -29,7 +29,7 @@ fn row(conduct: Conduct, scenario: &str, n: u64) -> Row {
         world: None,
         inputs: Inputs { scenario: some_digest.clone(), policy: some_digest.clone(), platform: some_digest.clone() },
         seed: 7,
-        outcomes: Row::counted(&trials),
+        outcomes: BoardRow::counted(&trials),
         availability: Availability { routed: n, passed: 2 * n, points: 3 * n, steps: 90, ..Availability::default() },
         trials,
         repeatable: true,
@@ -44,7 +44,7 @@ fn row(conduct: Conduct, scenario: &str, n: u64) -> Row {
     }
 }
 
-fn signed(row: Row) -> SignedRow {
+fn signed(row: BoardRow) -> SignedRow {
     SignedRow::new(row, &key(1)).expect("a row within its bounds")
 }
 
@@ -121,11 +121,11 @@ fn reordered_and_repeated_rows_are_refused() {
         fault(&exchanged(&text, 1, 2)).contains("row 2 (mine bare, freeze, own scene, seed 7): order: the row belongs")
     );
     let line = text.lines().nth(1).expect("a row");
-    let twice = text.replacen(line, &format!("{line}\n{line}"), 1);
-    assert!(fault(&twice).contains("row 2 (mine bare, freeze, own scene, seed 7): duplicate: row 1 is of the same"));
+    let doubled = text.replacen(line, &format!("{line}\n{line}"), 1);
+    assert!(fault(&doubled).contains("row 2 (mine bare, freeze, own scene, seed 7): duplicate: row 1 is of the same"));
     let mut board = board();
-    let again = board.add(signed(row(Conduct::Bare, "jump", 1))).expect_err("a duplicate with fewer trials");
-    assert!(again.to_string().contains("duplicate: row 2 is of the same guest"), "{again}");
+    let repeated = board.add(signed(row(Conduct::Bare, "jump", 1))).expect_err("a duplicate with fewer trials");
+    assert!(repeated.to_string().contains("duplicate: row 2 is of the same guest"), "{repeated}");
 }
 
 #[test]
@@ -194,7 +194,7 @@ fn signature_counts_for_its_key_alone() {
 
 #[test]
 fn rows_out_of_bounds_cannot_be_signed() {
-    type Change = fn(&mut Row);
+    type Change = fn(&mut BoardRow);
     let changes: [(Change, &str); 12] = [
         (|row| row.trials.clear(), "trials: 1 to 1000 expected, got none"),
         (|row| row.trials[1].log = row.trials[0].log.clone(), "seeds 7 and 8 have one log"),
@@ -234,9 +234,9 @@ fn table_sets_bare_beside_guarded() {
     assert_eq!(shown.rows.len(), 2);
     let markdown = shown.markdown();
     let line = markdown.lines().nth(3).expect("a second row");
-    let by = format!("A. Tester ({})", &key(1).public()[..8]);
+    let author = format!("A. Tester ({})", &key(1).public()[..8]);
     let expected = format!(
-        "| 2, 3 | mine | jump | ground, own scene | 2 of 2 (15.8 to 100.0 %) | 67 % | 0 of 2 (0.0 to 84.2 %) | 67 % |  | {by} |"
+        "| 2, 3 | mine | jump | ground, own scene | 2 of 2 (15.8 to 100.0 %) | 67 % | 0 of 2 (0.0 to 84.2 %) | 67 % |  | {author} |"
     );
     assert_eq!(line, expected);
 }
@@ -244,14 +244,14 @@ fn table_sets_bare_beside_guarded() {
 #[test]
 fn replay_compares_logs_or_intervals() {
     let stated = row(Conduct::Bare, "jump", 20);
-    let mut again = stated.trials.clone();
-    assert_eq!(Replay::new(&stated, &again).verdict, ReplayVerdict::Reproduced);
-    assert_eq!(Replay::new(&stated, &again[..5]).verdict, ReplayVerdict::Reproduced);
-    again[3].log = digest(b"another log");
-    let replay = Replay::new(&stated, &again);
+    let mut repeated = stated.trials.clone();
+    assert_eq!(Replay::new(&stated, &repeated).verdict, ReplayVerdict::Reproduced);
+    assert_eq!(Replay::new(&stated, &repeated[..5]).verdict, ReplayVerdict::Reproduced);
+    repeated[3].log = digest(b"another log");
+    let replay = Replay::new(&stated, &repeated);
     assert_eq!((replay.verdict, replay.same_logs, replay.differing[0].seed), (ReplayVerdict::Differs, 19, 10));
-    let unsteady = Row { repeatable: false, ..stated };
-    assert_eq!(Replay::new(&unsteady, &again).verdict, ReplayVerdict::WithinInterval);
-    again.iter_mut().for_each(|trial| trial.class = Outcome::Nominal);
-    assert_eq!(Replay::new(&unsteady, &again).verdict, ReplayVerdict::Differs);
+    let unsteady = BoardRow { repeatable: false, ..stated };
+    assert_eq!(Replay::new(&unsteady, &repeated).verdict, ReplayVerdict::WithinInterval);
+    repeated.iter_mut().for_each(|trial| trial.class = Outcome::Nominal);
+    assert_eq!(Replay::new(&unsteady, &repeated).verdict, ReplayVerdict::Differs);
 }

@@ -50,9 +50,9 @@ pub fn failure(path: &Path, error: &BoardError) -> Failure {
 pub fn write(path: &Path, board: &Board) -> Result<(), Failure> {
     let mut name = path.as_os_str().to_owned();
     name.push(".new");
-    let beside = PathBuf::from(name);
-    fs::write(&beside, board.text())?;
-    Ok(fs::rename(&beside, path)?)
+    let temporary = PathBuf::from(name);
+    fs::write(&temporary, board.text())?;
+    Ok(fs::rename(&temporary, path)?)
 }
 
 /// Reads a contributor's key.

@@ -83,13 +83,18 @@ fn key(context: &Context, file: &Path) -> Result<Exit, Failure> {
 }
 
 fn merge(context: &Context, file: &Path, others: &[PathBuf]) -> Result<Exit, Failure> {
-    let mut board = if file.exists() { leaderboard::verified(file)? } else { Board::default() };
+    let mut board = load(file)?;
     let mut added = 0;
     for other in others {
         let rows = leaderboard::verified(other)?;
         added += board.merge(rows).map_err(|error| leaderboard::failure(other, &error))?;
     }
     write(context, file, &board, added)
+}
+
+/// The verified leaderboard of a file; an empty one where there is none.
+fn load(file: &Path) -> Result<Board, Failure> {
+    if file.exists() { leaderboard::verified(file) } else { Ok(Board::default()) }
 }
 
 /// Writes the leaderboard and reports the number of new rows.

@@ -1,18 +1,18 @@
-//! `holdsafe guest board add BOARD GUEST.TOML…`: trials of guests, each row signed. Finished trials are kept, so that it resumes.
+//! `holdsafe guest board add BOARD GUEST…`: trials of guests, each row signed. Finished trials are kept, so that it resumes.
 
 use std::path::PathBuf;
 
-use ::board::{Board, Contributor, ContributorKey, MAX_TRIALS, Row, SignedRow};
+use ::board::{Board, BoardRow, Contributor, ContributorKey, MAX_TRIALS, SignedRow};
 use guest::Conduct;
 use parallel::progress::Progress;
 use runner::failure::{Exit, Failure};
-use runner::leaderboard::{self, Entry, Wanted};
+use runner::leaderboard::{self, PlannedRow, Wanted};
 use runner::trial_store::TrialStore;
 use runner::{Context, out, plan};
 use scenario::Scenario;
 use scenario::world::Family;
 
-use super::{program, write};
+use super::{load, program, write};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::command) struct Args {
@@ -20,10 +20,10 @@ pub(in crate::command) struct Args {
     #[arg(value_name = "BOARD")]
     file: PathBuf,
     /// Guest files; `follower` is built in.
-    #[arg(required = true, value_name = "GUEST.TOML")]
+    #[arg(required = true, value_name = "GUEST")]
     guests: Vec<PathBuf>,
     /// Scenarios, by name or by file.
-    #[arg(long, required = true, value_delimiter = ',', value_name = "SCENARIO")]
+    #[arg(long, required = true, value_delimiter = ',', value_name = "LIST")]
     scenarios: Vec<String>,
     /// The contributor's key, as `board key` writes it.
     #[arg(long, value_name = "KEY")]
@@ -52,30 +52,35 @@ fn family(text: &str) -> Result<Family, String> {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let key = leaderboard::read_key(&args.key)?;
-    let mut board = if args.file.exists() { leaderboard::verified(&args.file)? } else { Board::default() };
-    let drafts = drafts(context, args, &board, &key)?;
+    let drafts = drafts(context, args, &load(&args.file)?, &key)?;
     let default = context.runs_folder()?.join("board");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "board")?;
     let store = TrialStore::open(&dir)?;
-    let progress = Progress::new("board", drafts.iter().map(|(entry, _)| entry.len()).sum(), context.talk);
-    let refused = |error| leaderboard::failure(&args.file, &error);
-    let added = drafts.len();
+    let progress = Progress::new("board", drafts.iter().map(|(entry, _)| entry.trial_count()).sum(), context.talk);
+    let mut rows = Vec::new();
     for (entry, draft) in drafts {
         let row = leaderboard::completed(draft, &entry.run(context, Some(&store), &progress)?);
-        let signed = SignedRow::new(row, &key).map_err(|fault| Failure::new(Exit::Usage, fault.to_string()))?;
-        board.add(signed).map_err(refused)?;
+        rows.push(SignedRow::new(row, &key).map_err(|fault| Failure::new(Exit::Usage, fault.to_string()))?);
     }
     progress.finish();
+    // Another command may have added rows in the meantime.
+    let (mut board, added) = (load(&args.file)?, rows.len());
+    rows.into_iter().try_for_each(|row| board.add(row)).map_err(|error| leaderboard::failure(&args.file, &error))?;
     write(context, &args.file, &board, added)
 }
 
 /// Every row before its trials run. A row that is there already is refused here, and not after hours.
-fn drafts(context: &Context, args: &Args, board: &Board, key: &ContributorKey) -> Result<Vec<(Entry, Row)>, Failure> {
+fn drafts(
+    context: &Context,
+    args: &Args,
+    board: &Board,
+    key: &ContributorKey,
+) -> Result<Vec<(PlannedRow, BoardRow)>, Failure> {
     let files = args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<Vec<_>, _>>()?;
     let scenarios = files.iter().map(|file| Ok(context.scenario(file)?)).collect::<Result<Vec<Scenario>, Failure>>()?;
     let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
     let contributor = Contributor { name: args.name.clone(), key: key.public() };
-    let draft = |entry: &Entry| entry.draft(program(context), contributor.clone());
+    let draft = |entry: &PlannedRow| entry.draft(program(context), contributor.clone());
     let mut parts = Vec::new();
     for (guest, conduct) in args.guests.iter().flat_map(|guest| [(guest, Conduct::Bare), (guest, Conduct::Guarded)]) {
         let (platform, family) = (platform.as_ref(), args.world);
@@ -95,7 +100,7 @@ fn drafts(context: &Context, args: &Args, board: &Board, key: &ContributorKey) -
     Ok(drafts)
 }
 
-fn check_new(args: &Args, board: &Board, draft: &Row) -> Result<(), Failure> {
+fn check_new(args: &Args, board: &Board, draft: &BoardRow) -> Result<(), Failure> {
     let Some(number) = board.number_of(draft) else { return Ok(()) };
     let (file, title) = (args.file.display(), draft.title());
     Err(Failure::new(Exit::Usage, format!("{file}: row {number} is {title} already; name another --seed")))

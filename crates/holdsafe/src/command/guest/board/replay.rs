@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use ::board::{Replay, ReplayVerdict, Row};
+use ::board::{BoardRow, Replay, ReplayVerdict};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use runner::failure::{Exit, Failure};
-use runner::leaderboard::{self, Entry, Wanted};
+use runner::leaderboard::{self, PlannedRow, Wanted};
 use runner::{Context, out, plan};
 use scenario::world::Family;
 use serde::Serialize;
@@ -51,14 +51,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Failure::new(Exit::Usage, format!("{file}: row 1 to {rows} expected, got {}", args.row))
     })?;
     let mut entries = entries(context, args, row)?;
-    let draft = |entry: &Entry| entry.draft(program(context), row.contributor.clone());
+    let draft = |entry: &PlannedRow| entry.draft(program(context), row.contributor.clone());
     // The guest does not run before it is known to be the row's.
     entries.iter().try_for_each(|entry| check_same(row, &draft(entry)?))?;
     leaderboard::probe(&mut entries)?;
     let [entry] = &entries[..] else { return Err(different("cells", "one", &entries.len().to_string())) };
     let local = draft(entry)?;
     let remarks = remarks(row, &local);
-    let progress = Progress::new("replay", entry.len(), context.talk);
+    let progress = Progress::new("replay", entry.trial_count(), context.talk);
     let trials = leaderboard::completed(local, &entry.run(context, None, &progress)?).trials;
     progress.finish();
     let replay = Replay::new(row, &trials);
@@ -73,7 +73,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// The row's trials, or the first of them, planned from the files that are here.
-fn entries(context: &Context, args: &Args, row: &Row) -> Result<Vec<Entry>, Failure> {
+fn entries(context: &Context, args: &Args, row: &BoardRow) -> Result<Vec<PlannedRow>, Failure> {
     let root = context.root()?;
     let default = || match row.guest.files.is_empty() {
         true => PathBuf::from(runner::guest_options::FOLLOWER),
@@ -115,7 +115,7 @@ fn different(part: &str, expected: &str, got: &str) -> Failure {
 }
 
 /// Checks that the trials are of the row's guest and inputs.
-fn check_same(row: &Row, local: &Row) -> Result<(), Failure> {
+fn check_same(row: &BoardRow, local: &BoardRow) -> Result<(), Failure> {
     let (stated_file, local_file) = (digest(row, ""), digest(local, ""));
     let parts = [
         ("guest", row.guest.name.as_str(), local.guest.name.as_str()),
@@ -129,19 +129,19 @@ fn check_same(row: &Row, local: &Row) -> Result<(), Failure> {
 }
 
 /// Digest of a file of the guest.
-fn digest(row: &Row, name: &str) -> String {
+fn digest(row: &BoardRow, name: &str) -> String {
     row.guest.files.get(name).map_or("none", String::as_str).to_owned()
 }
 
 /// Differences that a comparison survives, since it compares logs.
-fn remarks(row: &Row, local: &Row) -> Vec<String> {
+fn remarks(row: &BoardRow, local: &BoardRow) -> Vec<String> {
     let mut remarks = Vec::new();
     if row.program.sources != local.program.sources {
         remarks.push(format!("another program: the row was made at commit {}", row.program.commit));
     }
     let names: BTreeSet<&String> = row.guest.files.keys().chain(local.guest.files.keys()).collect();
-    let others = names.into_iter().filter(|name| digest(row, name) != digest(local, name));
-    remarks.extend(others.map(|name| format!("another file {name} of the guest")));
+    let differing = names.into_iter().filter(|name| digest(row, name) != digest(local, name));
+    remarks.extend(differing.map(|name| format!("another file {name} of the guest")));
     if row.repeatable != local.repeatable {
         let word = |repeatable| if repeatable { "repeatable" } else { "not repeatable" };
         remarks.push(format!("the guest is {} here, {} in the row", word(local.repeatable), word(row.repeatable)));
