@@ -26,7 +26,7 @@ pub enum KeyError {
     Private,
     /// No Ed25519 public key.
     #[error(
-        "an Ed25519 public key of 64 hexadecimal digits expected; `holdsafe guest board show` prints those of a board"
+        "an Ed25519 public key of 64 hexadecimal digits expected; `holdsafe guest board verify BOARD` prints those of a board"
     )]
     Public,
 }

@@ -137,7 +137,9 @@ fn digest(row: &BoardRow, name: &str) -> String {
 fn remarks(row: &BoardRow, local: &BoardRow) -> Vec<String> {
     let mut remarks = Vec::new();
     if row.program.sources != local.program.sources {
-        remarks.push(format!("another program: the row was made at commit {}", row.program.commit));
+        let short = |row: &BoardRow| row.program.sources.chars().take(12).collect::<String>();
+        let (stated, got, commit) = (short(row), short(local), &row.program.commit);
+        remarks.push(format!("another program: sources {stated} in the row (commit {commit}), {got} here"));
     }
     let names: BTreeSet<&String> = row.guest.files.keys().chain(local.guest.files.keys()).collect();
     let differing = names.into_iter().filter(|name| digest(row, name) != digest(local, name));
