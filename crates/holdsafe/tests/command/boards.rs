@@ -42,7 +42,7 @@ fn signed_rows_are_verified_and_run_again() {
     assert_eq!((mode & 0o777, refusal(&["key", &key]).0), (0o600, Some(2)), "no key is overwritten");
     let add =
         ["add", &file, "follower", "--scenarios", "localisation_freeze", "--trials", "2", "--key", &key, "--name"];
-    let add = [&add[..], &["A. Tester", "--out", &out]].concat();
+    let add: Vec<&str> = [&add[..], &["A. Tester", "--out", &out]].concat();
     assert_eq!(object(&add)["added"], 2);
 
     assert_eq!(object(&["verify", &file, "--key", &public])["holds"], true);
@@ -56,6 +56,9 @@ fn signed_rows_are_verified_and_run_again() {
     }
     let (code, screen) = refusal(&add);
     assert!(code == Some(2) && screen.contains("row 1 is follower bare, localisation_freeze"), "{screen}");
+    let unnamed: Vec<&str> = add.iter().map(|word| if *word == "A. Tester" { "<b>" } else { word }).collect();
+    let (code, screen) = refusal(&unnamed);
+    assert!(code == Some(2) && screen.contains("contributor.name: 1 to 64 letters"), "{screen}");
     let stranger = object(&["key", &(key.clone() + "2")])["public"].as_str().unwrap().to_owned();
     let (code, screen) = refusal(&["verify", &file, "--key", &stranger]);
     assert!(code == Some(4) && screen.contains("INVALID: row 2") && screen.contains("none of the keys"), "{screen}");

@@ -92,11 +92,19 @@ pub enum RowFault {
 /// # Errors
 /// The first field out of its bounds, or count that does not add up.
 pub(crate) fn check(row: &BoardRow) -> Result<(), RowFault> {
-    check_texts(row)?;
-    check_files(&row.guest.files)?;
+    check_draft(row)?;
     check_trials(row.seed, &row.trials)?;
     check_counts(row)?;
     check_availability(row)
+}
+
+/// Checks the fields of a row that its trials do not change.
+///
+/// # Errors
+/// The first field out of its bounds.
+pub fn check_draft(row: &BoardRow) -> Result<(), RowFault> {
+    check_texts(row)?;
+    check_files(&row.guest.files)
 }
 
 fn check_texts(row: &BoardRow) -> Result<(), RowFault> {
@@ -124,11 +132,8 @@ fn check_texts(row: &BoardRow) -> Result<(), RowFault> {
     check_name(&row.contributor.name)
 }
 
-/// Checks the name of a contributor.
-///
-/// # Errors
-/// It is empty, too long, or has characters that a table or a terminal could take for more than text.
-pub(crate) fn check_name(name: &str) -> Result<(), RowFault> {
+/// Checks the name of a contributor: characters that neither a table nor a terminal takes for more than text.
+fn check_name(name: &str) -> Result<(), RowFault> {
     let is_plain = |c: char| c.is_alphanumeric() || " .,'-_@+()".contains(c);
     let fits = name.trim() == name && (1..=MAX_NAME).contains(&name.chars().count()) && name.chars().all(is_plain);
     let expected = "1 to 64 letters, digits, blanks and .,'-_@+() without blanks at the ends";

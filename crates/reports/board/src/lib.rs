@@ -14,7 +14,7 @@ mod signed;
 #[cfg(test)]
 mod tests;
 
-pub use bounds::{MAX_TRIALS, RowFault};
+pub use bounds::{MAX_TRIALS, RowFault, check_draft};
 pub use file::{Board, BoardError, Finding, MAX_FILE_BYTES, MAX_ROWS, VERSION};
 pub use key::{ContributorKey, KeyError, MAX_KEY_BYTES, public_key};
 pub use replay::{ClassPair, Differing, Replay, ReplayVerdict};

@@ -69,7 +69,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     write(context, &args.file, &board, added)
 }
 
-/// Every row before its trials run. A row that is there already is refused here, and not after hours.
+/// Every row before its trials run. A row that is there already, or cannot be signed, is refused here, and not after hours.
 fn drafts(
     context: &Context,
     args: &Args,
@@ -101,6 +101,7 @@ fn drafts(
 }
 
 fn check_new(args: &Args, board: &Board, draft: &BoardRow) -> Result<(), Failure> {
+    ::board::check_draft(draft).map_err(|fault| Failure::new(Exit::Usage, format!("{}: {fault}", draft.title())))?;
     let Some(number) = board.number_of(draft) else { return Ok(()) };
     let (file, title) = (args.file.display(), draft.title());
     Err(Failure::new(Exit::Usage, format!("{file}: row {number} is {title} already; name another --seed")))
