@@ -14,7 +14,11 @@ use scenario::world::Family;
 
 use super::{load, program, write};
 
+/// Usage on one line: that of the parser is longer than help may be wide.
+const USAGE: &str = "holdsafe guest board add [OPTIONS] --scenarios LIST --key KEY --name NAME BOARD GUEST...";
+
 #[derive(Debug, clap::Args)]
+#[command(override_usage = USAGE)]
 pub(in crate::command) struct Args {
     /// The leaderboard; a new file where there is none.
     #[arg(value_name = "BOARD")]
