@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use evidence::trial::Outcomes;
+use evidence::trial::{Outcome, Outcomes};
 use guest::Conduct;
 use serde::{Deserialize, Serialize};
 use stats::Share;
@@ -59,13 +59,19 @@ pub struct Half {
     pub completed: Option<f64>,
     /// Trials in which the vehicle was stuck.
     pub stuck: u64,
-    /// Marks: not repeatable, not confined, a policy that waives a check.
+    /// Marks: failures of the guest, trials without evidence, not repeatable, not confined, a policy that waives a check.
     pub marks: Vec<String>,
 }
 
 impl Half {
     fn new(number: usize, row: &BoardRow) -> Self {
+        let counted = |class: Outcome, words: &str| {
+            let n = row.count(class);
+            (n > 0).then(|| format!("{words} in {n}"))
+        };
         let marks = [
+            counted(Outcome::GuestFailed, "guest failed"),
+            counted(Outcome::Invalid, "no evidence"),
             (!row.repeatable).then(|| "not repeatable".to_owned()),
             (!row.host.confined).then(|| "not confined".to_owned()),
             row.waived.as_ref().map(|policy| format!("policy {policy} waives checks")),

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 
 use ::board::{Board, ProgramIdentity, ShownBoard};
 use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
+use runner::batch::reasons;
 use runner::failure::{Exit, Failure};
 use runner::{Context, leaderboard, out};
 use serde::Serialize;
@@ -117,6 +119,13 @@ fn show(context: &Context, file: &Path) -> Result<Exit, Failure> {
         out::say(format_args!("{}", shown.markdown().trim_end()));
     }
     Ok(Exit::Fine)
+}
+
+/// Reports the first trial in which the guest failed.
+fn note_failure(title: &str, trials: &[Trial]) {
+    if let Some(trial) = trials.iter().find(|trial| trial.outcome == Outcome::GuestFailed) {
+        link::note!("{title}: the guest failed in the trial of seed {}{}", trial.seed, reasons(trial));
+    }
 }
 
 /// This program.

@@ -12,7 +12,7 @@ use runner::{Context, out, plan};
 use scenario::Scenario;
 use scenario::world::Family;
 
-use super::{load, program, write};
+use super::{load, note_failure, program, write};
 
 /// Usage on one line: that of the parser is longer than help may be wide.
 const USAGE: &str = "holdsafe guest board add [OPTIONS] --scenarios LIST --key KEY --name NAME BOARD GUEST...";
@@ -63,7 +63,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let progress = Progress::new("board", drafts.iter().map(|(entry, _)| entry.trial_count()).sum(), context.talk);
     let mut rows = Vec::new();
     for (entry, draft) in drafts {
-        let row = leaderboard::completed(draft, &entry.run(context, Some(&store), &progress)?);
+        let trials = entry.run(context, Some(&store), &progress)?;
+        note_failure(&draft.title(), &trials);
+        let row = leaderboard::completed(draft, &trials);
         rows.push(SignedRow::new(row, &key).map_err(|fault| Failure::new(Exit::Usage, fault.to_string()))?);
     }
     progress.finish();

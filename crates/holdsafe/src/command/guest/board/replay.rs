@@ -12,7 +12,7 @@ use runner::{Context, out, plan};
 use scenario::world::Family;
 use serde::Serialize;
 
-use super::program;
+use super::{note_failure, program};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::command) struct Args {
@@ -59,8 +59,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let local = draft(entry)?;
     let remarks = remarks(row, &local);
     let progress = Progress::new("replay", entry.trial_count(), context.talk);
-    let trials = leaderboard::completed(local, &entry.run(context, None, &progress)?).trials;
+    let trials = entry.run(context, None, &progress)?;
     progress.finish();
+    note_failure(&row.title(), &trials);
+    let trials = leaderboard::completed(local, &trials).trials;
     let replay = Replay::new(row, &trials);
     let exit = if replay.verdict == ReplayVerdict::Differs { Exit::Unexpected } else { Exit::Fine };
     let object = ReplayObject { schema_version: SCHEMA_VERSION, row: args.row, title: row.title(), remarks, replay };
