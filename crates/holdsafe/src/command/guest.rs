@@ -1,5 +1,6 @@
-//! `holdsafe guest check|compare|schema|new`: autonomy programs of others.
+//! `holdsafe guest check|compare|board|schema|new`: autonomy programs of others.
 
+mod board;
 mod check;
 mod compare;
 pub(super) mod follower;
@@ -29,6 +30,9 @@ pub(super) enum Verb {
     },
     /// Run guests bare and inside the guards over scenarios, and set the two side by side.
     Compare(compare::Args),
+    /// Write, verify, show or run again a leaderboard of guests, whose rows their contributors sign.
+    #[command(subcommand)]
+    Board(board::Verb),
     /// Print the JSON Schema of guest files and of both directions of the protocol.
     Schema,
     /// Write a guest to start from into a new folder of this name.
@@ -45,6 +49,7 @@ pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
     match verb {
         Verb::Check { file } => check::run(context, file),
         Verb::Compare(args) => compare::run(context, args),
+        Verb::Board(verb) => board::run(context, verb),
         Verb::Schema => {
             let text = serde_json::to_string_pretty(&::guest::jsonl::schema()).map_err(Failure::internal)?;
             out::say(format_args!("{text}"));

@@ -1,8 +1,9 @@
-//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models, recordings of other vehicles.
+//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, leaderboards, models, recordings of other vehicles.
 
 use assess::log::{Log, LogError};
 use assess::map::Map;
 use assess::{SceneError, Wanted};
+use board::{Board, ContributorKey, ShownBoard};
 use evidence::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, Networks, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
@@ -135,6 +136,28 @@ fn is_shelf(bytes: &[u8]) -> bool {
         }
         Err(failure) => {
             assert!(failure.to_string().starts_with("kept:"), "{failure}");
+            false
+        }
+    }
+}
+
+/// A leaderboard that is taken is the same text once written, and each row's fault is reported; a key that is taken is the same key once written.
+pub fn board(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    if let Ok(key) = ContributorKey::from_pem(text) {
+        let again = ContributorKey::from_pem(&key.to_pem()).expect("what was written is a key");
+        assert_eq!(again.public(), key.public());
+    }
+    match Board::parse(text) {
+        Ok(board) => {
+            assert_eq!(board.text(), text);
+            let findings = board.findings();
+            assert!(findings.iter().all(|finding| (1..=board.rows().len()).contains(&finding.number)));
+            assert_eq!(Board::verified(text).is_ok(), findings.is_empty());
+            findings.is_empty() && !ShownBoard::new(&board).markdown().is_empty()
+        }
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
             false
         }
     }
