@@ -22,6 +22,8 @@ STARTS = 8.0
 ANSWERS = 1.0
 #: Wall time for the witness to count messages that have been sent, or to discover a publisher, s.
 COUNTS = 0.5
+#: Wall time for a rogue that was late to be found in the graph, s.
+SOON = 0.02
 #: Wall time for the node to take forged readings, s.
 TAKES = 0.03
 #: Attacks before the readings of a step, and after the node's command; others are between the readings and `/clock`.
@@ -39,6 +41,8 @@ class Progress:
     """One order since it was opened."""
 
     steps: int = 0
+    #: True once the rogue has the publishers for it.
+    opened: bool = False
     #: Messages sent, and answers of a service, in all steps.
     total: int = 0
     answered: int = 0
@@ -68,7 +72,9 @@ class Attacks:
 
     def start(self, graph: Graph, period_s: float) -> bool:
         """A new trial; true if that has changed the graph."""
-        kept = self.witness is not None and self.graph is graph and not self.begun
+        kept = self.witness is not None and self.graph is graph and not self.begun and not self.link.failed
+        if self.witness is not None and not kept:
+            self.end()
         self.graph, self.period_s = graph, period_s
         self.progress, self.begun, self.silenced = {}, False, False
         if kept and self.witness is not None:
@@ -80,18 +86,24 @@ class Attacks:
     def _start_rogue(self) -> None:
         """The witness first, so that it is there when the rogue sends its first message."""
         self.witness = Witness(self.graph)
-        mark = f"/mark_{secrets.token_hex(8)}"
+        self.mark = f"/mark_{secrets.token_hex(8)}"
         told = {
-            "mark": mark,
+            "mark": self.mark,
             "command_topic": self.graph.command_topic,
             "command_type": self.graph.command_name,
             "best_effort": self.best_effort,
             "ours": [NAME, Witness.NAME],
         }
         if self.link.ask({"start": told}, STARTS) is not None:
-            self.graph.rogue = self.witness.identify(mark, COUNTS)
+            self._identify(COUNTS)
+
+    def _identify(self, limit_s: float) -> bool:
+        """True once the rogue's participant is known; until then none of its messages could be told from an honest one."""
+        if self.witness is not None and self.graph.rogue is None and self.witness.identify(self.mark, limit_s) is not None:
+            self.graph.rogue = self.witness.rogue
             participants = (self.graph.rogue, self.witness.prefix)
             self.graph.until(lambda: all(map(self.graph.is_heard_by, participants)), COUNTS)
+        return self.graph.rogue is not None
 
     def begin_step(self, step: Step) -> None:
         """Opens the orders that are new in this step, and carries out those that come before its readings."""
@@ -102,19 +114,20 @@ class Attacks:
             return
         self.witness.begin_step()
         self.readings = step.fix is not None
-        self.began_silenced = self.silenced
-        new = [order.attack for order in step.bus if order.id not in self.progress]
         self.progress = {order.id: self.progress.get(order.id, Progress()) for order in step.bus}
         for progress in self.progress.values():
             progress.step = {}
-        if new:
-            self.begun = True
+        new = [order for order in step.bus if not self.progress[order.id].opened]
+        if new and self._identify(SOON):
             self._open(new)
         self._act([order for order in step.bus if order.attack in EARLY], step)
 
-    def _open(self, attacks: list[str]) -> None:
+    def _open(self, orders: list[Order]) -> None:
         """Publishers first: a message before readers have discovered its writer is lost by chance."""
-        answer = self.link.ask({"open": attacks}, ANSWERS)
+        self.begun = True
+        answer = self.link.ask({"open": [order.attack for order in orders]}, ANSWERS)
+        for order in orders:
+            self.progress[order.id].opened = answer is not None
         topics = answer.get("topics", []) if answer else []
         if self.witness and isinstance(topics, list):
             for topic in filter(self.witness.counts.__contains__, topics):
@@ -146,6 +159,10 @@ class Attacks:
 
     def _act(self, orders: list[Order], step: Step) -> None:
         if not orders or self.witness is None:
+            return
+        if not all(self.progress[order.id].opened for order in orders):
+            for order in orders:
+                self._note(order, {"why": self.link.why or "the rogue is not in the graph yet"})
             return
         acts = [self._act_of(order, step) for order in orders]
         # Of this step alone: a rogue that was started late has not heard earlier ones.

@@ -77,22 +77,22 @@ class Rogue:
         self.publishers: dict[str, Any] = {}
         self.twin: Optional[Node] = None
         self.ears: dict[str, Ear] = {}
-        for topic, kind in {ODOMETRY: Odometry, CLOCK: Clock, self.command_topic: COMMANDS[told["command_type"]]}.items():
+        types = {ODOMETRY: Odometry, CLOCK: Clock, PLAN: Path, self.command_topic: COMMANDS[told["command_type"]]}
+        self.until(lambda: all(map(self.honest_writer, types)), MATCHES)
+        for topic, kind in types.items():
             self.listen_to(topic, kind)
-        # A latched message from before is sent to reliable readers alone.
-        self.listen_to(PLAN, Path, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
-        self.until(lambda: all(map(self.honest_writer, self.ears)), MATCHES)
-        self.until(lambda: bool(self.ears[PLAN].heard), HEARS)
 
-    def listen_to(
-        self,
-        topic: str,
-        kind: Any,
-        reliability: ReliabilityPolicy = ReliabilityPolicy.BEST_EFFORT,
-        durability: DurabilityPolicy = DurabilityPolicy.VOLATILE,
-    ) -> None:
+    def listen_to(self, topic: str, kind: Any) -> None:
+        """A reader with the quality of service that the writer of a topic offers, so that what is to be replayed is not lost by chance."""
         ear = self.ears[topic] = Ear(kind)
-        profile = QoSProfile(depth=QUEUE, reliability=reliability, durability=durability)
+        offers = [info.qos_profile for info in self.node.get_publishers_info_by_topic(topic)]
+        reliable = bool(offers) and all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+        latched = bool(offers) and all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+        profile = QoSProfile(
+            depth=QUEUE,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        )
         self.node.create_subscription(kind, topic, lambda message, info: self._hear(ear, message, info), profile, raw=True)
 
     def _hear(self, ear: Ear, message: bytes, info: Any) -> None:

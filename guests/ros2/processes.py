@@ -32,7 +32,7 @@ class Warden:
         )
 
     def start(self, role: str, command: list[str], **pipes: Any) -> "subprocess.Popen[bytes]":
-        process = subprocess.Popen(command, env=environment_of_a_child(), start_new_session=True, **pipes)
+        process = subprocess.Popen(command, env=environment_of_a_child(command), start_new_session=True, **pipes)
         self._tell(role, str(process.pid))
         return process
 
@@ -83,9 +83,14 @@ def start_rogue(warden: Warden, program: str) -> "subprocess.Popen[bytes]":
     return warden.start("rogue", command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
 
 
-def environment_of_a_child() -> dict[str, str]:
-    """The environment without what the wheels' start-up file has set for this interpreter: the node may have another ROS."""
+def environment_of_a_child(command: list[str]) -> dict[str, str]:
+    """The environment without what the wheels' start-up file has set for this interpreter: the node may have another ROS.
+
+    Fast DDS before version 3 reads its profile by another name, of which later ones warn: it is set where the node has its own interpreter.
+    """
     left = {name: value for name, value in os.environ.items() if name not in ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")}
+    if os.path.abspath(command[0]) != os.path.abspath(sys.executable) and (profile := left.get("FASTDDS_DEFAULT_PROFILES_FILE")):
+        left.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", profile)
     folders = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     if kept := [folder for folder in folders if folder and not folder.startswith(sys.prefix)]:
         left["LD_LIBRARY_PATH"] = os.pathsep.join(kept)

@@ -21,7 +21,7 @@ from sensor_msgs.msg import Imu, NavSatFix
 
 import packet
 from conversion import stamp
-from participant import Done, Rogue
+from participant import HEARS, Done, Rogue
 from topics import CLOCK, ODOMETRY, PLAN, topic_of
 
 #: Wall time for an answer of a service, s.
@@ -59,6 +59,7 @@ def forge_clock(rogue: Rogue, order: dict[str, Any]) -> Done:
 
 def forge_route(rogue: Rogue, order: dict[str, Any]) -> Done:
     """The plan, shifted north."""
+    rogue.until(lambda: bool(rogue.ears[PLAN].heard), HEARS)
     message = rogue.ears[PLAN].message()
     for way_point in message.poses if message else ():
         way_point.pose.position.y += order["amount"]

@@ -86,6 +86,8 @@ class Witness:
         self.node.create_subscription(kind, topic, lambda _, info: self._count(topic, info), profile, raw=True)
 
     def _count(self, topic: str, info: Any) -> None:
+        if "publisher_gid" not in info:
+            raise RuntimeError("attacks need rclpy of Kilted or later: earlier ones do not say who sent a message")
         count, number = self.counts[topic], info["publication_sequence_number"]
         count.from_rogue = self._is_rogue(info["publisher_gid"]["data"]) or number > self.published.get(topic, number)
         if count.from_rogue:

@@ -146,10 +146,11 @@ class Ros2(unittest.TestCase):
         launched = ["sh", "-c", 'sleep 600 & "$@" & wait', "launch", *node("ahead")]
         for end in (None, signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             with self.subTest(end):
-                process = Process(guest(launched, *PATIENT))
+                process = Process(guest(launched, *PATIENT, "--rogue"))
                 drive(process, "straight", 1.0)
                 there = session_of(process.popen.pid)
-                self.assertGreaterEqual(len(there), 4)
+                # The warden, the rogue, and the node with its launcher and what that started.
+                self.assertGreaterEqual(len(there), 5)
                 self.assertEqual(self.ended(process, end), {None: 0, signal.SIGKILL: -signal.SIGKILL}.get(end, 1))
                 self.assertTrue(gone(there), there)
                 self.assertEqual(traces() - before, set())

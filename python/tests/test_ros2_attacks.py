@@ -17,6 +17,20 @@ BEGIN, FIRST = 1.0, 21
 
 Receipt = dict[str, Any]
 
+#: The beginning of a rogue of the tests: a participant that has answered its start.
+PARTICIPANT = f"""
+import json, sys
+sys.path.insert(0, {str(ROS2)!r})
+from participant import Odometry, Rogue
+
+def answer(content, request):
+    print(json.dumps({{"number": request["number"], **content}}), flush=True)
+
+request = json.loads(sys.stdin.readline())
+rogue = Rogue(request["start"])
+answer({{}}, request)
+"""
+
 
 def order(attack: str, rate_hz: float = 100.0, amount: float = 3.0) -> list[dict[str, Any]]:
     return [{"id": 1, "attack": attack, "rate_hz": rate_hz, "amount": amount}]
@@ -171,13 +185,8 @@ class Failures(Graph):
     """Rogues that are none of ours: the bridge answers each step, and says why."""
 
     def test_a_rogue_that_floods_without_an_order_is_outlasted(self) -> None:
-        program = (
-            f"import json, sys\nsys.path.insert(0, {str(ROS2)!r})\nfrom participant import Odometry, Rogue\n"
-            "request = json.loads(input())\nrogue = Rogue(request['start'])\n"
-            "print(json.dumps({'number': request['number']}), flush=True)\n"
-            "while True: rogue.publisher('/odom').publish(Odometry())"
-        )
-        self.assertEqual(self.of(program), {"the rogue gives no answer within 1 s"})
+        flood = PARTICIPANT + "while True: rogue.publisher('/odom').publish(Odometry())"
+        self.assertEqual(self.of(flood), {"the rogue gives no answer within 1 s"})
 
     def of(self, program: str) -> set[Optional[str]]:
         with tempfile.NamedTemporaryFile("w", suffix=".py") as file:
@@ -200,8 +209,12 @@ class Failures(Graph):
         self.assertEqual(self.of("print('hello', flush=True); input()"), {"the rogue's answer is none of its protocol"})
 
     def test_a_rogue_that_lies_about_messages_has_none_received(self) -> None:
-        lie = 'print(json.dumps({"number": json.loads(line)["number"], "done": {"1": {"sent": 7}}}), flush=True)'
-        self.assertEqual(self.of(f"import json, sys\nfor line in sys.stdin: {lie}"), {"7 not received"})
+        lie = "for line in sys.stdin: answer({'topics': [], 'done': {'1': {'sent': 7}}}, json.loads(line))"
+        self.assertEqual(self.of(PARTICIPANT + lie), {"7 not received"})
+
+    def test_a_rogue_outside_the_graph_is_given_no_order(self) -> None:
+        absent = "import json, sys\nfor line in sys.stdin: print(json.dumps({'number': json.loads(line)['number']}), flush=True)"
+        self.assertEqual(self.of(absent), {"the rogue is not in the graph yet"})
 
 
 if __name__ == "__main__":
