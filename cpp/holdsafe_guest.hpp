@@ -1,8 +1,10 @@
-// Guests of holdsafe in C++17: the messages of the protocol `jsonl/1`, and the loop that answers them. One header, no dependencies.
+// Guests of holdsafe in C++17: the messages of the protocols `jsonl/1` and `jsonl/2`, and the loop that answers them. One header,
+// no dependencies.
 //
 // World frame: x east, y north, metres; angles counter-clockwise from east, radians; times in seconds of the vehicle's clock, which
-// has an arbitrary zero. Fields that a request has beyond these are ignored. Needs POSIX (dup2), and <charconv> with floating point:
-// GCC 11, Clang 20 with libc++.
+// has an arbitrary zero. Fields that a request has beyond these are ignored. A guest of version 1 serves version 2 unchanged: the
+// fields that version 2 adds are the last of each message. Needs POSIX (dup2), and <charconv> with floating point: GCC 11, Clang 20
+// with libc++.
 //
 //     struct Careful : holdsafe::guest::Guest {
 //         Reply step(const Step& step) override { return {std::min(1.0, step.limit_m_s), 0.0}; }
@@ -30,8 +32,10 @@
 
 namespace holdsafe::guest {
 
-/// The protocol of this header.
-inline constexpr std::string_view PROTOCOL = "jsonl/1";
+/// The versions of the protocol that this header speaks.
+inline constexpr std::string_view PROTOCOLS[] = {"jsonl/1", "jsonl/2"};
+/// The first of them, by the name that guests of version 1 may use.
+inline constexpr std::string_view PROTOCOL = PROTOCOLS[0];
 /// Longest line in either direction, bytes, its end included.
 inline constexpr std::size_t MAX_LINE = 64 * 1024;
 
@@ -62,6 +66,39 @@ struct Block {
     double heading_rad = 0.0;
 };
 
+/// A pose as surveyed.
+struct StartPose {
+    Place at;
+    /// Heading, rad.
+    double yaw_rad = 0.0;
+    /// Height above the ground, m; none on the ground.
+    std::optional<double> height_m = std::nullopt;
+};
+
+/// Measures of the vehicle's body.
+struct Body {
+    /// `ground`, `air` or `space`.
+    std::string medium;
+    /// Length and width, m; 0 for a line of sight.
+    double length_m = 0.0, width_m = 0.0;
+    /// Greatest curvature, 1/m.
+    double max_curvature_per_m = 0.0;
+    /// Greatest speed backwards, m/s.
+    double max_reverse_m_s = 0.0;
+    /// Greatest climb, m/s; 0 on the ground.
+    double max_climb_m_s = 0.0;
+    /// Height that is flown at, m; 0 on the ground.
+    double cruise_height_m = 0.0;
+};
+
+/// A geodetic place, WGS 84.
+struct Origin {
+    /// Latitude and longitude, degrees.
+    double latitude_deg = 0.0, longitude_deg = 0.0;
+    /// Height above the ellipsoid, m.
+    double height_m = 0.0;
+};
+
 /// The mission and its surroundings, told once.
 struct Start {
     /// Time of the vehicle's clock, s.
@@ -82,6 +119,14 @@ struct Start {
     std::vector<Disc> obstacles;
     /// The same obstacles by length and width; empty from a core that does not tell them.
     std::vector<Block> blocks;
+    /// Pose at the start, as surveyed; none in version 1.
+    std::optional<StartPose> pose = std::nullopt;
+    /// The vehicle's body; none in version 1.
+    std::optional<Body> body = std::nullopt;
+    /// Geodetic place of the world frame's origin; none in version 1.
+    std::optional<Origin> origin = std::nullopt;
+    /// Version of the protocol, one of PROTOCOLS.
+    std::string protocol{};
 };
 
 /// A position fix.
@@ -95,6 +140,8 @@ struct Fix {
     double sigma_m = 0.0;
     /// The receiver's own time, s.
     double receiver_s = 0.0;
+    /// Height above the world frame's origin, m; none in version 1 and on the ground.
+    std::optional<double> height_m = std::nullopt;
 };
 
 /// A reading of the wheels.
@@ -105,6 +152,10 @@ struct Odometry {
     double speed_m_s = 0.0;
     /// Yaw rate, rad/s.
     double yaw_rate_rad_s = 0.0;
+    /// Velocity to the left, m/s; none in version 1 and on the ground.
+    std::optional<double> left_m_s = std::nullopt;
+    /// Velocity up, m/s; none in version 1 and on the ground.
+    std::optional<double> up_m_s = std::nullopt;
 };
 
 /// An object that perception tracks.
@@ -119,6 +170,20 @@ struct Track {
     double confidence = 0.0;
     /// Time of the last update, s.
     double updated_s = 0.0;
+    /// One standard deviation of its place, m; none in version 1.
+    std::optional<double> sigma_m = std::nullopt;
+};
+
+/// Something that LiDAR shows, without a class.
+struct Nearby {
+    /// Number, counted apart from those of tracks.
+    std::uint32_t id = 0;
+    /// Middle of its returns.
+    Place at;
+    /// Velocity east and north, m/s; zero of a thing that stands.
+    Place velocity;
+    /// Largest horizontal extent of its returns, m.
+    double width_m = 0.0;
 };
 
 /// One control step.
@@ -139,6 +204,23 @@ struct Step {
     std::vector<Track> tracks;
     /// Places that other units claim; empty where the guest's file does not take `teammates`.
     std::vector<Place> teammates;
+    /// Height above the ground by the unit's own sensors, m; none in version 1 and on the ground.
+    std::optional<double> height_m = std::nullopt;
+    /// What LiDAR shows, at most 32; none in version 1, without a product of LiDAR, or where the guest's file does not take
+    /// `nearby`.
+    std::optional<std::vector<Nearby>> nearby = std::nullopt;
+};
+
+/// A velocity in the level frame of the body.
+struct Velocity {
+    /// Forward, m/s, within ±100.
+    double forward_m_s = 0.0;
+    /// To the left, m/s, within ±100; 0 on the ground.
+    double left_m_s = 0.0;
+    /// Up, m/s, within ±100; 0 on the ground.
+    double up_m_s = 0.0;
+    /// Turn, rad/s, counter-clockwise, within ±10. On the ground it needs a forward speed.
+    double turn_rad_s = 0.0;
 };
 
 /// A set-point.
@@ -153,9 +235,12 @@ struct Reply {
     std::optional<Place> place = std::nullopt;
     /// Time until the guest wants the next step, s, up to 1; none for the next period.
     std::optional<double> wake_s = std::nullopt;
+    /// Velocity in place of speed and curvature, which are then not sent. Refused in version 1.
+    std::optional<Velocity> velocity = std::nullopt;
 };
 
-/// An autonomy program: told the mission once, then asked for a set-point each step.
+/// An autonomy program: told the mission once, then asked for a set-point each step. A start that comes again makes a new one after
+/// the destructor of the one before.
 struct Guest {
     virtual ~Guest() = default;
     /// Takes the mission. Its limit of time is `start_ms` of the guest's file.
@@ -369,6 +454,15 @@ class Field {
         return std::nullopt;
     }
 
+    /// The field of this name by `read`; none where it is absent or null.
+    template <class Read>
+    auto maybe(std::string_view name, Read read) const {
+        std::optional<decltype(read(*this))> out;
+        const std::optional<Field> field = maybe(name);
+        if (field && !field->null()) out = read(*field);
+        return out;
+    }
+
     bool null() const { return value_.kind == Value::Kind::null; }
     double number() const { return of(Value::Kind::number, "a number").number; }
     bool flag() const { return of(Value::Kind::truth, "true or false").truth; }
@@ -409,6 +503,7 @@ class Field {
     }
 };
 
+inline double number_of(const Field& f) { return f.number(); }
 inline Place place_of(const Field& f) { return f.place(); }
 inline Disc disc_of(const Field& f) { return {f["at"].place(), f["radius_m"].number()}; }
 
@@ -417,36 +512,88 @@ inline Block block_of(const Field& f) {
     return {f["at"].place(), half.east, half.north, f["heading_rad"].number()};
 }
 
-inline Start start_of(const Field& f) {
-    if (f["protocol"].text() != PROTOCOL) {
-        throw ProtocolError("protocol " + std::string(PROTOCOL) + " expected, got " + f["protocol"].text().substr(0, 40));
+inline StartPose pose_of(const Field& f) { return {f["at"].place(), f["yaw_rad"].number(), f.maybe("height_m", number_of)}; }
+
+inline Body body_of(const Field& f) {
+    const Place size = f["size_m"].place("[length, width]");
+    return {f["medium"].text(),
+            size.east,
+            size.north,
+            f["max_curvature_per_m"].number(),
+            f["max_reverse_m_s"].number(),
+            f["max_climb_m_s"].number(),
+            f["cruise_height_m"].number()};
+}
+
+inline Origin origin_of(const Field& f) {
+    return {f["latitude_deg"].number(), f["longitude_deg"].number(), f["height_m"].number()};
+}
+
+/// The version of the protocol, one of PROTOCOLS.
+inline std::string protocol_of(const Field& f) {
+    const std::string& got = f.text();
+    std::string expected;
+    for (const std::string_view version : PROTOCOLS) {
+        if (got == version) return got;
+        if (!expected.empty()) expected += " or ";
+        expected += version;
     }
+    throw ProtocolError("protocol " + expected + " expected, got " + got.substr(0, 40));
+}
+
+inline Start start_of(const Field& f) {
+    const std::string protocol = protocol_of(f["protocol"]);
     const std::optional<Field> blocks = f.maybe("blocks");
-    return {f["time_s"].number(),         f["period_s"].number(),     f["max_speed_m_s"].number(),
-            f["braking_m_s2"].number(),   f["route"].many(place_of),  f["looped"].flag(),
-            f["fence"].many(place_of),    f["obstacles"].many(disc_of),
-            blocks ? blocks->many(block_of) : std::vector<Block>()};
+    return {f["time_s"].number(),
+            f["period_s"].number(),
+            f["max_speed_m_s"].number(),
+            f["braking_m_s2"].number(),
+            f["route"].many(place_of),
+            f["looped"].flag(),
+            f["fence"].many(place_of),
+            f["obstacles"].many(disc_of),
+            blocks ? blocks->many(block_of) : std::vector<Block>(),
+            f.maybe("pose", pose_of),
+            f.maybe("body", body_of),
+            f.maybe("origin", origin_of),
+            protocol};
 }
 
 inline Track track_of(const Field& f) {
-    return {f["id"].whole(),         f["class"].text(),        f["at"].place(),
-            f["velocity"].place(),   f["confidence"].number(), f["updated_s"].number()};
+    return {f["id"].whole(),       f["class"].text(),        f["at"].place(),
+            f["velocity"].place(), f["confidence"].number(), f["updated_s"].number(),
+            f.maybe("sigma_m", number_of)};
 }
+
+inline Nearby nearby_of(const Field& f) {
+    return {f["id"].whole(), f["at"].place(), f["velocity"].place(), f["width_m"].number()};
+}
+
+inline std::vector<Nearby> all_nearby_of(const Field& f) { return f.many(nearby_of); }
 
 inline std::optional<Fix> fix_of(const Field& f) {
     if (f.null()) return std::nullopt;
-    return Fix{f["stamp_s"].number(), f["at"].place(), f["yaw_rad"].number(), f["sigma_m"].number(), f["receiver_s"].number()};
+    return Fix{f["stamp_s"].number(), f["at"].place(),          f["yaw_rad"].number(),
+               f["sigma_m"].number(), f["receiver_s"].number(), f.maybe("height_m", number_of)};
 }
 
 inline std::optional<Odometry> odometry_of(const Field& f) {
     if (f.null()) return std::nullopt;
-    return Odometry{f["stamp_s"].number(), f["speed_m_s"].number(), f["yaw_rate_rad_s"].number()};
+    return Odometry{f["stamp_s"].number(), f["speed_m_s"].number(), f["yaw_rate_rad_s"].number(),
+                    f.maybe("left_m_s", number_of), f.maybe("up_m_s", number_of)};
 }
 
 inline Step step_of(const Field& f) {
-    return {f["number"].whole(),          f["time_s"].number(),    f["limit_m_s"].number(),
-            f["mode"].text(),             fix_of(f["fix"]),        odometry_of(f["odometry"]),
-            f["tracks"].many(track_of),   f["teammates"].many(place_of)};
+    return {f["number"].whole(),
+            f["time_s"].number(),
+            f["limit_m_s"].number(),
+            f["mode"].text(),
+            fix_of(f["fix"]),
+            odometry_of(f["odometry"]),
+            f["tracks"].many(track_of),
+            f["teammates"].many(place_of),
+            f.maybe("height_m", number_of),
+            f.maybe("nearby", all_nearby_of)};
 }
 
 inline double within(const char* name, double got, double most, double least) {
@@ -481,8 +628,16 @@ inline std::string quoted(const std::string& text) {
 /// The answer to step `number`, its end included. Throws std::invalid_argument for a value out of its range.
 inline std::string line_of(const Reply& reply, std::uint32_t number) {
     std::string line = "{\"reply\":{\"number\":" + std::to_string(number);
-    line += ",\"speed_m_s\":" + decimal(within("speed_m_s", reply.speed_m_s, 100.0, -100.0));
-    line += ",\"curvature_per_m\":" + decimal(within("curvature_per_m", reply.curvature_per_m, 10.0, -10.0));
+    const double speed = within("speed_m_s", reply.speed_m_s, 100.0, -100.0);
+    const double curvature = within("curvature_per_m", reply.curvature_per_m, 10.0, -10.0);
+    if (reply.velocity) {
+        line += ",\"velocity\":{\"forward_m_s\":" + decimal(within("forward_m_s", reply.velocity->forward_m_s, 100.0, -100.0));
+        line += ",\"left_m_s\":" + decimal(within("left_m_s", reply.velocity->left_m_s, 100.0, -100.0));
+        line += ",\"up_m_s\":" + decimal(within("up_m_s", reply.velocity->up_m_s, 100.0, -100.0));
+        line += ",\"turn_rad_s\":" + decimal(within("turn_rad_s", reply.velocity->turn_rad_s, 10.0, -10.0)) + "}";
+    } else {
+        line += ",\"speed_m_s\":" + decimal(speed) + ",\"curvature_per_m\":" + decimal(curvature);
+    }
     if (reply.state) line += ",\"state\":" + quoted(*reply.state);
     if (reply.place) {
         const double most = 10000.0;
@@ -558,6 +713,8 @@ void serve(Make make, std::istream& requests, std::ostream& answers) {
             throw ProtocolError("line " + std::to_string(number) + ": " + error.what());
         }
         if (start) {
+            // A guest may hold a port or a device, which the next one needs.
+            guest.reset();
             guest = make();
             guest->start(*start);
             answers << "{\"ready\":{}}\n" << std::flush;

@@ -102,7 +102,7 @@ class Bridge(Guest):
             # The jump back, before the mission of this trial.
             self.graph.publish_clock(start.time_s)
         self.period_s, self.pace = start.period_s, Pace()
-        self.wheels = start.body is None or start.body.kind == "wheels"
+        self.wheels = start.body is None or start.body.medium == "ground"
         self.place: Place = start.pose.at if start.pose else (0.0, 0.0)
         self.graph.settle(self.options.ready_s)
         if self.attacks.start(self.graph, start.period_s):

@@ -55,20 +55,20 @@ class Pose:
 
 @dataclass(frozen=True)
 class Body:
-    """Kind, size and limits of the vehicle."""
+    """Measures of the vehicle."""
 
-    #: `wheels`, `rotors`, `wing`, `spacecraft`: a later core may have more.
-    kind: str
-    length_m: float
-    width_m: float
+    #: Where it moves: `ground`, `air` or `space`.
+    medium: str
+    #: Length and width, m; 0 for a line of sight.
+    size_m: Place
     #: Sharpest turn, 1/m.
     max_curvature_per_m: float
-    #: Largest speed up and down, m/s.
-    max_climb_m_s: float
-    #: Height to travel at, m; None on the ground.
-    cruise_height_m: Optional[float]
     #: Largest speed backwards, m/s.
-    reverse_m_s: float
+    max_reverse_m_s: float
+    #: Largest speed up and down, m/s; 0 on the ground.
+    max_climb_m_s: float
+    #: Height to travel at, m; 0 on the ground.
+    cruise_height_m: float
 
 
 @dataclass(frozen=True)

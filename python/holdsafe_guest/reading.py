@@ -163,13 +163,12 @@ def _pose(fields: _Fields) -> Pose:
 
 def _body(fields: _Fields) -> Body:
     return Body(
-        kind=fields.text("kind"),
-        length_m=fields.number("length_m"),
-        width_m=fields.number("width_m"),
+        medium=fields.text("medium"),
+        size_m=fields.place("size_m"),
         max_curvature_per_m=fields.number("max_curvature_per_m"),
+        max_reverse_m_s=fields.number("max_reverse_m_s"),
         max_climb_m_s=fields.number("max_climb_m_s"),
-        cruise_height_m=fields.optional_number("cruise_height_m"),
-        reverse_m_s=fields.number("reverse_m_s"),
+        cruise_height_m=fields.number("cruise_height_m"),
     )
 
 

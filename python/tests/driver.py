@@ -114,10 +114,10 @@ def start_of(mission: str) -> dict[str, Any]:
 def second_start_of(mission: str) -> dict[str, Any]:
     """The start of `jsonl/2`."""
     start = start_of(mission)["start"]
-    body = {"kind": "wheels", "length_m": 1.2, "width_m": 0.8, "max_curvature_per_m": MAX_CURVATURE}
+    body = {"medium": "ground", "size_m": [1.2, 0.8], "max_curvature_per_m": MAX_CURVATURE}
     start["protocol"] = "jsonl/2"
     start["pose"] = {"at": [0.0, 0.0], "yaw_rad": 0.0, "height_m": None}
-    start["body"] = {**body, "max_climb_m_s": 0.0, "cruise_height_m": None, "reverse_m_s": 1.0}
+    start["body"] = {**body, "max_climb_m_s": 0.0, "cruise_height_m": 0.0, "max_reverse_m_s": 1.0}
     start["origin"] = {"latitude_deg": 47.0, "longitude_deg": 8.0, "height_m": 400.0}
     return {"start": start}
 

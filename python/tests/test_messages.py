@@ -74,7 +74,7 @@ class Requests(unittest.TestCase):
         start = request(line(begun))
         assert isinstance(start, Start)
         self.assertEqual((start.protocol, start.pose), ("jsonl/2", Pose((0.0, 0.0), 0.0, None)))
-        self.assertEqual(start.body, Body("wheels", 1.2, 0.8, 0.4, 0.0, None, 1.0))
+        self.assertEqual(start.body, Body("ground", (1.2, 0.8), 0.4, 1.0, 0.0, 0.0))
         self.assertEqual(start.origin, Origin(47.0, 8.0, 400.0))
         begun["start"]["pose"] = None
         start = request(line(begun))
@@ -122,7 +122,7 @@ class Requests(unittest.TestCase):
             (good.replace('"at": [0.0, 0.0]', '"at": [0.0]'), "step.fix.at: [east, north] expected"),
             (begun.replace("jsonl/1", "jsonl/3"), "protocol jsonl/1 or jsonl/2 expected, got jsonl/3"),
             (begun.replace("jsonl/1", "jsonl/2"), "start: the field `pose` is missing"),
-            (second.replace('"kind"', '"sort"'), "start.body: the field `kind` is missing"),
+            (second.replace('"medium"', '"sort"'), "start.body: the field `medium` is missing"),
             (second.replace('"height_m": 400.0', '"height_m": null'), "start.origin.height_m: a number expected, got null"),
             (attacked.replace('"rate_hz": 100.0', '"rate_hz": "fast"'), "step.bus[0].rate_hz: a number expected, got a text"),
             (begun.replace("[20.0, 0.0]", '["20", 0.0]'), "start.route[1]: [east, north] expected"),

@@ -120,6 +120,15 @@ def suspended(log, node, span):
     return begun[0] if lived and not spoke and len(marks) * silent // ran >= TELLING else None
 
 
+def guest_bus(log, attack, span):
+    """The first step in which an attack on the guest's bus reached the attacked end, or was refused there."""
+    for e in log.of("guest_bus", by="campaign"):
+        ev, t = e["event"], e["t_us"]
+        if ev["attack"] == attack and within(span, t) and ev["sent"] > 0 and (ev["received"] > 0 or ev["refused"]):
+            return t
+    return None
+
+
 def halts(log, node, since, until):
     """The stops of a slow process."""
     stops = []
@@ -158,6 +167,7 @@ RULES = {
     "feed": lambda log, faults, action, span: feed(log, action, span),
     "late": lambda log, faults, by, span: late(log, by, span),
     "swallowed": lambda log, faults, value, span: swallowed(log, span),
+    "guest_bus": lambda log, faults, attack, span: guest_bus(log, attack, span),
     "rogue": lambda log, faults, value, span: rogue(log, span),
     "takeover": lambda log, faults, peer, span: takeover(log, peer, span),
     "disguise": lambda log, faults, of, span: disguise(log, of, span),

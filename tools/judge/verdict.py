@@ -21,7 +21,7 @@ VERDICT = 5_000  # how soon after a message on shared memory the verdict over it
 
 def responded(log, zero):
     """Whether anything was refused or shown as an alarm from then on."""
-    if refused_in_memory(log, zero) or seen_through(log, zero):
+    if refused_in_memory(log, zero) or seen_through(log, zero) or refused_on_guest_bus(log, zero):
         return True
     for e in log.of("refused", "guard_saw", "stream_saw", "command_shown", "losses_shown", "displayed"):
         ev, t = e["event"], e["t_us"]
@@ -44,6 +44,13 @@ def responded(log, zero):
         elif ev["unit"] == "unit-a" and ev["freshness"] in ("stale", "lost") and t < log.end:
             return True
     return any(e["event"]["account"] == "discarded" and e["event"]["n"] > 0 for e in log.of("count"))
+
+
+def refused_on_guest_bus(log, zero):
+    """Whether the attacked end of a guest's bus refused everything from then on."""
+    steps = [e["event"] for e in log.of("guest_bus") if e["t_us"] >= zero]
+    refused = any(ev["refused"] for ev in steps)
+    return refused and not any(ev["in_force"] or (ev["sent"] > 0 and not ev["refused"]) for ev in steps)
 
 
 def in_memory(interface):

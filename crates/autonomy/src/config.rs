@@ -4,6 +4,7 @@ use config::contact::Contacts;
 use config::platform::Limits;
 use config::setup::{NoChannel, Setup};
 use serde::{Deserialize, Serialize};
+use wire::guest::StartPose;
 use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::roster::RosterError;
 use wire::session::MAX_TEAMMATES;
@@ -69,6 +70,9 @@ pub struct GuestConfig {
     pub start_limit: Span,
     /// Longest time from a step to its answer.
     pub step_limit: Span,
+    /// Pose at the start, as surveyed.
+    #[serde(default)]
+    pub start: Option<StartPose>,
 }
 
 /// Something on the map that stands: a box on the ground.

@@ -296,11 +296,12 @@ impl Autonomy {
     /// Sends a set-point with its lease.
     pub(crate) fn drive(&mut self, now: Instant, set_point: SetPoint) {
         self.driving.steered = set_point.curvature;
-        let drive = Drive {
-            stamp: now,
-            set_point: self.to_plant(set_point),
-            lease: Span::ms(self.identity.bounds.set_point_lease_ms),
-        };
+        self.move_freely(now, self.to_plant(set_point));
+    }
+
+    /// Gives a set-point in the plant's terms.
+    pub(crate) fn move_freely(&mut self, now: Instant, set_point: drive::SetPoint) {
+        let drive = Drive { stamp: now, set_point, lease: Span::ms(self.identity.bounds.set_point_lease_ms) };
         let bytes = self.links.drive.seal(now, &codec::encode(&drive));
         self.out.push_back(Output::Bus { topic: Topic::Drive, bytes });
     }
@@ -336,12 +337,12 @@ impl Autonomy {
     }
 
     /// Limits of height and the height, of a unit that flies.
-    fn height(&self) -> Option<(&Aloft, f64)> {
+    pub(crate) fn height(&self) -> Option<(&Aloft, f64)> {
         self.identity.limits.aloft.as_ref().zip(self.view.localisation.height())
     }
 
     /// True if the unit does not know where it is.
-    fn lost(&self) -> bool {
+    pub(crate) fn lost(&self) -> bool {
         self.health.failing().contains(Guard::Localisation) || self.health.unplaced().is_some()
     }
 

@@ -78,6 +78,14 @@ pub fn spare(height: f64, limits: &Aloft, margin: f64) -> f64 {
     (height - floor).min(ceiling - margin - height)
 }
 
+/// A climb (mm/s) as far as the limits of height let it be followed, with the distance that [`spare`] asks for.
+pub fn climb_within(climb: f64, height: f64, limits: &Aloft, margin: f64) -> f64 {
+    let [floor, ceiling] = limits.floor_ceiling_mm.map(f64::from);
+    let most = f64::from(limits.climb_mm_s);
+    let (down, up) = ((height - floor - margin) * CLIMB, (ceiling - 2.0 * margin - height) * CLIMB);
+    climb.clamp(-most, most).min(up).max(-down.max(0.0))
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -96,6 +104,17 @@ pub(crate) mod tests {
         let requested = |height: f64| velocity(way, Some((&LIMITS, height)), (800.0, (0.0, 0.0)));
         let fly = |climb: i32| SetPoint::Velocity { mm_s: [1000, 0, climb], turn_mrad_s: 400 };
         assert_eq!([2500.0, 2400.0, 0.0, 9000.0].map(requested), [fly(0), fly(100), fly(800), fly(-800)]);
+    }
+
+    /// Towards the ceiling and the floor a climb ends where the height guard's margin begins.
+    #[test]
+    fn climb_ends_within_the_limits_of_height() {
+        let [floor, ceiling] = LIMITS.floor_ceiling_mm.map(f64::from);
+        let climb = |height, asked| climb_within(asked, height, &LIMITS, 500.0);
+        let most = f64::from(LIMITS.climb_mm_s);
+        assert_eq!((climb(2500.0, 9000.0), climb(ceiling - 1000.0, 900.0)), (most, 0.0));
+        assert!(climb(ceiling, 0.0) < 0.0, "above it the unit comes down");
+        assert_eq!((climb(floor + 500.0, -900.0), climb(floor + 600.0, -900.0)), (0.0, -100.0));
     }
 
     /// A hovering unit has no reverse gear, and something may stand close ahead.

@@ -103,6 +103,24 @@ pub fn limited(requested: SetPoint, motion: &Motion, env: &Surroundings<'_>) -> 
     limit_set_point(SetPoint { speed, curvature }, motion, env)
 }
 
+/// A guest's set-point backwards under the limits of [`crate::turn`], which drives backwards by itself. LiDAR has to look
+/// behind the unit.
+pub fn limited_back(requested: SetPoint, motion: &Motion, env: &Surroundings<'_>) -> SetPoint {
+    let most = env.limits.curvature_per_mm();
+    let curvature = requested.curvature.clamp(-most, most);
+    let fastest = (-requested.speed).min(env.mode_speed).min(f64::from(env.limits.reverse_mm_s));
+    backwards(SetPoint { speed: fastest, curvature }, motion, env)
+}
+
+/// The set-point backwards, at most as fast as `requested.speed` (without a sign), within the fence and the shell.
+pub(crate) fn backwards(requested: SetPoint, motion: &Motion, env: &Surroundings<'_>) -> SetPoint {
+    let facing_back = Motion { yaw: motion.yaw + core::f64::consts::PI, speed: -motion.speed, ..*motion };
+    let SetPoint { speed, curvature } = requested;
+    let fenced = within_fence(&facing_back, SetPoint { speed, curvature: -curvature }, env);
+    let speed = shell::speed_back(motion, (fenced, curvature), env.things, env.brakes(), env.limits);
+    SetPoint { speed: -speed, curvature }
+}
+
 /// A set-point within the fence and the shell.
 fn limit_set_point(requested: SetPoint, motion: &Motion, env: &Surroundings<'_>) -> SetPoint {
     let speed = within_fence(motion, requested, env);

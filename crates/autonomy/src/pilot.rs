@@ -7,19 +7,24 @@
 //! ends at the plant. The process, its limits and the form of its messages are left to others; here are only requests
 //! and answers.
 
+use config::platform::Limits;
 use config::setup::Setup;
 use wire::codec::{self, List, Text};
 use wire::core::Output;
+use wire::drive;
 use wire::event::Event;
 use wire::guest::{
-    Answer, Block, ControlStep, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, MissionStart, Place, Reply,
-    Request,
+    Answer, Block, Body, BodyVelocity, ControlStep, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Medium,
+    MissionStart, Place, Reply, Request,
 };
 use wire::mode::Mode;
 use wire::sensor::Navigation;
 use wire::time::{Instant, Span};
 
 use crate::config::GuestConfig;
+use crate::flight;
+use crate::geofence::Motion;
+use crate::localisation::wrap;
 use crate::navigation::{self, SetPoint, Surroundings};
 use crate::{Autonomy, AutonomyConfig};
 
@@ -148,7 +153,26 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
         fence: config.geofence.iter().map(place).collect(),
         obstacles: config.obstacles.iter().map(disc).collect(),
         blocks: Some(config.obstacles.iter().map(block).collect()),
+        pose: config.guest.as_ref().and_then(|guest| guest.start),
+        body: Some(body(&config.limits)),
     })))
+}
+
+fn body(limits: &Limits) -> Body {
+    let aloft = limits.aloft.as_ref();
+    let medium = match (limits.free, aloft) {
+        (false, _) => Medium::Ground,
+        (true, Some(_)) => Medium::Air,
+        (true, None) => Medium::Space,
+    };
+    Body {
+        medium,
+        size_mm: limits.body_mm,
+        curvature_per_km: limits.curvature_per_km,
+        reverse_mm_s: limits.reverse_mm_s,
+        climb_mm_s: aloft.map_or(0, |aloft| aloft.climb_mm_s),
+        cruise_mm: aloft.map_or(0, |aloft| aloft.cruise_mm),
+    }
 }
 
 /// End of the route, where that does not begin again.
@@ -188,6 +212,8 @@ impl Autonomy {
         let teammates = self.links.teammates.places(now).map(|(x, y)| Place(x as i32, y as i32)).collect();
         let tracks: List<_, 16> = self.view.picture.tracks().iter().copied().collect();
         let mode = self.mode();
+        let height_mm = self.height().map(|(_, height)| height as i32);
+        let nearby = self.view.picture.nearby().map(|nearby| nearby.iter().copied().collect());
         let Some(pilot) = &mut self.driving.pilot else { return };
         pilot.number += 1;
         pilot.stage = Stage::Asked { periods: 0 };
@@ -200,6 +226,8 @@ impl Autonomy {
             navigation: pilot.reading,
             tracks,
             teammates,
+            height_mm,
+            nearby,
         };
         self.out.push_back(ask(Request::Step(Box::new(step))));
     }
@@ -263,24 +291,71 @@ impl Autonomy {
         let Some((reply, bare)) = self.driving.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
             return false;
         };
+        if let Some(velocity) = reply.velocity.filter(|_| self.identity.limits.free) {
+            return self.fly_as_asked(now, f64::from(reply.speed_mm_s), velocity, bare);
+        }
         let requested = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
-        let point = if bare { requested } else { self.within_guards(requested, now) };
+        let backs = reply.velocity.is_some();
+        let point = if bare { requested } else { self.within_guards(requested, backs, now) };
         self.drive(now, point);
         // The curvature of a vehicle that stands is no motion.
         point.speed != requested.speed || (point.speed != 0.0 && point.curvature != requested.curvature)
     }
 
-    /// The set-point as far as guards, mode, fence and seen obstacles let it be followed.
-    fn within_guards(&self, requested: SetPoint, now: Instant) -> SetPoint {
+    /// A velocity of a body that moves freely, in the air with its climb. True if the guards limited it.
+    fn fly_as_asked(&mut self, now: Instant, forward: f64, parts: BodyVelocity, bare: bool) -> bool {
+        let BodyVelocity { left_mm_s, up_mm_s, turn_mrad_s } = parts;
+        let requested = drive::SetPoint::Velocity { mm_s: [forward as i32, left_mm_s, up_mm_s], turn_mrad_s };
+        let point = if bare { requested } else { self.flight_within_guards(forward, parts, now) };
+        self.move_freely(now, point);
+        point != requested
+    }
+
+    /// The set-point as far as guards, mode, fence and seen obstacles let it be followed. Backwards only where LiDAR
+    /// looks behind, and for a guest that asks by velocity.
+    fn within_guards(&self, requested: SetPoint, backs: bool, now: Instant) -> SetPoint {
+        let looks_behind = self.view.picture.nearby().is_some();
+        self.among_surroundings(now, |motion, env| {
+            if requested.speed < 0.0 && backs && looks_behind {
+                return navigation::limited_back(requested, motion, env);
+            }
+            navigation::limited(requested, motion, env)
+        })
+        .unwrap_or_default()
+    }
+
+    /// A velocity within the guards: its horizontal part as a course in its own direction, the climb within the limits
+    /// of height. Without leave to drive the plant rests.
+    fn flight_within_guards(&self, forward: f64, parts: BodyVelocity, now: Instant) -> drive::SetPoint {
+        let left = f64::from(parts.left_mm_s);
+        let (direction, speed) = (libm::atan2(left, forward), libm::hypot(forward, left));
+        let course = self.among_surroundings(now, |motion, env| {
+            let turned = Motion { yaw: wrap(motion.yaw + direction), ..*motion };
+            navigation::limited(SetPoint { speed, curvature: 0.0 }, &turned, env).speed
+        });
+        let Some(allowed) = course.filter(|_| !self.lost()) else { return drive::SetPoint::Rest };
+        let limits = &self.identity.limits;
+        let margin = f64::from(self.bounds.fence_margin_mm);
+        let climb = self
+            .height()
+            .map_or(0.0, |(aloft, height)| flight::climb_within(f64::from(parts.up_mm_s), height, aloft, margin));
+        let fastest_turn = f64::from(limits.turning_mm_s).max(allowed) * limits.curvature_per_mm() * 1000.0;
+        let turn = f64::from(parts.turn_mrad_s).clamp(-fastest_turn, fastest_turn);
+        let (sin, cos) = libm::sincos(direction);
+        let mm_s = [allowed * cos, allowed * sin, climb].map(|part| part as i32);
+        drive::SetPoint::Velocity { mm_s, turn_mrad_s: turn as i32 }
+    }
+
+    /// What `decide` makes of the motion and its surroundings; none without leave to drive or without a place.
+    fn among_surroundings<T>(&self, now: Instant, decide: impl FnOnce(&Motion, &Surroundings<'_>) -> T) -> Option<T> {
         let mode_speed = self.mode_speed();
-        let motion = self.view.localisation.motion().filter(|_| mode_speed > 0.0);
-        let Some(motion) = motion else { return SetPoint::default() };
+        let motion = self.view.localisation.motion().filter(|_| mode_speed > 0.0)?;
         let seen = self.seen(now);
         let things = self.things_at_height(now);
         let (fence, steered) = (&self.view.fence, self.driving.steered);
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let env = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
-        navigation::limited(requested, &motion, &env)
+        Some(decide(&motion, &env))
     }
 
     fn guest_failed(&mut self, now: Instant, fault: Fault, why: Text<MAX_WHY>) {

@@ -1,7 +1,7 @@
 //! Joint safety of an operator's settings, and the bounds under them.
 //!
 //! Each value is in its range by the schema (`wire::settings`). Here: that a unit which loses its place at full speed
-//! at the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
+//! at the margin still comes to rest inside the fence, that a wing has the speed of its circle, and that a track which may be armed on is not given up at once.
 //! Derived in `docs/reference/bounds.md`. In which mode settings may change is left to `transition`.
 
 use config::platform::Limits;
@@ -18,6 +18,7 @@ const APART_PERMILLE: u32 = 100;
 
 /// The settings go together, or the value that is too small for the others.
 pub fn jointly_safe(settings: &Settings, bounds: &Bounds, limits: &Limits) -> Result<(), Refusal> {
+    at_least("speed in mm/s", limits.least_speed_mm_s, settings.speed_mm_s)?;
     let margin = least_margin_mm(settings.speed_mm_s, bounds, limits);
     at_least("margin in mm", margin, settings.margin_mm)?;
     at_least("confidence to arm in permille", u32::from(settings.keep_permille) + APART_PERMILLE, settings.arm_permille)
@@ -72,6 +73,15 @@ mod tests {
         let slow = Settings { speed_mm_s: 500, margin_mm: 500, ..PLATFORM };
         assert_eq!(jointly_safe(&slow, &Bounds::GROUND, &Limits::GROUND), Ok(()));
         assert!(jointly_safe(&Settings { speed_mm_s: 1500, ..slow }, &Bounds::GROUND, &Limits::GROUND).is_err());
+    }
+
+    /// DEGRADED is flown as a circle there, at a speed that the setting must not forbid.
+    #[test]
+    fn wing_is_set_no_slower_than_its_circle() {
+        let limits = Limits { free: true, least_speed_mm_s: 1800, ..Limits::GROUND };
+        let set = |speed_mm_s| jointly_safe(&Settings { speed_mm_s, ..PLATFORM }, &Bounds::GROUND, &limits);
+        assert_eq!(set(1800), Ok(()));
+        assert_eq!(set(1799), Err(Refusal::Joint { what: "speed in mm/s", least: 1800, got: 1799 }));
     }
 
     #[test]

@@ -9,7 +9,7 @@
 use wire::time::{Instant, Span};
 
 use crate::geofence::{Motion, Point, distance};
-use crate::navigation::{SetPoint, Surroundings, within_fence};
+use crate::navigation::{self, SetPoint, Surroundings};
 use crate::shell;
 
 /// Below this the unit stands, and a set-point asks it to, mm/s: above the noise of odometry.
@@ -99,10 +99,7 @@ impl Turn {
 impl Back {
     fn set_point(&self, motion: &Motion, env: &Surroundings<'_>) -> SetPoint {
         let fastest = BACK_MM_S.min(env.mode_speed).min(f64::from(env.limits.reverse_mm_s));
-        let facing_back = Motion { yaw: motion.yaw + core::f64::consts::PI, speed: -motion.speed, ..*motion };
-        let fenced = within_fence(&facing_back, SetPoint { speed: fastest, curvature: -self.curvature }, env);
-        let speed = shell::speed_back(motion, (fenced, self.curvature), env.things, env.brakes(), env.limits);
-        SetPoint { speed: -speed, curvature: self.curvature }
+        navigation::backwards(SetPoint { speed: fastest, curvature: self.curvature }, motion, env)
     }
 }
 

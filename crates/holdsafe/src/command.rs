@@ -49,6 +49,9 @@ const LONG_VERSION: &str = concat!(
 /// Shipped scenarios, platforms, policies and references, as the build script lists them.
 const FILES: &[ShippedFile] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
+/// Commit that this program was built of; `not recorded` in a debug build.
+const COMMIT: &str = env!("HOLDSAFE_COMMIT");
+
 const EXIT_CODES: &str = "Exit codes:
   0    every judged trial within its expected classes
   1    internal error

@@ -2,6 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may end here")]
 
+#[path = "command/boards.rs"]
+mod boards;
+#[path = "command/bus.rs"]
+mod bus;
 #[path = "command/campaigns.rs"]
 mod campaigns;
 #[path = "command/contradictions.rs"]

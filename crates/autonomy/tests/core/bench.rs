@@ -19,7 +19,7 @@ use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::crop::{CAMERAS, Crop};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::Event;
-use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
+use wire::guest::{Answer, BodyVelocity, MAX_REQUEST, Reply, Request};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
@@ -54,6 +54,10 @@ pub(crate) struct Bench {
     pub(crate) no_tracks: bool,
     pub(crate) no_fix: bool,
     pub(crate) no_seals: bool,
+    /// The other parts of a guest's velocity.
+    pub(crate) velocity: Option<BodyVelocity>,
+    /// LiDAR looks around, and shows nothing.
+    pub(crate) lidar: bool,
     pub(crate) no_grants: bool,
     /// Offset of the fix, mm north.
     pub(crate) fix_offset: i32,
@@ -112,7 +116,7 @@ impl Bench {
     /// A bench on a platform with these limits.
     pub(crate) fn piloted_with(limits: Limits, bare: bool, pilot: Option<(i32, i32)>) -> Bench {
         let (start_limit, step_limit) = (Span::ms(5000), Span::ms(500));
-        let guest = GuestConfig { name: "test".into(), bare, start_limit, step_limit };
+        let guest = GuestConfig { name: "test".into(), bare, start_limit, step_limit, start: None };
         let config = AutonomyConfig { guest: Some(guest), limits, ..config() };
         let mut bench = Bench::from_setup(setup(Policy::default(), None), config);
         bench.pilot = pilot;
@@ -142,6 +146,8 @@ impl Bench {
             no_tracks: false,
             no_fix: false,
             no_seals: false,
+            velocity: None,
+            lidar: false,
             no_grants: false,
             fix_offset: 0,
             time_offset: 0,
@@ -282,7 +288,15 @@ impl Bench {
         {
             self.answered = step.number;
             let number = step.number;
-            let reply = Reply { number, speed_mm_s, curvature_um, state: None, place: None, wake: None };
+            let reply = Reply {
+                number,
+                speed_mm_s,
+                curvature_um,
+                state: None,
+                place: None,
+                wake: None,
+                velocity: self.velocity,
+            };
             self.answer(&Answer::Reply(reply));
         }
     }
@@ -365,8 +379,15 @@ impl Bench {
         };
         let tracks = [track].into_iter().collect();
         let crops = core::mem::take(&mut self.cropped);
-        let tracks =
-            Tracks { frame, stamp, mode: ProductMode::Live, products: self.products, tracks, crops, nearby: None };
+        let tracks = Tracks {
+            frame,
+            stamp,
+            mode: ProductMode::Live,
+            products: self.products,
+            tracks,
+            crops,
+            nearby: self.lidar.then(Default::default),
+        };
         let bytes = self.perception.seal(self.now, &codec::encode(&tracks));
         self.feed(&Input::Bus { topic: Topic::Tracks, bytes });
     }

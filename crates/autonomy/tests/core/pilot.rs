@@ -3,8 +3,9 @@
 
 use config::platform::Limits;
 use wire::codec::Text;
+use wire::drive::SetPoint;
 use wire::event::Event;
-use wire::guest::{Answer, Fault, Reply, Request};
+use wire::guest::{Answer, BodyVelocity, Fault, Reply, Request};
 use wire::mode::Mode;
 
 use super::bench::Bench;
@@ -47,6 +48,39 @@ fn guards_limit_the_set_points_of_a_guest() {
         bench.run(200);
         assert_eq!(driven(&bench), Some(given), "bare {bare}, {asked} mm/s");
     }
+}
+
+/// Only a guest that asks by velocity backs up inside the guards, and only where LiDAR looks behind.
+#[test]
+fn guarded_guest_backs_up_by_velocity_where_lidar_looks() {
+    let still = BodyVelocity { left_mm_s: 0, up_mm_s: 0, turn_mrad_s: 0 };
+    for (velocity, lidar, given) in [(Some(still), true, -500), (Some(still), false, 0), (None, true, 0)] {
+        let mut bench = Bench::piloted(false, Some((-500, 0)));
+        (bench.velocity, bench.lidar) = (velocity, lidar);
+        bench.reach(Mode::Ready);
+        bench.run(200);
+        assert_eq!(driven(&bench), Some(given), "{velocity:?}, LiDAR {lidar}");
+    }
+}
+
+/// Bare a velocity reaches the plant as it is; guarded its course is no faster than the mode, and its turn no faster than the body's.
+#[test]
+fn velocity_of_a_free_body_is_limited_in_its_own_direction() {
+    let freely = Limits { free: true, ..Limits::GROUND };
+    let parts = BodyVelocity { left_mm_s: 4000, up_mm_s: 0, turn_mrad_s: 5000 };
+    let given = |bare: bool| {
+        let mut bench = Bench::piloted_with(freely.clone(), bare, Some((0, 0)));
+        bench.velocity = Some(parts);
+        bench.reach(Mode::Ready);
+        bench.run(200);
+        bench.drive.map(|drive| drive.set_point)
+    };
+    assert_eq!(given(true), Some(SetPoint::Velocity { mm_s: [0, 4000, 0], turn_mrad_s: 5000 }));
+    let Some(SetPoint::Velocity { mm_s: [forward, left, up], turn_mrad_s }) = given(false) else {
+        panic!("a velocity")
+    };
+    assert!((forward, up) == (0, 0) && (2900..=3000).contains(&left), "{forward} {left} {up}");
+    assert_eq!(turn_mrad_s, 1200, "as on the sharpest arc at that speed");
 }
 
 #[test]
@@ -92,7 +126,15 @@ fn an_answer_to_nothing_is_a_failure() {
     let answers = [
         (Answer::Ready, Fault::OutOfStep),
         (
-            Answer::Reply(Reply { number: 99, speed_mm_s: 0, curvature_um: 0, state: None, place: None, wake: None }),
+            Answer::Reply(Reply {
+                number: 99,
+                speed_mm_s: 0,
+                curvature_um: 0,
+                state: None,
+                place: None,
+                wake: None,
+                velocity: None,
+            }),
             Fault::OutOfStep,
         ),
         (Answer::Failed { fault: Fault::Ended, why: Text::new("exit status 1") }, Fault::Ended),

@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use guest::pool::Pool;
 use guest::{Conduct, Guest, Program};
 use scenario::{Problem, Problems};
 
@@ -83,7 +84,7 @@ pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
         conduct,
         repeatable: true,
         unconfined: (!level.namespaces).then(|| level.to_string()),
-        launcher: confine::launcher(helper, arguments, None),
+        launcher: Arc::new(Pool::new(confine::launcher(helper, arguments, None))),
     })
 }
 

@@ -7,6 +7,7 @@
 //! writes the run directory; `protected` keeps reports out of recordings and results. `trial_store`, `unfinished` and `lines` (each line with
 //! a digest: `chain`) resume an interrupted command, `parts` and `numbered` share one among machines. `checked` opens recorded runs for a
 //! command, and `claims` compares each with the results around it. `recorded` gives a run in the twin the form of a recorded one.
+//! `leaderboard` makes rows of guests.
 
 pub mod batch;
 mod chain;
@@ -19,6 +20,7 @@ pub mod error;
 pub mod failure;
 pub mod guest_options;
 mod interrupt;
+pub mod leaderboard;
 pub mod lines;
 pub mod numbered;
 pub mod optimizer;

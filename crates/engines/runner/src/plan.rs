@@ -264,6 +264,7 @@ pub fn prepare(context: &Context, variation: Variation, options: &PlanOptions) -
         );
         return Err(Failure::new(Exit::Usage, message));
     }
+    check_bus(&variation.scenario, options.guest.as_ref())?;
     let root = context.root()?;
     let policy = options.policy.as_deref().map(|path| find_policy(&root, path));
     let policy = policy.as_deref();
@@ -286,6 +287,25 @@ pub fn prepare(context: &Context, variation: Variation, options: &PlanOptions) -
     let sabotage = options.sabotage;
     let options = command_line(options, variation.cell.as_deref());
     Ok(Planned { variation, setup, options, command: None, sabotage })
+}
+
+/// An attack on a guest's bus needs a guest whose file offers it.
+fn check_bus(scenario: &Scenario, loaded: Option<&LoadedGuest>) -> Result<(), Failure> {
+    let offered = loaded.map_or(&[][..], |loaded| &loaded.guest.program.bus);
+    let missing = scenario.guest_bus.iter().map(|table| table.attack).find(|attack| !offered.contains(attack));
+    let Some(attack) = missing else { return Ok(()) };
+    let (name, attack) = (scenario.name.as_str(), attack.name());
+    let message = match loaded {
+        Some(loaded) => format!(
+            "`{name}` has the attack `{attack}` on the guest's own bus, which `{}` does not offer: its file has no `bus` with it",
+            loaded.guest.program.name
+        ),
+        None => format!(
+            "`{name}` has the attack `{attack}` on a guest's own bus: name a guest whose file offers it, such as \
+             --autonomy guests/ros2/guest.toml"
+        ),
+    };
+    Err(Failure::new(Exit::Usage, message))
 }
 
 /// A policy file by its path from the current directory, or, where that is missing, by the same path below the root.

@@ -144,7 +144,9 @@ impl Platform {
         let free = self.is_free();
         let back = if self.multirotor.is_some() { limits.turning_mm_s } else { 0 };
         let [rear_axle_mm, reverse_mm_s] = if free { [0, back] } else { [limits.rear_axle_mm, limits.reverse_mm_s] };
-        Limits { aloft, free, body_mm, rear_axle_mm, reverse_mm_s, ..limits }
+        let circle_m_s = self.fixed_wing.as_ref().map_or(0.0, |wing| wing.circle_m_s.get());
+        let least_speed_mm_s = (circle_m_s * 1000.0).round() as u32;
+        Limits { aloft, free, body_mm, rear_axle_mm, reverse_mm_s, least_speed_mm_s, ..limits }
     }
 }
 

@@ -373,7 +373,7 @@ impl RelativePath {
     }
 }
 
-/// A row of the threat catalogue: `A01` to `A49`, `N0` to `N2`, `K1` to `K3`.
+/// A row of the threat catalogue: `A01` to `A50`, `N0` to `N2`, `K1` to `K3`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(transparent)]
 pub struct ThreatId(String);
@@ -388,7 +388,7 @@ impl ThreatId {
         let number =
             |digits: &str| digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse::<u8>().ok()).flatten();
         let known = match (text.get(..1), text.get(1..)) {
-            (Some("A"), Some(rest)) => rest.len() == 2 && number(rest).is_some_and(|n| (1..=49).contains(&n)),
+            (Some("A"), Some(rest)) => rest.len() == 2 && number(rest).is_some_and(|n| (1..=50).contains(&n)),
             (Some("N"), Some(rest)) => rest.len() == 1 && number(rest).is_some_and(|n| n <= 2),
             (Some("K"), Some(rest)) => rest.len() == 1 && number(rest).is_some_and(|n| (1..=3).contains(&n)),
             (Some(_) | None, _) => false,
@@ -396,7 +396,7 @@ impl ThreatId {
         if known {
             Ok(Self(text.to_owned()))
         } else {
-            Err("no such row in the threat catalogue (A01-A49, N0-N2, K1-K3)")
+            Err("no such row in the threat catalogue (A01-A50, N0-N2, K1-K3)")
         }
     }
 }

@@ -8,6 +8,7 @@ use config::setup::{Ablation, Setup};
 use gateway::GatewayConfig;
 use gateway::fanout::Interest;
 use guest::Conduct;
+use guest::file::Protocol;
 use perception::PerceptionConfig;
 use perception::attitude::{Catalogued, SkyConfig};
 use perception::brought::Brought;
@@ -15,6 +16,7 @@ use scenario::Scenario;
 use sim::SimConfig;
 use sim::scene::Scene;
 use wire::core::Topic;
+use wire::guest::{Place, StartPose};
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Guard;
 use wire::policy::{Check, Policy, Requirement};
@@ -176,7 +178,7 @@ impl Company<'_> {
             contacts: self.contacts(unit),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
             limits: self.with.platform.limits(),
-            guest: self.guest(unit),
+            guest: self.guest(unit, world),
         }
     }
 
@@ -186,7 +188,7 @@ impl Company<'_> {
     }
 
     /// The guest that drives the unit under test.
-    fn guest(&self, unit: UnitId) -> Option<GuestConfig> {
+    fn guest(&self, unit: UnitId, world: &sim::scene::Scene) -> Option<GuestConfig> {
         let guest = self.with.guest.as_ref().filter(|_| unit == UnitId::A)?;
         let limits = &guest.program.limits;
         Some(GuestConfig {
@@ -194,7 +196,19 @@ impl Company<'_> {
             bare: guest.conduct == Conduct::Bare,
             start_limit: Span::ms(limits.start_ms),
             step_limit: Span::ms(limits.step_ms),
+            start: Some(self.start(world)).filter(|_| guest.program.protocol >= Protocol::V2),
         })
+    }
+
+    /// Pose at the start, as surveyed; a body in the air starts at the height that it flies at.
+    fn start(&self, world: &sim::scene::Scene) -> StartPose {
+        let (x_mm, y_mm) = scene::millimetres([world.start.east, world.start.north]);
+        let aloft = self.with.platform.limits().aloft;
+        StartPose {
+            at: Place(x_mm, y_mm),
+            yaw_mrad: (world.start.heading * 1000.0) as i32,
+            height_mm: aloft.map(|aloft| aloft.cruise_mm as i32),
+        }
     }
 
     /// The policy of a bare guest's unit: none of its own checks looks at what the guest is given, or stops it.

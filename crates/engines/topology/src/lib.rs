@@ -8,6 +8,7 @@ mod company;
 mod contact;
 mod control;
 mod draw;
+mod guest_bus;
 mod keys;
 mod member;
 mod process;
@@ -43,6 +44,7 @@ use company::Company;
 use draw::Draw;
 
 pub use attack::is_attacked;
+pub use guest_bus::TimedOrder;
 pub use keys::RunSecret;
 pub use member::{BusEndpoint, Host, Member, MemberRole};
 pub use process::{ProcessFault, ProcessFaultKind, Turn, next_turn, node_of};
@@ -102,6 +104,8 @@ pub struct Topology {
     pub witnesses: BTreeMap<NodeId, Secret>,
     /// The guest that drives the unit under test.
     pub guest: Option<Guest>,
+    /// Attacks on the bus of the guest's own programs, which its adapter carries out.
+    pub bus_orders: Vec<TimedOrder>,
     /// Manipulation of the recording by the recorder's insider, and the seed of its place.
     pub tampering: Option<(Tampering, u64)>,
 }
@@ -268,6 +272,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
         guest: with.guest.clone(),
+        bus_orders: guest_bus::orders(scenario, draw.phase_ms),
         tampering: attack::tampering(scenario, seed),
         witnesses: witnesses(&members, secret),
         members,

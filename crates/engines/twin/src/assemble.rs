@@ -71,6 +71,7 @@ pub fn assemble(
         witnesses: topology.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
         verified,
         guest: None,
+        bus_orders: topology.bus_orders.clone(),
     })
 }
 

@@ -33,8 +33,9 @@ use evidence::cue::{Cue, Watch};
 use evidence::delivery::Claims;
 use evidence::log::{Logged, by_recorder};
 use ground_truth::GuardVerdict;
-use guest::{Failure, Session};
-use topology::{BusEndpoint, Member, ProcessFault, Turn};
+use ground_truth::Note;
+use guest::{BusOrder, BusReceipt, Failure, Session};
+use topology::{BusEndpoint, Member, ProcessFault, TimedOrder, Turn};
 use wire::audit::Journal;
 use wire::codec;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
@@ -166,6 +167,8 @@ pub struct Twin {
     stopwatch: Option<Stopwatch>,
     /// The guest that drives the unit under test. It is a process, of which a fork has none.
     guest: Option<Session>,
+    /// Attacks on the bus of the guest's own programs.
+    bus_orders: Vec<TimedOrder>,
 }
 
 /// Parts that a twin is put together from.
@@ -200,6 +203,8 @@ pub struct Assembly {
     pub verified: Verified,
     /// The guest that drives the unit under test, started.
     pub guest: Option<Session>,
+    /// Attacks on the bus of the guest's own programs.
+    pub bus_orders: Vec<TimedOrder>,
 }
 
 impl Twin {
@@ -239,6 +244,7 @@ impl Twin {
             verified: assembly.verified,
             stopwatch: None,
             guest: assembly.guest,
+            bus_orders: assembly.bus_orders,
         };
         for association in 0..twin.associations.len() {
             let [dialler, listener] = [0, 1].map(|end| twin.associations[association].ends[end].node);
@@ -295,6 +301,7 @@ impl Twin {
             verified: self.verified.clone(),
             stopwatch: None,
             guest: None,
+            bus_orders: Vec::new(),
         }
     }
 
@@ -562,10 +569,16 @@ impl Twin {
 
     /// The guest's answer. Virtual time stands still meanwhile: the time that a guest takes is no part of a result.
     fn ask_guest(&mut self, request: &[u8]) -> Vec<u8> {
-        let none = || codec::encode(&Failure::new(Fault::Unavailable, "this world has no guest process").answer());
         self.enter(WorkStage::Guest);
-        let answer = self.guest.as_mut().map_or_else(none, |guest| guest.answer(request));
+        let open = self.bus_orders.iter().filter(|timed| (timed.from..timed.until).contains(&self.now));
+        let orders: Vec<BusOrder> = open.map(|timed| timed.order).collect();
+        let answered = self.guest.as_mut().map(|guest| guest.answer_attacked(request, &orders));
         self.enter(WorkStage::Engine);
+        let none = || codec::encode(&Failure::new(Fault::Unavailable, "this world has no guest process").answer());
+        let Some((answer, receipts)) = answered else { return none() };
+        for (order, receipt) in orders.iter().zip(&receipts) {
+            self.note(bus_note(order, receipt));
+        }
         answer
     }
 
@@ -619,5 +632,19 @@ impl Twin {
         self.claims.note(id, &bytes);
         self.watch_entry(&bytes);
         self.log.push(Logged { at: self.now, node: id, bytes });
+    }
+}
+
+/// The entry of an attack on a guest's bus in one step.
+fn bus_note(order: &BusOrder, receipt: &BusReceipt) -> Note {
+    let count = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
+    Note::GuestBus {
+        order: order.id,
+        attack: order.attack,
+        sent: count(receipt.sent),
+        received: count(receipt.received),
+        honest: count(receipt.honest),
+        in_force: receipt.used,
+        refused: receipt.refused(),
     }
 }

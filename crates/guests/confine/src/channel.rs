@@ -24,6 +24,8 @@ pub(crate) struct Lines {
     /// Bytes read and not yet returned, fewer than [`MAX_LINE`] and one read.
     read: Vec<u8>,
     start: Deadline,
+    /// True once a start has been answered: each later one has the whole time.
+    started: bool,
     step_ms: u64,
     process: Process,
 }
@@ -38,7 +40,7 @@ impl Lines {
     ) -> std::io::Result<Self> {
         ioctl_fionbio(&input, true)?;
         ioctl_fionbio(&output, true)?;
-        Ok(Self { input: Some(input), output, read: Vec::new(), start, step_ms, process })
+        Ok(Self { input: Some(input), output, read: Vec::new(), start, started: false, step_ms, process })
     }
 
     /// Failure of a guest that has written more than one line for a request.
@@ -130,6 +132,9 @@ impl Lines {
 impl GuestChannel for Lines {
     fn exchange(&mut self, line: &str, patience: Patience) -> Result<String, Failure> {
         self.unasked()?;
+        if patience == Patience::Start && std::mem::replace(&mut self.started, true) {
+            self.start = Deadline::after_ms(self.start.ms());
+        }
         let step = Deadline::after_ms(self.step_ms);
         let request = [line.as_bytes(), b"\n"].concat();
         let mut rest = self.give(&request);

@@ -83,5 +83,5 @@ fn distance(a: Position, b: Position) -> f64 {
 }
 
 fn reply(speed_m_s: f64, curvature_per_m: f64, state: &str, place: Position) -> Reply {
-    Reply { speed_m_s, curvature_per_m, state: Some(state.to_owned()), place: Some(place), wake_s: None }
+    Reply { speed_m_s, curvature_per_m, state: Some(state.to_owned()), place: Some(place), ..Reply::default() }
 }

@@ -1,4 +1,4 @@
-//! Guests of holdsafe in Rust: the loop that answers each line of the protocol `jsonl/1` with one line.
+//! Guests of holdsafe in Rust: the loop that answers each line of the protocols `jsonl/1` and `jsonl/2` with one line.
 //!
 //! A guest implements [`Guest`] and ends its `main` with [`run`]. Standard output belongs to the protocol: notes go to standard error.
 //! The messages are left to [`messages`]; [`follower`] is a whole guest. Needs serde and serde_json alone, so that a guest can take the
@@ -12,7 +12,7 @@ use std::fmt;
 use std::io::{self, BufRead, Read, Write};
 use std::process::ExitCode;
 
-pub use messages::{Disc, Fix, Odometry, PROTOCOL, Position, Reply, Start, Step, Track};
+pub use messages::{Disc, Fix, Nearby, Odometry, PROTOCOLS, Position, Reply, Start, Step, Track, Velocity};
 
 use messages::{Request, Response};
 
@@ -94,7 +94,7 @@ pub fn serve<G: Guest>(
                 let number = step.number;
                 let reply = guest.step(step).map_err(Failure::Own)?;
                 reply.check().map_err(|reason| Failure::Own(reason.into()))?;
-                Response::Reply { number, reply }
+                Response::Reply { number, reply: reply.into() }
             }
             (Request::Step(_), None) => {
                 return Err(Failure::Request { line: number, why: "`start` expected, got `step`".into() });
@@ -113,9 +113,9 @@ fn request(line: &[u8]) -> Result<Request, String> {
     }
     let request = serde_json::from_slice(line).map_err(|error| error.to_string())?;
     match &request {
-        Request::Start(start) if start.protocol != PROTOCOL => {
+        Request::Start(start) if !PROTOCOLS.contains(&start.protocol.as_str()) => {
             let got: String = start.protocol.chars().take(40).collect();
-            Err(format!("protocol {PROTOCOL} expected, got {got}"))
+            Err(format!("protocol {} expected, got {got}", PROTOCOLS.join(" or ")))
         }
         Request::Start(_) | Request::Step(_) => Ok(request),
     }

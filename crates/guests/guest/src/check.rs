@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 use wire::codec::List;
-use wire::guest::{Answer, Block, ControlStep, Disc, MissionStart, Place, Reply, Request};
+use wire::guest::{Answer, Block, Body, ControlStep, Disc, Medium, MissionStart, Place, Reply, Request, StartPose};
 use wire::mode::Mode;
 use wire::sensor::{Fix, Navigation, Odometry, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
@@ -160,6 +160,15 @@ fn start() -> MissionStart {
         fence: corners.into_iter().map(|(x, y)| Place(x, y)).collect(),
         obstacles: [Disc { at, radius_mm: 500 }].into_iter().collect(),
         blocks: Some([Block { at, half_mm: [500, 300], heading_mrad: 0 }].into_iter().collect()),
+        pose: Some(StartPose { at: Place(0, 0), yaw_mrad: 0, height_mm: None }),
+        body: Some(Body {
+            medium: Medium::Ground,
+            size_mm: [1600, 900],
+            curvature_per_km: 400,
+            reverse_mm_s: 1000,
+            climb_mm_s: 0,
+            cruise_mm: 0,
+        }),
     }
 }
 
@@ -175,5 +184,7 @@ fn step(number: u32, pose: Pose, speed_mm_s: f64) -> ControlStep {
         navigation: Some(Navigation { stamp: now, fix, odometry: Some(odometry), spatial: None }),
         tracks: List::default(),
         teammates: List::default(),
+        height_mm: None,
+        nearby: Some(List::default()),
     }
 }

@@ -7,9 +7,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use ground_truth::BusAttack;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use strum::{IntoStaticStr, VariantArray};
 use toml::Spanned;
 use wire::guest::{Declared, MAX_NAME};
 
@@ -17,8 +19,41 @@ use wire::guest::{Declared, MAX_NAME};
 const MAX_ITEMS: usize = 64;
 /// Longest word of a command or value of a variable, bytes.
 const MAX_WORD: usize = 4096;
-/// The protocol of this version.
-pub const PROTOCOL: &str = "jsonl/1";
+/// Version of the protocol between the core and a guest.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    JsonSchema,
+    IntoStaticStr,
+    VariantArray,
+)]
+pub enum Protocol {
+    /// Positions, tracks and set-points by speed and curvature.
+    #[default]
+    #[serde(rename = "jsonl/1")]
+    #[strum(serialize = "jsonl/1")]
+    V1,
+    /// Also the body, the start, heights, what LiDAR shows, velocities as set-points, and attacks on the guest's own bus.
+    #[serde(rename = "jsonl/2")]
+    #[strum(serialize = "jsonl/2")]
+    V2,
+}
+
+impl Protocol {
+    /// The name in files and requests.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
 
 /// Inputs that a guest may be given beside the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -30,6 +65,8 @@ pub enum Input {
     Tracks,
     /// Places that other units claim.
     Teammates,
+    /// What LiDAR shows nearby, without a class. From `jsonl/2` on.
+    Nearby,
 }
 
 /// Outputs that a guest may promise.
@@ -79,9 +116,17 @@ pub struct Written {
     /// in an argument means that folder.
     #[schemars(with = "Vec<String>")]
     command: Spanned<Vec<String>>,
-    /// `jsonl/1`.
-    #[schemars(with = "String")]
+    /// `jsonl/1` or `jsonl/2`.
+    #[schemars(with = "Protocol")]
     protocol: Spanned<String>,
+    /// True if one process serves several trials, each with a `start` of its own. From `jsonl/2` on.
+    #[serde(default)]
+    #[schemars(with = "bool")]
+    reuse: Option<Spanned<bool>>,
+    /// Attacks that the guest's adapter carries out on the guest's own bus when it is asked to. From `jsonl/2` on.
+    #[serde(default)]
+    #[schemars(with = "Vec<BusAttack>")]
+    bus: Option<Spanned<Vec<BusAttack>>>,
     /// Inputs beside the mission.
     #[serde(default)]
     takes: Vec<Input>,
@@ -115,6 +160,15 @@ pub struct Program {
     /// Folder of the file: the working directory of the process.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Version of the protocol.
+    #[serde(default)]
+    pub protocol: Protocol,
+    /// True if one process serves several trials.
+    #[serde(default)]
+    pub reuse: bool,
+    /// Attacks that the adapter carries out on the guest's bus, without repeats.
+    #[serde(default)]
+    pub bus: Vec<BusAttack>,
     /// Inputs in addition to the mission, without repeats.
     pub takes: Vec<Input>,
     /// Outputs, without repeats.
@@ -183,11 +237,19 @@ impl Program {
 
 impl Written {
     fn check(self, folder: &Path, digests: BTreeMap<String, String>) -> Result<Program, FileError> {
-        let Written { name, command, protocol, takes, gives, states, environment, limits, .. } = self;
+        let Written { name, command, protocol, reuse, bus, takes, gives, states, environment, limits, .. } = self;
         named(&name)?;
-        if protocol.get_ref() != PROTOCOL {
-            let message = format!("protocol {PROTOCOL} expected, got {}", protocol.get_ref());
+        let version = Protocol::VARIANTS.iter().copied().find(|version| version.name() == protocol.get_ref());
+        let Some(version) = version else {
+            let message = format!("protocol jsonl/1 or jsonl/2 expected, got {}", protocol.get_ref());
             return Err(mistake(protocol.span(), message, "this version of holdsafe speaks no other"));
+        };
+        let newer = [reuse.as_ref().map(Spanned::span), bus.as_ref().map(Spanned::span)].into_iter().flatten().next();
+        if let Some(bytes) = newer.filter(|_| version == Protocol::V1) {
+            return Err(mistake(bytes, "`reuse` and `bus` need protocol jsonl/2", "set protocol = \"jsonl/2\""));
+        }
+        if version == Protocol::V1 && takes.contains(&Input::Nearby) {
+            return Err(mistake(protocol.span(), "`nearby` needs protocol jsonl/2", "set protocol = \"jsonl/2\""));
         }
         if !gives.get_ref().contains(&Output::Drive) {
             let message = "`drive` is not among the outputs";
@@ -212,6 +274,9 @@ impl Written {
             name: name.into_inner(),
             command: resolved(&command, folder)?,
             folder: folder.to_owned(),
+            protocol: version,
+            reuse: reuse.is_some_and(Spanned::into_inner),
+            bus: without_repeats(bus.map(Spanned::into_inner).unwrap_or_default()),
             takes: without_repeats(takes),
             gives: without_repeats(gives.into_inner()),
             states: states.into_iter().map(|(state, means)| (state.into_inner(), means)).collect(),
@@ -363,7 +428,11 @@ DRIVING = "nominal"
     #[test]
     fn each_mistake_is_named_at_its_place() {
         let cases = [
-            ("\"jsonl/1\"", "\"jsonl/2\"", "protocol jsonl/1 expected, got jsonl/2"),
+            ("\"jsonl/1\"", "\"jsonl/3\"", "protocol jsonl/1 or jsonl/2 expected, got jsonl/3"),
+            ("\"jsonl/1\"", "\"jsonl/1\"\nreuse = true", "`reuse` and `bus` need protocol jsonl/2"),
+            ("\"jsonl/1\"", "\"jsonl/1\"\nbus = [\"clock\"]", "`reuse` and `bus` need protocol jsonl/2"),
+            ("\"jsonl/1\"", "\"jsonl/2\"\nbus = [\"gravity\"]", "unknown variant `gravity`"),
+            ("[\"navigation\"]", "[\"nearby\"]", "`nearby` needs protocol jsonl/2"),
             ("\"follower\"", "\"Follower!\"", "a name of 1 to 40 characters expected"),
             ("[\"drive\", \"state\"]", "[\"state\"]", "`drive` is not among the outputs"),
             ("[\"drive\", \"state\"]", "[\"drive\"]", "`states` without `state`"),

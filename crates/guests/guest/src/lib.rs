@@ -1,13 +1,15 @@
 //! Guests: third-party autonomy programs, tested in place of the platform's own mission and navigation.
 //!
 //! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's
-//! requests reach it as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`]
-//! exercises a program without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which
-//! see the crate `confine`.
+//! requests reach it as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`bus`] has attacks on
+//! the messages among the guest's own programs, [`pool`] keeps a process for the next trial. [`check`] exercises a program
+//! without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
 
+pub mod bus;
 pub mod check;
 pub mod file;
 pub mod jsonl;
+pub mod pool;
 pub mod session;
 
 use std::fmt;
@@ -16,6 +18,7 @@ use std::sync::Arc;
 use wire::codec::Text;
 use wire::guest::{Answer, Fault};
 
+pub use bus::{BusOrder, BusReceipt};
 pub use file::{FileError, Program};
 pub use session::Session;
 
@@ -114,6 +117,14 @@ pub trait GuestChannel: Send + Sync {
     /// # Errors
     /// The program ended, was silent for longer than its file allows, or wrote a line longer than [`MAX_LINE`] or more than one.
     fn exchange(&mut self, line: &str, patience: Patience) -> Result<String, Failure>;
+
+    /// True if the program has served a trial before.
+    fn is_reused(&self) -> bool {
+        false
+    }
+
+    /// Ends the program, which a channel of its own does when it is dropped.
+    fn end(&mut self) {}
 }
 
 /// Starts guests.

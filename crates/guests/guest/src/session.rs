@@ -6,17 +6,22 @@
 use std::sync::Arc;
 
 use wire::codec::{self, Text};
-use wire::guest::{Answer, Fault, MAX_REQUEST, Place, Reply, Request};
+use wire::guest::{Answer, BodyVelocity, Fault, MAX_REQUEST, Medium, Place, Reply, Request};
 use wire::time::Span;
 
-use crate::file::{Output, Program};
-use crate::jsonl::{self, Response};
+use crate::bus::{self, BusOrder, BusReceipt};
+use crate::file::{Output, Program, Protocol};
+use crate::jsonl::{self, Response, Velocity};
 use crate::{Failure, GuestChannel, Launcher, Patience};
 
 /// Largest speed that is a set-point, m/s.
 const MAX_SPEED: f64 = 100.0;
 /// Largest curvature that is a set-point, 1/m.
 const MAX_CURVATURE: f64 = 10.0;
+/// Fastest turn that is a set-point, rad/s.
+const MAX_TURN: f64 = 10.0;
+/// Speed below which a vehicle on the ground stands and does not turn, m/s.
+const STANDS: f64 = 0.01;
 /// Furthest coordinate that is a place, m.
 const MAX_COORDINATE: f64 = 10_000.0;
 /// Longest time until the next step that a guest may ask for, s: the plant follows a set-point no longer than a second.
@@ -30,24 +35,31 @@ pub struct Session {
     launcher: Arc<dyn Launcher>,
     /// The running program, or the failure that ended it; neither before the first start.
     state: Result<Option<Box<dyn GuestChannel>>, Failure>,
+    /// Where the vehicle moves, by the newest start.
+    medium: Medium,
 }
 
 impl Session {
     /// A session in which nothing has been started yet.
     pub fn new(program: Arc<Program>, launcher: Arc<dyn Launcher>) -> Self {
-        Self { program, launcher, state: Ok(None) }
+        Self { program, launcher, state: Ok(None), medium: Medium::Ground }
     }
 
     /// The answer to an encoded request, encoded.
     pub fn answer(&mut self, request: &[u8]) -> Vec<u8> {
+        self.answer_attacked(request, &[]).0
+    }
+
+    /// The answer to an encoded request, encoded, while these attacks on the guest's bus are open, and their receipts; none after a
+    /// failure and for a start.
+    pub fn answer_attacked(&mut self, request: &[u8], orders: &[BusOrder]) -> (Vec<u8>, Vec<BusReceipt>) {
         let requested = codec::decode::<Request>(request, MAX_REQUEST);
         let requested =
             requested.map_err(|error| Failure::new(Fault::Malformed, format!("the core's request: {error}")));
-        let answer = match requested.and_then(|request| self.ask(&request)) {
-            Ok(answer) => answer,
-            Err(failure) => failure.answer(),
-        };
-        codec::encode(&answer)
+        match requested.and_then(|request| self.ask_attacked(&request, orders)) {
+            Ok((answer, receipts)) => (codec::encode(&answer), receipts),
+            Err(failure) => (codec::encode(&failure.answer()), Vec::new()),
+        }
     }
 
     /// The answer to a request. Each start gets its own process, as a restarted unit has one.
@@ -55,33 +67,62 @@ impl Session {
     /// # Errors
     /// The guest's failure: the first one, until the next start.
     pub fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        if matches!(request, Request::Start(_)) {
-            // Drops the process of an earlier start and waits for its end: two guests must not run at once.
-            self.state = Ok(None);
-            self.state = self.launcher.launch(&self.program).map(Some);
-        }
-        let answer = self.exchange(request);
+        self.ask_attacked(request, &[]).map(|(answer, _)| answer)
+    }
+
+    fn ask_attacked(&mut self, request: &Request, orders: &[BusOrder]) -> Result<(Answer, Vec<BusReceipt>), Failure> {
+        let answer = match request {
+            Request::Start(start) => self.begin(start.body.map_or(Medium::Ground, |body| body.medium), request),
+            Request::Step(_) => self.exchange(request, orders),
+        };
         if let Err(failure) = &answer {
-            self.state = Err(failure.clone());
+            self.fail(failure);
         }
         answer
     }
 
-    fn exchange(&mut self, request: &Request) -> Result<Answer, Failure> {
+    /// Starts a process and hands it the mission. One that has served a trial before may have ended since: then another is started.
+    fn begin(&mut self, medium: Medium, request: &Request) -> Result<(Answer, Vec<BusReceipt>), Failure> {
+        self.medium = medium;
+        loop {
+            // Drops the process of an earlier start and waits for its end: two guests must not run at once.
+            self.state = Ok(None);
+            let channel = self.launcher.launch(&self.program)?;
+            let is_reused = channel.is_reused();
+            self.state = Ok(Some(channel));
+            let answer = self.exchange(request, &[]);
+            match &answer {
+                Err(failure) if is_reused => self.fail(failure),
+                _ => return answer,
+            }
+        }
+    }
+
+    /// Ends the process: none that has failed serves another trial.
+    fn fail(&mut self, failure: &Failure) {
+        if let Ok(Some(channel)) = &mut self.state {
+            channel.end();
+        }
+        self.state = Err(failure.clone());
+    }
+
+    fn exchange(&mut self, request: &Request, orders: &[BusOrder]) -> Result<(Answer, Vec<BusReceipt>), Failure> {
         let channel = match &mut self.state {
             Ok(Some(channel)) => channel,
             Ok(None) => return Err(Failure::new(Fault::Unavailable, "no guest has been started")),
             Err(failure) => return Err(failure.clone()),
         };
-        let line = serde_json::to_string(&jsonl::request(request, &self.program))
+        let line = serde_json::to_string(&jsonl::request(request, &self.program, orders))
             .map_err(|error| Failure::new(Fault::Malformed, error.to_string()))?;
         let patience = if matches!(request, Request::Start(_)) { Patience::Start } else { Patience::Step };
         let got = channel.exchange(&line, patience)?;
         let response = parse(&got)?;
         match (request, response) {
-            (Request::Start(_), Response::Ready(_)) => Ok(Answer::Ready),
-            (Request::Step(step), Response::Reply(reply)) => {
-                reply_of(&reply, step.number, &self.program).map(Answer::Reply)
+            (Request::Start(_), Response::Ready(_)) => Ok((Answer::Ready, Vec::new())),
+            (Request::Step(step), Response::Reply(mut reply)) => {
+                let receipts = bus::check(orders, std::mem::take(&mut reply.bus))?;
+                let answer = reply_of(&reply, step.number, &self.program, self.medium).map(Answer::Reply)?;
+                Ok((answer, receipts))
             }
             (Request::Start(_), Response::Reply(_)) => Err(unexpected("ready", "reply")),
             (Request::Step(_), Response::Ready(_)) => Err(unexpected("reply", "ready")),
@@ -101,20 +142,63 @@ fn unexpected(expected: &str, got: &str) -> Failure {
 }
 
 /// A reply in the core's units, held against the file.
-fn reply_of(reply: &jsonl::Reply, number: u32, program: &Program) -> Result<Reply, Failure> {
+fn reply_of(reply: &jsonl::Reply, number: u32, program: &Program, medium: Medium) -> Result<Reply, Failure> {
     if reply.number != number {
         return Err(Failure::new(Fault::OutOfStep, format!("step {number} expected, got {}", reply.number)));
     }
     let wake = reply.wake_s.map(|s| check_range("wake_s", s, 0.0, MAX_WAKE)).transpose()?;
+    let point = set_point(reply, program.protocol, medium)?;
     Ok(Reply {
         number,
-        speed_mm_s: (check_range("speed_m_s", reply.speed_m_s, -MAX_SPEED, MAX_SPEED)? * 1e3) as i32,
-        curvature_um: (check_range("curvature_per_m", reply.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)? * 1e6)
-            as i32,
+        speed_mm_s: (point.speed * 1e3) as i32,
+        curvature_um: (point.curvature * 1e6) as i32,
         state: state_of(reply.state.as_deref(), program)?,
-        place: place_of(reply.place, reply.speed_m_s == 0.0, program)?,
+        place: place_of(reply.place, point.stands(), program)?,
         wake: wake.map(|s| Span((s * 1e6) as u64)),
+        velocity: point.velocity,
     })
+}
+
+/// A set-point in SI units.
+struct SetPoint {
+    speed: f64,
+    curvature: f64,
+    velocity: Option<BodyVelocity>,
+}
+
+impl SetPoint {
+    fn stands(&self) -> bool {
+        self.speed == 0.0 && self.velocity.is_none_or(|parts| (parts.left_mm_s, parts.up_mm_s) == (0, 0))
+    }
+}
+
+/// The set-point of a reply, which is given in one of two forms.
+fn set_point(reply: &jsonl::Reply, protocol: Protocol, medium: Medium) -> Result<SetPoint, Failure> {
+    let malformed = |why: &str| Failure::new(Fault::Malformed, why);
+    let Some(velocity) = reply.velocity else {
+        let speed = reply.speed_m_s.ok_or_else(|| malformed("missing field `speed_m_s`"))?;
+        let curvature = reply.curvature_per_m.ok_or_else(|| malformed("missing field `curvature_per_m`"))?;
+        let speed = check_range("speed_m_s", speed, -MAX_SPEED, MAX_SPEED)?;
+        let curvature = check_range("curvature_per_m", curvature, -MAX_CURVATURE, MAX_CURVATURE)?;
+        return Ok(SetPoint { speed, curvature, velocity: None });
+    };
+    if protocol < Protocol::V2 {
+        return Err(malformed("`velocity` needs protocol jsonl/2 in the guest's file"));
+    }
+    if reply.speed_m_s.is_some() || reply.curvature_per_m.is_some() {
+        return Err(malformed("`velocity` stands in place of `speed_m_s` and `curvature_per_m`"));
+    }
+    let Velocity { forward_m_s, left_m_s, up_m_s, turn_rad_s } = velocity;
+    let sideways = if medium == Medium::Ground { 0.0 } else { MAX_SPEED };
+    let speed = check_range("forward_m_s", forward_m_s, -MAX_SPEED, MAX_SPEED)?;
+    let left = check_range("left_m_s", left_m_s, 0.0 - sideways, sideways)?;
+    let up = check_range("up_m_s", up_m_s, 0.0 - sideways, sideways)?;
+    let turn = check_range("turn_rad_s", turn_rad_s, -MAX_TURN, MAX_TURN)?;
+    let on_arc = medium == Medium::Ground && speed.abs() >= STANDS;
+    let curvature = if on_arc { (turn / speed).clamp(-MAX_CURVATURE, MAX_CURVATURE) } else { 0.0 };
+    let thousandths = |unit: f64| (unit * 1e3) as i32;
+    let parts = BodyVelocity { left_mm_s: thousandths(left), up_mm_s: thousandths(up), turn_mrad_s: thousandths(turn) };
+    Ok(SetPoint { speed, curvature, velocity: Some(parts) })
 }
 
 fn check_range(field: &str, got: f64, least: f64, most: f64) -> Result<f64, Failure> {
@@ -157,6 +241,7 @@ fn place_of(place: Option<[f64; 2]>, standing: bool, program: &Program) -> Resul
 mod tests {
     use std::path::Path;
 
+    use ground_truth::BusAttack;
     use wire::codec::List;
     use wire::guest::{ControlStep, Declared, MissionStart};
     use wire::mode::Mode;
@@ -179,11 +264,17 @@ mod tests {
         }
     }
 
+    fn session(lines: Vec<&'static str>) -> Session {
+        session_of("jsonl/1", lines)
+    }
+
     /// A session with a started program that then answers with these lines.
-    fn session(mut lines: Vec<&'static str>) -> Session {
-        let text = "name = \"t\"\ncommand = [\"t\"]\nprotocol = \"jsonl/1\"\ngives = [\"drive\", \"state\", \"place\"]\n\
-                    [states]\nGO = \"nominal\"\n";
-        let program = Program::parse(text, Path::new("/"), |_| Err("none".into())).unwrap();
+    fn session_of(protocol: &str, mut lines: Vec<&'static str>) -> Session {
+        let text = format!(
+            "name = \"t\"\ncommand = [\"t\"]\nprotocol = \"{protocol}\"\n\
+             gives = [\"drive\", \"state\", \"place\"]\n[states]\nGO = \"nominal\"\n"
+        );
+        let program = Program::parse(&text, Path::new("/"), |_| Err("none".into())).unwrap();
         lines.push(READY);
         lines.rotate_right(1);
         lines.reverse();
@@ -203,6 +294,8 @@ mod tests {
             fence: List::default(),
             obstacles: List::default(),
             blocks: None,
+            pose: None,
+            body: None,
         }))
     }
 
@@ -215,6 +308,8 @@ mod tests {
             navigation: None,
             tracks: List::default(),
             teammates: List::default(),
+            height_mm: None,
+            nearby: None,
         }))
     }
 
@@ -259,6 +354,48 @@ mod tests {
     fn a_standing_guest_need_not_know_its_place() {
         let line = REPLY.replace("[1,2]", "null").replace("1.5", "0").leak();
         assert!(matches!(session(vec![line]).ask(&step(1)), Ok(Answer::Reply(Reply { place: None, .. }))));
+    }
+
+    #[test]
+    fn velocity_is_a_set_point_of_the_second_version_alone() {
+        let velocity =
+            r#"{"reply":{"number":1,"velocity":{"forward_m_s":-0.5,"turn_rad_s":0.1},"state":"GO","place":[1,2]}}"#;
+        let failure = session(vec![velocity]).ask(&step(1)).unwrap_err();
+        assert!(failure.why.contains("jsonl/2"), "{failure}");
+        let Ok(Answer::Reply(reply)) = session_of("jsonl/2", vec![velocity]).ask(&step(1)) else { panic!("a reply") };
+        let parts = BodyVelocity { left_mm_s: 0, up_mm_s: 0, turn_mrad_s: 100 };
+        assert_eq!((reply.speed_mm_s, reply.curvature_um, reply.velocity), (-500, -200_000, Some(parts)));
+        let wrong = [
+            (velocity.replace("\"turn", "\"left_m_s\":1,\"turn"), "left_m_s: 0 to 0 expected, got 1"),
+            (velocity.replace("\"state", "\"speed_m_s\":1,\"state"), "in place of"),
+        ];
+        for (line, why) in wrong {
+            let failure = session_of("jsonl/2", vec![line.leak()]).ask(&step(1)).unwrap_err();
+            assert!(failure.why.contains(why), "{failure}");
+        }
+    }
+
+    #[test]
+    fn each_order_to_the_bus_has_its_receipt() {
+        let order = BusOrder { id: 1, attack: BusAttack::Clock, rate_hz: 20.0, amount: 5.0 };
+        let replied =
+            |bus: &str| -> &'static str { REPLY.replace("\"wake", &format!("\"bus\":[{bus}],\"wake")).leak() };
+        let good = r#"{"id":1,"sent":3,"received":2,"honest":1,"used":true}"#;
+        let request = codec::encode(&step(1));
+        let (answer, receipts) = session_of("jsonl/2", vec![replied(good)]).answer_attacked(&request, &[order]);
+        assert!(matches!(codec::decode::<Answer>(&answer, wire::guest::MAX_ANSWER), Ok(Answer::Reply(_))));
+        assert_eq!(receipts, [BusReceipt { id: 1, sent: 3, received: 2, honest: 1, used: true, why: None }]);
+        let wrong = [
+            (REPLY, "receipts of the orders [1] expected, got []"),
+            (replied(&good.replace("\"id\":1", "\"id\":2")), "receipts of the orders [1] expected, got [2]"),
+            (replied(&good.replace(":3", ":70000")), "at most 65535 messages expected, got 70000"),
+        ];
+        for (line, why) in wrong {
+            let failure = session_of("jsonl/2", vec![line]).ask_attacked(&step(1), &[order]).unwrap_err();
+            assert!(failure.why.contains(why), "{failure}");
+        }
+        let failure = session(vec![replied(good)]).ask(&step(1)).unwrap_err();
+        assert!(failure.why.contains("receipts of the orders [] expected, got [1]"), "{failure}");
     }
 
     #[test]

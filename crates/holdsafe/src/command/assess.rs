@@ -1,10 +1,12 @@
-//! `holdsafe assess FILE --map MAP`: the platform's guards over a recording of another vehicle, in the open loop; `--guess` prints a first map.
+//! `holdsafe assess FILE --map MAP`: the platform's guards over a recording of another vehicle, in the open loop; `--guess` prints a first map,
+//! `--scenario NAME.toml` writes a scenario that drives its route in the closed loop.
 //!
 //! A recording comes from strangers, so a process without a right to any file, network or program parses it ([`confined`]).
 //! This one opens the files and hands them over.
 
 pub(super) mod confined;
 mod files;
+mod scene;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,7 +21,8 @@ use confined::Request;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A recording: PX4 ULog, or MCAP with JSON or ROS 2's CDR, be it packed by zstd; or a bag's folder; or the files of a split bag in order.
+    /// A recording: PX4 ULog, MCAP with JSON or ROS 2's CDR, or MAVLink's .tlog, be it packed by zstd; or a bag's folder; or the files of a split bag in
+    /// order.
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
     /// The map: which field of the recording is which input, and in which unit.
@@ -31,6 +34,9 @@ pub(super) struct Args {
     /// Print a first map, made from the names of the recording's topics.
     #[arg(long)]
     guess: bool,
+    /// Write a scenario with the recording's route, speed and noise, to continue in the closed loop.
+    #[arg(long, value_name = "NAME.toml", conflicts_with = "guess")]
+    scenario: Option<PathBuf>,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -46,23 +52,29 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             let platform = scenario::load_platform(&platform)?;
             let terms = Terms { bounds: platform.bounds.to_bounds(), limits: platform.limits() };
             let map = (map.display().to_string(), text);
-            Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), terms })
+            let scene = args.scenario.as_deref().map(|file| scene::wanted(context, file, &platform)).transpose()?;
+            Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), terms, scene })
         }
     };
     let file = args.files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" ");
     let files = recording.iter().map(|(name, bytes)| (name.clone(), bytes.len() as u64)).collect();
-    let request = Request { file, judged, seed: context.seed, json: context.json, files };
-    confine(context, &request, &recording)
+    // With a scenario the output is its file, where a failure as JSON would be lost.
+    let json = context.json && args.scenario.is_none();
+    let request = Request { file, judged, seed: context.seed, json, files };
+    match &args.scenario {
+        Some(file) => scene::write(file, |to| confine(context, &request, &recording, to)),
+        None => confine(context, &request, &recording, Stdio::inherit()),
+    }
 }
 
-/// Starts this program again as the one that parses, which prints the result; gives its exit code.
-fn confine(context: &Context, request: &Request, recording: &[files::Named]) -> Result<Exit, Failure> {
+/// Starts this program again as the one that parses, which writes the result to `to`; gives its exit code.
+fn confine(context: &Context, request: &Request, recording: &[files::Named], to: Stdio) -> Result<Exit, Failure> {
     let program = std::env::current_exe().map_err(Failure::internal)?;
     let mut line = serde_json::to_vec(request).map_err(Failure::internal)?;
     line.push(b'\n');
     let mut command = Command::new(program);
     let colour = std::env::var_os("NO_COLOR").map(|value| ("NO_COLOR", value));
-    command.args(["service", confined::NAME]).env_clear().envs(colour).stdin(Stdio::piped());
+    command.args(["service", confined::NAME]).env_clear().envs(colour).stdin(Stdio::piped()).stdout(to);
     let mut child = command.spawn().map_err(Failure::internal)?;
     if let Some(mut pipe) = child.stdin.take() {
         // A parser that ends before it has read everything breaks the pipe: its status has the reason.

@@ -159,6 +159,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let message = format!("`{name}` runs on the real stacks in memory and has no live form; leave out --live");
         return Err(Failure::new(Exit::Usage, message));
     }
+    if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && !scenario.guest_bus.is_empty()) {
+        let name = scenario.name.as_str();
+        let message = format!("`{name}` attacks a guest's own bus step by step, on the twin's clock; leave out --live");
+        return Err(Failure::new(Exit::Usage, message));
+    }
     let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
     let batches: Vec<Batch<'_>> = plans
         .iter()

@@ -9,7 +9,7 @@ use super::guests::{STRAIGHT, guest};
 use super::{holdsafe, mistaken, root};
 
 /// The second judge of this log; `None` where this host has no Python.
-fn second_judge(log: &Path) -> Option<Output> {
+pub(super) fn second_judge(log: &Path) -> Option<Output> {
     Command::new("python3").arg(root().join("tools/judge")).arg(log).output().ok()
 }
 

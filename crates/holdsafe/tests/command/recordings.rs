@@ -143,3 +143,27 @@ fn damage_is_the_first_thing_that_is_told() {
         assert!(text.find("could not be read") < text.find("/fix"), "{text}");
     }
 }
+
+/// A telemetry log, its guessed map, and the route of both as a scenario: checked and run, and left alone where it is there already.
+#[test]
+fn recorded_route_runs_in_the_closed_loop() {
+    let dir = tempfile::tempdir().unwrap();
+    let recording = root().join("crates/judge/assess/tests/made/rover.tlog").to_str().unwrap().to_owned();
+    let [map, file] = ["map.toml", "mine.toml"].map(|name| dir.path().join(name).to_str().unwrap().to_owned());
+    std::fs::write(&map, holdsafe(&["assess", &recording, "--guess"]).stdout).unwrap();
+    let make = |platform: &[&str]| {
+        let output = holdsafe(&[&["assess", &recording, "--map", &map, "--scenario", &file], platform].concat());
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let air = root().join("platforms/air.toml").to_str().unwrap().to_owned();
+    let (code, text) = make(&["--platform", &air]);
+    assert!(code == Some(2) && text.contains("has wheels and platform `air` flies"), "{text}");
+    assert!(!std::path::Path::new(&file).exists(), "nothing is left of a file that was not made");
+    assert_eq!(make(&[]), (Some(0), String::new()));
+    let (code, text) = make(&[]);
+    assert!(code == Some(2) && text.contains("choose another name"), "{text}");
+    assert!(holdsafe(&["scenario", "check", &file]).status.success());
+    let output = holdsafe(&["run", &file, "--trials", "1", "--json"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.contains("NOMINAL"), "{text}");
+}

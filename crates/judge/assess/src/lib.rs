@@ -1,8 +1,8 @@
 //! Open-loop assessment of other people's recordings: the platform's guards over a log, and over copies of it with false fixes.
 //!
-//! Bytes in, an [`Assessment`] out; no I/O, no clock. `log` reads PX4 ULog and MCAP, `map` says which field is which input, `track` makes
+//! Bytes in, an [`Assessment`] out; no I/O, no clock. `log` reads PX4 ULog, MCAP and MAVLink telemetry, `map` says which field is which input, `track` makes
 //! the readings, `replay` runs the guards of `autonomy` over them, `inject` over copies with the false fixes of `falsify`, `fit` tells how far the guards'
-//! model fits the vehicle. Intervals and tables are `results`' business. A recorded vehicle reacts to no guard, so no property of
+//! model fits the vehicle, `scene` makes a scenario of the route. Intervals and tables are `results`' business. A recorded vehicle reacts to no guard, so no property of
 //! the closed loop is assessed.
 
 mod apart;
@@ -22,6 +22,7 @@ mod motion;
 mod parts;
 mod read;
 mod replay;
+mod scene;
 mod track;
 
 pub use error::TrackError;
@@ -30,6 +31,7 @@ pub use falsify::Injection;
 pub use guess::{GuessError, guess};
 pub use inject::Injected;
 pub use replay::Check;
+pub use scene::{SceneError, Wanted, scenario_text};
 
 use autonomy::geofence::Geofence;
 use config::platform::Limits;

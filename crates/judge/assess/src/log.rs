@@ -1,4 +1,4 @@
-//! A recording by its topics: rows of numbers out of PX4 ULog, or out of MCAP with JSON or ROS 2's CDR.
+//! A recording by its topics: rows of numbers out of PX4 ULog, out of MCAP with JSON or ROS 2's CDR, or out of a MAVLink telemetry log.
 //!
 //! The bytes come from others. Damaged parts are left out, and [`End`] has the place of each damage; the number of topics, the size of a file, of
 //! its expanded chunks and of one message are bounded. A recording may be split into several files, which are read one after another.
@@ -11,6 +11,7 @@ mod layout;
 mod path;
 mod rows;
 mod source;
+mod tlog;
 mod ulog;
 
 use std::borrow::Cow;
@@ -34,12 +35,15 @@ pub enum Format {
     Ulog,
     /// MCAP, as rosbag2 and Foxglove write it.
     Mcap,
+    /// Telemetry log of MAVLink, as a ground station writes it.
+    Tlog,
 }
 
 /// A topic of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
-    /// Name; further instances of a ULog topic have a number behind it, as in `sensor_gps/1`.
+    /// Name; further instances of a ULog topic have a number behind it, as in `sensor_gps/1`, and further senders of a MAVLink message their system and
+    /// component, as in `ATTITUDE/2.1`.
     pub name: String,
     /// Type of its messages, as the recording names it.
     pub kind: String,
@@ -152,6 +156,10 @@ impl<'a> Log<'a> {
                 }
                 Format::Mcap => {
                     let (tables, read) = bag::walk(&bytes, &mut |_, _, _| ());
+                    (tables.topics, read)
+                }
+                Format::Tlog => {
+                    let (tables, read) = tlog::walk(&bytes, &mut |_, _, _, _| ());
                     (tables.topics, read)
                 }
             };

@@ -80,6 +80,8 @@ pub struct FixMap {
     pub latitude: Option<Spanned<Field>>,
     /// Longitude.
     pub longitude: Option<Spanned<Field>>,
+    /// Height, above any level: a scenario of a body that flies needs it, and no guard is handed it.
+    pub height: Option<Spanned<Field>>,
     /// Heading by the same source.
     pub yaw: Option<Spanned<Field>>,
     /// One standard deviation of the position, as the source states it; in `m2`, its variance.

@@ -89,6 +89,12 @@ pub(crate) struct Guards<'a> {
     pub(crate) restarts: u64,
 }
 
+/// Offset from a receiver at this lever to the body's origin, millimetres ahead and to the left.
+pub(crate) fn mount(limits: &Limits, lever_m: [f64; 2]) -> (f64, f64) {
+    let [ahead, left] = lever_m.map(|metres| metres * 1000.0);
+    (f64::from(limits.rear_axle_mm) - ahead, -left)
+}
+
 impl<'a> Guards<'a> {
     /// Guards of a platform, for a receiver `lever_m` metres ahead and to the left of the rear axle's middle.
     pub(crate) fn new(
@@ -100,14 +106,13 @@ impl<'a> Guards<'a> {
     ) -> Self {
         // A recording has no heights that the guards could be handed.
         let limits = Limits { aloft: None, ..terms.limits };
-        let [ahead, left] = lever_m.map(|metres| metres * 1000.0);
         Self {
             // `track::steps` gives the mean of odometry since the reading before.
             localisation: Localisation::new(limits, GuardSet::default()).of_means(),
             fence,
             bounds: terms.bounds,
             limits,
-            mount: (f64::from(limits.rear_axle_mm) - ahead, -left),
+            mount: mount(&limits, lever_m),
             pauses,
             restart,
             next: 0,

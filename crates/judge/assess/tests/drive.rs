@@ -4,10 +4,10 @@
 
 mod made;
 
-use assess::log::Log;
+use assess::log::{Format, Log};
 use assess::map::Map;
-use assess::{Assessment, Check, Injection, Terms, assess};
-use made::{MCAP_MAP, ULOG_MAP, drive, mcap, replace_passage, ulog};
+use assess::{Assessment, Check, Injection, Terms, assess, guess};
+use made::{FIRST, MCAP_MAP, ROVER, SIGNED, ULOG_MAP, drive, mcap, replace_passage, ulog};
 
 fn judge(bytes: &[u8], map: &str) -> Assessment {
     let log = Log::open(bytes).unwrap();
@@ -139,4 +139,37 @@ fn seed_alone_decides_the_moments() {
     let injected = |seed| assess(&log, &map, &Terms::GROUND, seed).unwrap().injected;
     assert_eq!(injected(3), injected(3));
     assert_ne!(injected(3), injected(4));
+}
+
+#[test]
+fn telemetry_log_of_a_rover_is_judged() {
+    let log = Log::open(ROVER).unwrap();
+    let map = guess(&log).unwrap();
+    assert!(map.contains("vehicle = \"wheeled\"") && map.contains("field = \"time_boot_ms\""), "{map}");
+    let result = judge(ROVER, &map);
+    assert_eq!((log.format, result.facts.fixes, result.facts.odometry), (Format::Tlog, 30, 60));
+    // A fix each 0.4 s is silence between any two; place and heading are right.
+    assert_eq!((trips(&result)[1], trips(&result)[2]), (0, 0), "{:?}", result.trips);
+    assert!((result.facts.way_m - 11.8).abs() < 0.1, "{}", result.facts.way_m);
+    // By the ground station's time the same fixes come with the delays of the radio.
+    let station = map.replace("field = \"time_usec\", unit = \"us\"", "unit = \"log\"");
+    let station = station.replace("field = \"time_boot_ms\", unit = \"ms\"", "unit = \"log\"");
+    assert_eq!(judge(ROVER, &station).facts.fixes, 30);
+}
+
+#[test]
+fn versions_and_signatures_carry_the_same_messages() {
+    let paths: Vec<assess::log::Path> = ["yaw", "yawspeed"].iter().map(|path| path.parse().unwrap()).collect();
+    let attitudes = |bytes: &[u8]| {
+        let log = Log::open(bytes).unwrap();
+        assert_eq!(log.end.why, None);
+        let rows = log.rows("ATTITUDE", &paths).unwrap().rows.into_iter();
+        rows.take(10).map(|row| (row.log_us, row.values)).collect::<Vec<_>>()
+    };
+    let rover = attitudes(ROVER);
+    assert_eq!((rover.len(), attitudes(SIGNED) == rover, attitudes(FIRST) == rover), (10, true, true), "{rover:?}");
+    let log = Log::open(SIGNED).unwrap();
+    assert!(log.notes.iter().any(|note| note.starts_with("49 frames are signed")), "{:?}", log.notes);
+    let accuracy = |bytes: &[u8]| Log::open(bytes).unwrap().has_columns("GPS_RAW_INT", &["h_acc"]);
+    assert!(accuracy(ROVER) && accuracy(FIRST), "a field that version 1 lacks is 0 there");
 }

@@ -268,10 +268,12 @@ fn compressed_recordings_are_read_alike() {
 
 #[test]
 fn packed_file_expands_within_its_bound() {
-    let endless = std::io::Read::chain(mcap::MAGIC, std::io::Read::take(std::io::repeat(0), assess::log::MAX_LOG));
-    let bomb = zstd::encode_all(endless, 1).unwrap();
-    assert!(bomb.len() < 1 << 20);
-    assert_eq!(Log::open(&bomb).unwrap_err().to_string(), "at byte 268435456: at most 268435456 bytes are read");
+    for head in [mcap::MAGIC, made::ROVER] {
+        let endless = std::io::Read::chain(head, std::io::Read::take(std::io::repeat(0), assess::log::MAX_LOG));
+        let bomb = zstd::encode_all(endless, 1).unwrap();
+        assert!(bomb.len() < 1 << 20);
+        assert_eq!(Log::open(&bomb).unwrap_err().to_string(), "at byte 268435456: at most 268435456 bytes are read");
+    }
 }
 
 #[test]
@@ -288,12 +290,10 @@ fn split_recording_is_one() {
 
 #[test]
 fn unread_formats_say_what_to_do() {
-    let tlog = [&1_700_000_000_000_000_u64.to_be_bytes()[..], &[0xfd; 20]].concat();
     for (bytes, words) in [
         (&b"SQLite format 3\0......"[..], "ros2 bag convert"),
         (b"#ROSBAG V2.0\n", "rosbags-convert"),
         (b"\x1f\x8b\x08", "gunzip"),
-        (&tlog, "MAVLink"),
     ] {
         let error_text = Log::open(bytes).unwrap_err().to_string();
         assert!(error_text.contains(words) && !error_text.contains('\n'), "{error_text}");

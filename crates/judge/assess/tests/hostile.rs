@@ -6,8 +6,10 @@ mod made;
 
 use assess::log::{Log, LogError};
 use assess::map::Map;
-use assess::{Terms, assess, guess};
-use made::{MCAP_MAP, ULOG_MAP, drive, mcap, record, replace_passage, ulog};
+use assess::{SceneError, Terms, assess, guess, scenario_text};
+use made::{
+    MCAP_MAP, ROVER, ULOG_MAP, drive, heartbeat, mcap, record, replace_passage, telemetry_records, ulog, wanted,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
@@ -64,7 +66,13 @@ fn damaged_recordings_never_panic() {
     let few = |map: &str| Map::parse("", &format!("{map}\n[inject]\nplacements = 2\nwindow_s = 1\n")).unwrap();
     let (ulog_map, mcap_map) = (few(ULOG_MAP), few(MCAP_MAP));
     let drive = drive(3, 2.0);
-    let seeds = [(ulog(&drive).0, &ulog_map), (mcap(&drive, false), &mcap_map), (mcap(&drive, true), &mcap_map)];
+    let rover_map = few(&guess(&Log::open(ROVER).unwrap()).unwrap());
+    let seeds = [
+        (ulog(&drive).0, &ulog_map),
+        (mcap(&drive, false), &mcap_map),
+        (mcap(&drive, true), &mcap_map),
+        (ROVER.to_vec(), &rover_map),
+    ];
     let mut random = ChaCha8Rng::seed_from_u64(20_261_125);
     let (mut refused, mut cut) = (0, 0);
     for case in 0..1_000 {
@@ -77,6 +85,10 @@ fn damaged_recordings_never_panic() {
         match read_end(&bytes, map) {
             None => refused += 1,
             Some(at) => cut += usize::from(at < bytes.len() as u64),
+        }
+        if let (true, Ok(log)) = (case % seeds.len() == 3, Log::open(&bytes)) {
+            let made = scenario_text(&log, map, &Terms::GROUND, &wanted("ground"));
+            assert!(!matches!(made, Err(SceneError::Refused { .. })), "{made:?}");
         }
     }
     assert!(refused > 0 && cut > 50, "{refused} refused, {cut} cut");
@@ -176,4 +188,70 @@ fn clocks_apart_are_told() {
         error_text,
         "fixes from 5000 to 6950 s and odometry from 5 to 6 s have no time in common: are both stamps of one clock?"
     );
+}
+
+fn counted(log: &Log<'_>) -> u64 {
+    log.topics.iter().map(|topic| topic.records).sum()
+}
+
+#[test]
+fn every_prefix_of_a_telemetry_log_ends_at_a_record() {
+    let borders: Vec<usize> = telemetry_records(ROVER).into_iter().map(|(_, to)| to).collect();
+    for length in 9..ROVER.len() {
+        let log = Log::open(&ROVER[..length]).unwrap();
+        let border = borders.iter().rfind(|border| **border <= length).copied().unwrap_or(0);
+        assert_eq!((log.end.at, log.end.why.is_some()), (border as u64, border != length), "{length}: {:?}", log.end);
+    }
+    let error_text = Log::open(&ROVER[..8]).unwrap_err().to_string();
+    assert!(error_text.starts_with("at byte 0: neither a ULog"), "{error_text}");
+}
+
+/// The time before a frame is covered by no checksum, and the frame of an unknown message by one that is not known.
+#[test]
+fn false_byte_of_a_frame_costs_one_message() {
+    let whole = counted(&Log::open(ROVER).unwrap());
+    let records = telemetry_records(ROVER);
+    // An attitude and a fix in the middle.
+    for (from, to) in [30, 24].map(|id| *records[60..].iter().find(|(from, _)| ROVER[from + 15] == id).unwrap()) {
+        for at in from + 8..to {
+            let mut bytes = ROVER.to_vec();
+            bytes[at] ^= 0x55;
+            let log = Log::open(&bytes).unwrap();
+            assert_eq!(counted(&log), whole - 1, "byte {at}: {:?}", log.end);
+            let is_place_told = log.end.gaps.iter().any(|gap| (gap.from, gap.to) == (from as u64, to as u64));
+            // With another number it is a message that is not read.
+            let is_number = (from + 15..from + 18).contains(&at);
+            assert!(is_place_told || is_number, "byte {at}: {:?}", log.end);
+        }
+    }
+}
+
+#[test]
+fn false_length_of_a_frame_costs_one_message() {
+    let whole = counted(&Log::open(ROVER).unwrap());
+    let (from, _) = telemetry_records(ROVER)[100];
+    for length in 0..=u8::MAX {
+        let mut bytes = ROVER.to_vec();
+        bytes[from + 9] = length;
+        let log = Log::open(&bytes).unwrap();
+        assert_eq!(counted(&log), whole - u64::from(length != ROVER[from + 9]), "{length}: {:?}", log.end);
+    }
+}
+
+#[test]
+fn senders_of_a_telemetry_log_are_bounded() {
+    let time = |i: u16| 1_700_000_000_000_000 + u64::from(i);
+    let bytes: Vec<u8> = (0..3000).flat_map(|i: u16| heartbeat(time(i), i.to_le_bytes())).collect();
+    let log = Log::open(&bytes).unwrap();
+    assert_eq!((log.topics.len(), log.topics[1].name.as_str(), log.end.why.clone()), (1024, "HEARTBEAT/1.0", None));
+    assert!(log.notes.iter().any(|note| note.starts_with("1976 messages are of kinds")), "{:?}", log.notes);
+}
+
+/// A million beginnings of frames, none of which has its checksum, and as many zeros: each byte costs little.
+#[test]
+fn telemetry_without_a_sound_frame_ends_at_once() {
+    let false_frame = [&1_700_000_000_000_000_u64.to_be_bytes()[..], &[0xfd, 255, 0, 0, 0, 1, 1, 30]].concat();
+    let bytes = [false_frame.repeat(1 << 16), vec![0; 1 << 20]].concat();
+    let log = Log::open(&bytes).unwrap();
+    assert_eq!((log.topics.len(), log.end.at), (0, 0), "{:?}", log.end);
 }

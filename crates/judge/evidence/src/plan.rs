@@ -1,7 +1,7 @@
 //! Injections that the scenario plans, one entry for each of its tables, and their times. Each needs its own receipt: the action of
 //! another table of the same kind is none.
 
-use ground_truth::{Action, FaultKind, Sensor, StepName, StreamEffect};
+use ground_truth::{Action, BusAttack, FaultKind, Sensor, StepName, StreamEffect};
 use serde::Serialize;
 use wire::core::Side;
 use wire::id::{NodeId, ObjectId, PeerId};
@@ -45,6 +45,8 @@ pub enum Planned {
     Suspend(NodeId),
     /// The disk of a process was to be full.
     Fill(NodeId),
+    /// An attack on the bus of the guest's own programs.
+    GuestBus(BusAttack),
     /// A named step was to begin.
     Step(StepName),
 }

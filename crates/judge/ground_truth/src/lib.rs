@@ -6,6 +6,7 @@
 //! for those who read a whole log. A service's own events are left to `wire::event`, what any of it means to the oracle.
 
 mod any;
+mod bus_attack;
 mod guard;
 mod injected;
 mod note;
@@ -16,6 +17,7 @@ mod step;
 mod stream;
 
 pub use any::{Any, Entry, is_awaited};
+pub use bus_attack::BusAttack;
 pub use guard::GuardVerdict;
 pub use injected::{Action, FaultKind, MAX_CHAFF, MAX_SKEW, MAX_STRENGTH, Sensor, Suspension};
 pub use note::{ALTERED_EVERY, Note};

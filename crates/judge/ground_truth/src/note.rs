@@ -11,6 +11,7 @@ use wire::motion::Motion;
 use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
+use crate::bus_attack::BusAttack;
 use crate::guard::GuardVerdict;
 use crate::injected::{Action, FaultKind, Sensor, Suspension};
 use crate::step::StepName;
@@ -158,6 +159,22 @@ pub enum Note {
         /// Distance to the surface below, beyond the least.
         #[n(4)] clearance: i32,
     },
+    /// The guest's adapter carried out an attack on the guest's bus for one step, and its witness counted what arrived.
+    #[n(102)] GuestBus {
+        /// Number of the order in the run's plan.
+        #[n(0)] order: u8,
+        #[n(1)] attack: BusAttack,
+        /// Messages that the attacker put on the bus.
+        #[n(2)] sent: u16,
+        /// Those of them that reached the attacked end.
+        #[n(3)] received: u16,
+        /// Messages of the honest sender that reached it.
+        #[n(4)] honest: u16,
+        /// True if the message in force at the end of the step is the attacker's.
+        #[n(5)] in_force: bool,
+        /// True if the attacked end refused them.
+        #[n(6)] refused: bool,
+    },
     /// An insider sends a report. Its identity marks the records of the session that are the insider's actions.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
@@ -168,7 +185,7 @@ pub enum Note {
 
 /// True if an entry's content with this number is a note; no event of a service has one of these numbers.
 pub(crate) const fn is_note(number: u32) -> bool {
-    matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98..=100)
+    matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98..=100 | 102)
 }
 
 /// Interval at which a message that a fault changes is reported while the fault lasts.

@@ -13,7 +13,7 @@ use crate::facts::timeline::{Change, Timeline, is_nominal};
 use crate::facts::{Facts, core_input, guest};
 use crate::mission;
 use crate::properties::{self, Breach, Finding, Property, finding, process_fault};
-use crate::receipts::{Arrival, Receipts, disguise};
+use crate::receipts::{Arrival, Receipts, disguise, guest_bus};
 use crate::verdict::Verdict;
 
 /// Puts the verdict together.
@@ -130,7 +130,7 @@ fn injections(facts: &Facts, receipts: &Receipts) -> Vec<Injection> {
 }
 
 /// True if there was a refusal of a boundary after the injection: by a service by name, by the guard, or by the secure layer;
-/// perception saw through a disguise; or the display showed the operator an alarm.
+/// perception saw through a disguise; the end of a guest's bus refused an attack on it; or the display showed the operator an alarm.
 fn refused_or_alarmed(evidence: &Evidence, timeline: &Timeline, zero: Micros) -> bool {
     use wire::event::{Account, Event, Freshness, ShownAs};
     let by_service = timeline.refused.iter().any(|(refused_at, _)| *refused_at >= zero);
@@ -154,6 +154,7 @@ fn refused_or_alarmed(evidence: &Evidence, timeline: &Timeline, zero: Micros) ->
         || in_entries
         || core_input::insider_refused_on_bus(evidence, zero)
         || disguise::seen_through(evidence, zero)
+        || guest_bus::refused(evidence, zero)
 }
 
 /// Losses of authority and restrictions before an injection arrived, other than by the operator; and false statements

@@ -431,6 +431,9 @@ pub struct Limits {
     /// Greatest speed backwards, mm/s; 0 for a body that does not drive backwards.
     #[serde(default)]
     pub reverse_mm_s: u32,
+    /// Speed below which the body cannot wait in the air, mm/s; 0 for a body that can stand or hover.
+    #[serde(default)]
+    pub least_speed_mm_s: u32,
     /// Lookahead along the way: the distance that is covered in this time, milliseconds.
     pub lookahead_ms: u32,
     /// Shortest and longest lookahead, millimetres.
@@ -469,6 +472,7 @@ impl Limits {
         comfort_mm_s2: 1000,
         turning_mm_s: 800,
         reverse_mm_s: 1000,
+        least_speed_mm_s: 0,
         lookahead_ms: 900,
         lookahead_mm: [1500, 4000],
         body_mm: [1600, 900],

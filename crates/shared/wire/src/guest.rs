@@ -12,7 +12,7 @@ use crate::codec::{List, Text};
 use crate::mode::Mode;
 use crate::sensor::Navigation;
 use crate::time::{Instant, Span};
-use crate::track::Track;
+use crate::track::{NEARBY, Nearby, Track};
 
 /// Most points of a route, corners of a fence, or obstacles of a map that are sent as discs.
 pub const MAX_POINTS: usize = 64;
@@ -30,7 +30,7 @@ pub const MAX_REQUEST: usize = 16 * 1024;
 pub const MAX_ANSWER: usize = 512;
 
 /// East and north in the world frame, millimetres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, serde::Deserialize)]
 pub struct Place(#[n(0)] pub i32, #[n(1)] pub i32);
 
 /// A disc to keep clear of.
@@ -56,6 +56,67 @@ pub struct Block {
     /// Direction of its length, milliradians counter-clockwise from east.
     #[n(2)]
     pub heading_mrad: i32,
+}
+
+/// Place, heading and height at the start, as surveyed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, serde::Deserialize)]
+pub struct StartPose {
+    /// Place.
+    #[n(0)]
+    pub at: Place,
+    /// Heading, milliradians counter-clockwise from east.
+    #[n(1)]
+    pub yaw_mrad: i32,
+    /// Height above the ground, millimetres; none of a body that stays on it.
+    #[n(2)]
+    pub height_mm: Option<i32>,
+}
+
+/// Where a body moves, which decides the set-points that it can follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+#[cbor(index_only)]
+#[derive(IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+pub enum Medium {
+    /// On wheels that steer: forward, backward, and turns on an arc.
+    #[n(0)]
+    Ground,
+    /// In the air: each direction, and turns about the vertical axis.
+    #[n(1)]
+    Air,
+    /// In orbit: its line of sight moves over the map.
+    #[n(2)]
+    Space,
+}
+
+impl Medium {
+    /// The name in requests.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// Measures of the vehicle's body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Body {
+    /// Where it moves.
+    #[n(0)]
+    pub medium: Medium,
+    /// Length and width, millimetres; 0 for a line of sight.
+    #[n(1)]
+    pub size_mm: [u32; 2],
+    /// Greatest curvature, 1/km.
+    #[n(2)]
+    pub curvature_per_km: u32,
+    /// Greatest speed backwards, mm/s.
+    #[n(3)]
+    pub reverse_mm_s: u32,
+    /// Greatest climb, mm/s; 0 on the ground.
+    #[n(4)]
+    pub climb_mm_s: u32,
+    /// Height that is flown at, millimetres; 0 on the ground.
+    #[n(5)]
+    pub cruise_mm: u32,
 }
 
 /// The mission and its surroundings, sent once.
@@ -88,6 +149,12 @@ pub struct MissionStart {
     /// Obstacles by length and width; none in a recording from before this field.
     #[n(8)]
     pub blocks: Option<List<Block, MAX_BLOCKS>>,
+    /// Pose at the start; none in a recording from before this field.
+    #[n(9)]
+    pub pose: Option<StartPose>,
+    /// The vehicle's body; none in a recording from before this field.
+    #[n(10)]
+    pub body: Option<Body>,
 }
 
 /// What the unit knows at one control step.
@@ -114,6 +181,12 @@ pub struct ControlStep {
     /// Places that teammates claim, as they were accepted.
     #[n(6)]
     pub teammates: List<Place, MAX_TEAMMATES>,
+    /// Height above the ground by the unit's own sensors, millimetres; none of a unit on the ground.
+    #[n(7)]
+    pub height_mm: Option<i32>,
+    /// Things that LiDAR shows nearby; none without a product of LiDAR.
+    #[n(8)]
+    pub nearby: Option<List<Nearby, NEARBY>>,
 }
 
 /// A request of the core.
@@ -154,6 +227,20 @@ impl Declared {
     }
 }
 
+/// Parts of a velocity beside the forward speed, in the level frame of the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct BodyVelocity {
+    /// To the left, mm/s; 0 on the ground.
+    #[n(0)]
+    pub left_mm_s: i32,
+    /// Up, mm/s; 0 on the ground.
+    #[n(1)]
+    pub up_mm_s: i32,
+    /// Turn about the vertical axis, mrad/s, counter-clockwise.
+    #[n(2)]
+    pub turn_mrad_s: i32,
+}
+
 /// A set-point with what the guest says about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Reply {
@@ -176,6 +263,9 @@ pub struct Reply {
     /// Time until the guest wants the next step; none for the next period.
     #[n(5)]
     pub wake: Option<Span>,
+    /// The other parts of a velocity; none from a guest that asks for speed and curvature.
+    #[n(6)]
+    pub velocity: Option<BodyVelocity>,
 }
 
 /// The kind of a guest's failure.
@@ -264,6 +354,15 @@ mod tests {
             fence: std::iter::repeat_n(at, MAX_POINTS).collect(),
             obstacles: std::iter::repeat_n(Disc { at, radius_mm: u32::MAX }, MAX_POINTS).collect(),
             blocks: Some(std::iter::repeat_n(block, MAX_BLOCKS).collect()),
+            pose: Some(StartPose { at, yaw_mrad: i32::MIN, height_mm: Some(i32::MIN) }),
+            body: Some(Body {
+                medium: Medium::Space,
+                size_mm: [u32::MAX; 2],
+                curvature_per_km: u32::MAX,
+                reverse_mm_s: u32::MAX,
+                climb_mm_s: u32::MAX,
+                cruise_mm: u32::MAX,
+            }),
         };
         assert!(codec::encode(&Request::Start(Box::new(start))).len() <= MAX_REQUEST);
     }

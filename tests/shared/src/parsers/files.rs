@@ -1,7 +1,9 @@
-//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models, recordings of other vehicles.
+//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, leaderboards, models, recordings of other vehicles.
 
 use assess::log::{Log, LogError};
 use assess::map::Map;
+use assess::{SceneError, Wanted};
+use board::{Board, ContributorKey, ShownBoard};
 use evidence::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, Networks, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
@@ -88,8 +90,8 @@ pub fn settings(bytes: &[u8]) -> bool {
     platform | policy | space | weaknesses | labels | map
 }
 
-/// A recording of another vehicle is refused at a place within it, or read up to one; a map guessed from its topics is a map, and
-/// the guards get through it.
+/// A recording of another vehicle is refused at a place within it, or read up to one; a map guessed from its topics is a map,
+/// the guards get through it, and a scenario made of it is one.
 pub fn foreign(bytes: &[u8]) -> bool {
     // The offsets of one that is packed as a whole are relative to its inside.
     let packed = bytes.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]);
@@ -108,6 +110,12 @@ pub fn foreign(bytes: &[u8]) -> bool {
         if let Ok(result) = assess::assess(&log, &map, &assess::Terms::GROUND, 1) {
             assert!(result.judged_s.is_finite() && result.trips.len() == 6);
         }
+        let (name, sha256) = ("made", "00");
+        let wanted =
+            Wanted { name, platform: "ground", recording: name, sha256, least_speed_m_s: 0.0, twin_sigma_m: 0.04 };
+        // A scenario that is made passes the checks of scenarios, whatever the recording says.
+        let made = assess::scenario_text(&log, &map, &assess::Terms::GROUND, &wanted);
+        assert!(!matches!(made, Err(SceneError::Refused { .. })), "{made:?}");
     }
     true
 }
@@ -128,6 +136,28 @@ fn is_shelf(bytes: &[u8]) -> bool {
         }
         Err(failure) => {
             assert!(failure.to_string().starts_with("kept:"), "{failure}");
+            false
+        }
+    }
+}
+
+/// A leaderboard that is taken is the same text once written, and each row's fault is reported; a key that is taken is the same key once written.
+pub fn board(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    if let Ok(key) = ContributorKey::from_pem(text) {
+        let again = ContributorKey::from_pem(&key.to_pem()).expect("what was written is a key");
+        assert_eq!(again.public(), key.public());
+    }
+    match Board::parse(text) {
+        Ok(board) => {
+            assert_eq!(board.text(), text);
+            let findings = board.findings();
+            assert!(findings.iter().all(|finding| (1..=board.rows().len()).contains(&finding.number)));
+            assert_eq!(Board::verified(text).is_ok(), findings.is_empty());
+            findings.is_empty() && !ShownBoard::new(&board).markdown().is_empty()
+        }
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
             false
         }
     }

@@ -20,7 +20,7 @@ pub struct Target {
 }
 
 /// Every target, in the order of `docs/developer/fuzzing.md`.
-pub const TARGETS: [Target; 21] = [
+pub const TARGETS: [Target; 22] = [
     Target { name: "message", holds: messages::message },
     Target { name: "signature", holds: messages::signature },
     Target { name: "session", holds: boundary::session },
@@ -40,6 +40,7 @@ pub const TARGETS: [Target; 21] = [
     Target { name: "scene", holds: files::scene },
     Target { name: "settings", holds: files::settings },
     Target { name: "shelf", holds: files::shelf },
+    Target { name: "board", holds: files::board },
     Target { name: "model", holds: files::model },
     Target { name: "foreign", holds: files::foreign },
 ];

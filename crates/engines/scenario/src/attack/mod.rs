@@ -25,6 +25,7 @@ pub(super) mod feed_forge;
 pub(super) mod feed_replay;
 pub(super) mod feed_withhold;
 pub(super) mod forge;
+pub(super) mod guest_bus;
 pub(super) mod half_close;
 pub(super) mod inject;
 pub(super) mod intent_drop;
@@ -103,6 +104,7 @@ macro_rules! with_attacks {
             takeover: Takeover, 8, "A thief takes somebody's session at the broker.";
             forge: Forge, 16, "A process on a host's shared memory makes messages in another's name.";
             republish: Republish, 16, "A process on a host's shared memory publishes recorded messages again.";
+            guest_bus: GuestBus, 4, "An attacker on the bus of a guest's own programs.";
             alter: Alter, 4, "An insider in perception's place makes up where vehicles stand.";
         }
     };
@@ -191,6 +193,8 @@ pub enum Act {
     Orders(RogueOrders),
     /// A session taken by the thief of a certificate.
     Takeover(TakenSession),
+    /// An attack on the bus of a guest's own programs, by the guest's adapter.
+    GuestBus(guest_bus::BusWindow),
     /// An act of the rogue on a host's shared memory.
     Rogue {
         /// Channel that the rogue writes.

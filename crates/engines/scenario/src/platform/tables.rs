@@ -207,6 +207,7 @@ pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
         comfort_mm_s2: guards.comfort_mm_s2.unsigned() as u32,
         turning_mm_s: guards.turning_mm_s.unsigned() as u32,
         reverse_mm_s: thousandths(vehicle.max_reverse_m_s.get()),
+        least_speed_mm_s: 0,
         lookahead_ms: guards.lookahead_ms.unsigned() as u32,
         lookahead_mm: guards.lookahead_mm.map(|far| far.unsigned() as u32),
         body_mm: Limits::GROUND.body_mm,

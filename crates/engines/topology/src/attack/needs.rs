@@ -45,8 +45,8 @@ pub(super) fn needs_of(planned: Planned) -> Needs {
         Planned::Kill(node) | Planned::Suspend(node) | Planned::Fill(node) => (itself(node), None),
         Planned::Takeover(_) => (PLANE, None),
         Planned::Disguise(..) | Planned::Print(..) | Planned::Perturbation(_) => (&[], None),
-        // The needs depend on the way of the rogue's orders.
-        Planned::Rogue | Planned::Step(_) => (&[], None),
+        // The guest's adapter needs no service. The needs depend on the way of the rogue's orders.
+        Planned::GuestBus(_) | Planned::Rogue | Planned::Step(_) => (&[], None),
     };
     Needs { running, takes }
 }

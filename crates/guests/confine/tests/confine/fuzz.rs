@@ -43,6 +43,8 @@ fn step(number: u32) -> Request {
         navigation: None,
         tracks,
         teammates,
+        height_mm: None,
+        nearby: None,
     }))
 }
 

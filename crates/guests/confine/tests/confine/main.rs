@@ -105,6 +105,8 @@ fn start() -> Request {
         fence: [].into_iter().collect(),
         obstacles: [].into_iter().collect(),
         blocks: None,
+        pose: None,
+        body: None,
     }))
 }
 

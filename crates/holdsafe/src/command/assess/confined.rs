@@ -4,7 +4,7 @@ use std::io::{BufRead, Read};
 
 use assess::log::{Log, MAX_LOG};
 use assess::map::{MAX_MAP, Map};
-use assess::{Terms, TrackError, guess};
+use assess::{Terms, TrackError, Wanted, guess};
 use results::report::{AssessObject, Assessed, assess_table};
 use runner::failure::{Exit, Failure};
 use runner::out;
@@ -37,6 +37,20 @@ pub(super) struct Judged {
     /// Name of the platform.
     pub(super) platform: String,
     pub(super) terms: Terms,
+    /// The scenario that is wanted in place of the tables.
+    #[serde(default)]
+    pub(super) scene: Option<Scene>,
+}
+
+/// A scenario to be made.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Scene {
+    /// Its name.
+    pub(super) name: String,
+    /// Least speed of the platform, m/s.
+    pub(super) least_speed_m_s: f64,
+    /// Deviation of the twin's receiver, metres.
+    pub(super) twin_sigma_m: f64,
 }
 
 /// Confines this process, reads a request and a recording, and prints the result.
@@ -68,14 +82,22 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
     // One byte beyond the limit, so that `Log::open_all` refuses a longer input and does not judge its beginning.
     std::io::stdin().lock().take(MAX_LOG + 1).read_to_end(&mut bytes).map_err(Failure::internal)?;
     let log = Log::open_all(&split(files, &bytes)).map_err(|error| unusable(&error))?;
-    let Some(Judged { map: (at, text), platform, terms }) = judged else {
+    let Some(Judged { map: (at, text), platform, terms, scene }) = judged else {
         let text = guess(&log).map_err(|reason| unusable(&reason))?;
         out::say(format_args!("{}", text.trim_end()));
         return Ok(Exit::Fine);
     };
     let map = Map::parse(at, text)?;
+    let sha256: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    if let Some(scene) = scene {
+        let &Scene { name: ref scenario, least_speed_m_s, twin_sigma_m } = scene;
+        let wanted =
+            Wanted { name: scenario, platform, recording: name, sha256: &sha256, least_speed_m_s, twin_sigma_m };
+        let text = assess::scenario_text(&log, &map, terms, &wanted).map_err(|reason| unusable(&reason))?;
+        out::say(format_args!("{}", text.trim_end()));
+        return Ok(Exit::Fine);
+    }
     let result = assess::assess(&log, &map, terms, *seed).map_err(|error: TrackError| unusable(&error))?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     let assessed =
         Assessed { file: name.clone(), sha256, log: &log, map: &map, platform: platform.clone(), seed: *seed };
     let object = AssessObject::new(assessed, &result);

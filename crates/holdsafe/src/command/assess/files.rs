@@ -49,11 +49,11 @@ fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     };
     let mut found = with_ending(&ENDS);
     if found.is_empty() {
-        found = with_ending(&[".db3", ".db3.zstd", ".bag", ".tlog"]);
+        found = with_ending(&[".tlog", ".tlog.zst", ".tlog.zstd", ".db3", ".db3.zstd", ".bag"]);
     }
     if found.is_empty() {
         return Err(failed(
-            &"a folder without a recording: expected files that end in .mcap or .ulg, be it with .zst behind it",
+            &"a folder without a recording: expected files that end in .mcap, .ulg or .tlog, be it with .zst behind it",
         ));
     }
     found.sort_by_cached_key(|name| in_order(name));

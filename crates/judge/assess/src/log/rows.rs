@@ -1,7 +1,7 @@
 //! The messages of one topic as rows of numbers.
 
-use super::layout::LayoutError;
-use super::{File, Format, Log, LogError, Path, bag, ulog};
+use super::layout::{Formats, Place};
+use super::{File, Format, Log, LogError, Path, Topic, bag, tlog, ulog};
 
 /// Most rows that are taken from one topic: 24 h at 20 Hz, and room.
 const MAX_ROWS: usize = 2_000_000;
@@ -43,6 +43,7 @@ impl Log<'_> {
                 match self.format {
                     Format::Ulog => self.ulog_rows((file, own_count), paths, &mut rows)?,
                     Format::Mcap => mcap_rows((file, own_count), paths, &mut rows),
+                    Format::Tlog => self.tlog_rows((file, own_count), paths, &mut rows)?,
                 }
             }
         }
@@ -67,9 +68,7 @@ impl Log<'_> {
     fn ulog_rows(&self, (file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) -> Result<(), LogError> {
         let topic = &self.topics[file.topics[index]];
         let (tables, _) = ulog::walk(&file.bytes, &mut |_, _, _| ())?;
-        let field = |error: LayoutError| LogError::NoField { topic: topic.name.clone(), why: error.to_string() };
-        let places = paths.iter().map(|path| tables.formats.place(&topic.kind, path));
-        let places = places.collect::<Result<Vec<_>, _>>().map_err(field)?;
+        let places = places(&tables.formats, topic, paths)?;
         let mut place = file.before;
         ulog::walk(&file.bytes, &mut |kind, part, message| {
             place += 1;
@@ -80,6 +79,26 @@ impl Log<'_> {
         })?;
         Ok(())
     }
+
+    fn tlog_rows(&self, (file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) -> Result<(), LogError> {
+        let (tables, _) = tlog::walk(&file.bytes, &mut |_, _, _, _| ());
+        let places = places(&tables.formats, &self.topics[file.topics[index]], paths)?;
+        let mut place = file.before;
+        tlog::walk(&file.bytes, &mut |kind, part, us, message| {
+            place += 1;
+            if kind == index && rows.rows.len() < MAX_ROWS {
+                let values = places.iter().map(|place| place.read(message).unwrap_or(f64::NAN)).collect();
+                rows.rows.push(MessageRow { log_us: Some(us), place, part: file.part + part, values });
+            }
+        });
+        Ok(())
+    }
+}
+
+/// The places of numbers in the messages of a topic.
+fn places(formats: &Formats, topic: &Topic, paths: &[Path]) -> Result<Vec<Place>, LogError> {
+    let places = paths.iter().map(|path| formats.place(&topic.kind, path)).collect::<Result<Vec<_>, _>>();
+    places.map_err(|error| LogError::NoField { topic: topic.name.clone(), why: error.to_string() })
 }
 
 fn mcap_rows((file, index): (&File<'_>, usize), paths: &[Path], rows: &mut Rows) {

@@ -1,9 +1,9 @@
-//! The files of a recording by their first bytes: ULog, MCAP, either of them packed as a whole by zstd, and the ones that are not read, each
-//! with a remedy.
+//! The files of a recording by their first bytes: ULog, MCAP, MAVLink telemetry, any of them packed as a whole by zstd, and the ones that are not
+//! read, each with a remedy.
 
 use std::borrow::Cow;
 
-use super::{Format, LogError, MAX_LOG, bag, ulog};
+use super::{Format, LogError, MAX_LOG, bag, tlog, ulog};
 
 /// Formats that are not read: name, first bytes, and the way out.
 const OTHERS: [(&str, &[u8], &str); 5] = [
@@ -29,12 +29,8 @@ enum FormatError {
     #[error("{name}, which is not read; {remedy}")]
     Other { name: &'static str, remedy: &'static str },
     #[error(
-        "a telemetry log of MAVLink (.tlog), which is not read; assess the log that the autopilot wrote itself (PX4's .ulg), or write the \
-         messages that the map needs as MCAP with JSON"
-    )]
-    Tlog,
-    #[error(
-        "neither a ULog (`ULog`, 01 12 35) nor an MCAP file (89 `MCAP0`) by its first bytes, nor one of them packed by zstd"
+        "neither a ULog (`ULog`, 01 12 35) nor an MCAP file (89 `MCAP0`) nor a telemetry log of MAVLink (a time of eight bytes, then fe or fd) by its \
+         first bytes, nor one of them packed by zstd"
     )]
     Unknown,
 }
@@ -76,16 +72,8 @@ fn format(bytes: &[u8]) -> Result<Format, FormatError> {
     if let Some(&(name, _, remedy)) = OTHERS.iter().find(|(_, first, _)| bytes.starts_with(first)) {
         return Err(FormatError::Other { name, remedy });
     }
-    if is_tlog(bytes) {
-        return Err(FormatError::Tlog);
+    if tlog::begins(bytes) {
+        return Ok(Format::Tlog);
     }
     Err(FormatError::Unknown)
-}
-
-/// A time in microseconds since 1970, most byte first, before each MAVLink frame.
-fn is_tlog(bytes: &[u8]) -> bool {
-    /// The years 2000 and 2100.
-    const TIMES: std::ops::Range<u64> = 946_684_800_000_000..4_102_444_800_000_000;
-    let time = bytes.first_chunk().is_some_and(|time| TIMES.contains(&u64::from_be_bytes(*time)));
-    time && matches!(bytes.get(8), Some(0xfd | 0xfe))
 }

@@ -54,6 +54,7 @@ impl Map {
             (&fix.y, Dimension::Length),
             (&fix.latitude, Dimension::Angle),
             (&fix.longitude, Dimension::Angle),
+            (&fix.height, Dimension::Length),
             (&fix.yaw, Dimension::Angle),
         ] {
             check.dimension(field.as_ref(), dimension);

@@ -56,7 +56,7 @@ pub enum StampUnit {
     Ns,
     /// A field with `sec` and `nanosec`.
     Ros,
-    /// The recorder's own time, of MCAP alone.
+    /// The recorder's own time, of MCAP and of MAVLink telemetry; a ULog has none.
     Log,
 }
 

@@ -1,4 +1,5 @@
-//! Recordings made for tests: a wheeled unit on a winding road, as ULog, and as MCAP with JSON or with CDR.
+//! Recordings made for tests: a wheeled unit on a winding road, as ULog, as MCAP with JSON or with CDR, and as MAVLink telemetry
+//! (`tools/recordings/telemetry.py` wrote the files).
 
 #![allow(dead_code, reason = "each test program uses a part")]
 
@@ -205,6 +206,45 @@ pub(crate) fn json(pairs: &[Pair], compression: Option<mcap::Compression>) -> Ve
 
 /// The map of a circle; more lines of `[fix]` go behind `source`.
 pub(crate) const CIRCLE_MAP: &str = include_str!("circle.toml");
+
+/// Telemetry of a rover for 12 s in frames of version 2; its first 2 s in these with signatures, and in frames of version 1.
+pub(crate) const ROVER: &[u8] = include_bytes!("rover.tlog");
+pub(crate) const SIGNED: &[u8] = include_bytes!("signed.tlog");
+pub(crate) const FIRST: &[u8] = include_bytes!("first.tlog");
+
+/// A scenario `mine` that is wanted for a platform of this name.
+pub(crate) fn wanted(platform: &str) -> assess::Wanted<'_> {
+    assess::Wanted {
+        name: "mine",
+        platform,
+        recording: "a \n recording",
+        sha256: "00",
+        least_speed_m_s: 0.0,
+        twin_sigma_m: 0.04,
+    }
+}
+
+/// Places of the records of a telemetry log in frames of version 2 without signatures.
+pub(crate) fn telemetry_records(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let (mut from, mut found) = (0, Vec::new());
+    while from < bytes.len() {
+        let to = from + 8 + 10 + usize::from(bytes[from + 9]) + 2;
+        found.push((from, to));
+        from = to;
+    }
+    found
+}
+
+/// A record of telemetry: a heartbeat of this system and component.
+pub(crate) fn heartbeat(us: u64, [system, component]: [u8; 2]) -> Vec<u8> {
+    let covered = [9, 0, 0, 0, system, component, 0, 0, 0, 4, 0, 0, 0, 10, 3, 81, 4, 3];
+    let mut sum = 0xffff_u16;
+    for byte in covered.iter().chain(&[50]) {
+        sum ^= u16::from(*byte);
+        (0..8).for_each(|_| sum = if sum & 1 == 1 { sum >> 1 ^ 0x8408 } else { sum >> 1 });
+    }
+    [&us.to_be_bytes()[..], &[0xfd], &covered, &sum.to_le_bytes()].concat()
+}
 
 /// The map of the MCAP file.
 pub(crate) const MCAP_MAP: &str = r#"title = "made drive"

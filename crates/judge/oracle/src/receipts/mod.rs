@@ -13,6 +13,7 @@
 //! | `window` | the time of a planned action |
 //! | `datagram`, `stream`, `broker` | the relay's actions on datagrams and on byte streams; a hostile broker's on publications |
 //! | `delivery`, `feed`, `rogue`, `takeover` | messages of insiders; a gateway insider's actions on the feed; orders of a rogue; sessions that another took |
+//! | `guest_bus` | attacks on the bus of a guest's own programs |
 //! | `process_fault` | a kill, a hang, a share of the time, a full disk |
 //! | `disguise` | objects that are made to look like another |
 //! | `masked` | the obstacle that kept an injection without a receipt from arriving |
@@ -22,6 +23,7 @@ pub(crate) mod datagram;
 pub(crate) mod delivery;
 pub(crate) mod disguise;
 pub(crate) mod feed;
+pub(crate) mod guest_bus;
 pub(crate) mod masked;
 pub(crate) mod process_fault;
 pub(crate) mod rogue;
@@ -93,6 +95,7 @@ fn arrived_at(facts: &Facts, planned: Planned, window: Window) -> Option<Micros>
         Planned::Disguise(object, class) => disguise::paint_seen_at(evidence, object, class, window),
         Planned::Print(object, class) => disguise::print_seen_at(evidence, object, class, window),
         Planned::Perturbation(class) => disguise::perturbed_at(evidence, class, window),
+        Planned::GuestBus(attack) => guest_bus::receipt(evidence, attack, window),
         Planned::Rogue => rogue::receipt(evidence, window),
         Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),

@@ -1,7 +1,7 @@
 //! The named values behind the vectors. Numbers are chosen to differ from each other and to need every width.
 
 use ground_truth::{
-    Action, Any, Entry, FaultKind, GuardVerdict, Note, Sensor, Sight, StepName, StreamEffect, Suspension,
+    Action, Any, BusAttack, Entry, FaultKind, GuardVerdict, Note, Sensor, Sight, StepName, StreamEffect, Suspension,
 };
 use minicbor::bytes::ByteSlice;
 use wire::audit::{Head, Seal, SealedHead};
@@ -572,6 +572,14 @@ fn outputs() -> Vec<Named> {
 fn guest_requests() -> Vec<Named> {
     let (now, at) = (Instant(3_600_000_000), Place(-1000, 2000));
     let block = Block { at, half_mm: [500, 300], heading_mrad: -1571 };
+    let body = guest::Body {
+        medium: guest::Medium::Air,
+        size_mm: [500, 400],
+        curvature_per_km: 400,
+        reverse_mm_s: 1000,
+        climb_mm_s: 800,
+        cruise_mm: 2500,
+    };
     let start = |points: usize| MissionStart {
         now,
         period: Span::ms(50),
@@ -582,8 +590,11 @@ fn guest_requests() -> Vec<Named> {
         fence: std::iter::repeat_n(at, points).collect(),
         obstacles: std::iter::repeat_n(Disc { at, radius_mm: 500 }, points).collect(),
         blocks: (points > 0).then(|| std::iter::repeat_n(block, points).collect()),
+        pose: None,
+        body: None,
     };
     let fix = Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3 }, sigma_mm: 40, time: ReceiverTime(9) };
+    let nearby = Nearby { number: 3, x_mm: 4000, y_mm: -500, vx_mm_s: 0, vy_mm_s: 900, width_mm: 450 };
     let step = |fixed: bool| guest::ControlStep {
         number: 7,
         now,
@@ -592,10 +603,18 @@ fn guest_requests() -> Vec<Named> {
         navigation: fixed.then_some(Navigation { stamp: now, fix: Some(fix), odometry: None, spatial: None }),
         tracks: List::default(),
         teammates: std::iter::repeat_n(at, usize::from(fixed)).collect(),
+        height_mm: None,
+        nearby: None,
     };
     let starting = |points| guest::Request::Start(Box::new(start(points)));
     let stepping = |fixed| guest::Request::Step(Box::new(step(fixed)));
+    let pose = Some(guest::StartPose { at, yaw_mrad: 500, height_mm: Some(2500) });
+    let of_a_body = MissionStart { pose, body: Some(body), ..start(1) };
+    let aloft =
+        guest::ControlStep { height_mm: Some(2480), nearby: Some(std::iter::once(nearby).collect()), ..step(true) };
     vec![
+        named!("start-of-a-body", guest::Request, guest::Request::Start(Box::new(of_a_body))),
+        named!("step-aloft", guest::Request, guest::Request::Step(Box::new(aloft))),
         named!("start", guest::Request, starting(0)),
         named!("start-of-two-points", guest::Request, starting(2)),
         named!("step", guest::Request, stepping(true)),
@@ -611,10 +630,13 @@ fn guest_answers() -> Vec<Named> {
         state: Some((Declared::Nominal, Text::new("DRIVING"))),
         place: Some(Place(-1000, 2000)),
         wake: Some(Span::ms(200)),
+        velocity: None,
     };
+    let velocity = guest::BodyVelocity { left_mm_s: -300, up_mm_s: 200, turn_mrad_s: 400 };
     vec![
         named!("ready", Answer, Answer::Ready),
         named!("reply", Answer, Answer::Reply(full)),
+        named!("reply-with-a-velocity", Answer, Answer::Reply(Reply { velocity: Some(velocity), ..full })),
         named!("reply-with-a-place", Answer, Answer::Reply(Reply { state: None, wake: None, ..full })),
         named!("reply-bare", Answer, Answer::Reply(Reply { state: None, place: None, wake: None, ..full })),
         named!("failed", Answer, Answer::Failed { fault: Fault::Ended, why: Text::new("exit status 1") }),
@@ -631,7 +653,7 @@ pub(crate) fn events() -> impl Iterator<Item = u8> {
         .chain(60..62)
         .chain(65..71)
         .chain(80..89)
-        .chain(92..102)
+        .chain(92..103)
 }
 
 fn entries() -> Vec<Named> {
@@ -767,6 +789,18 @@ fn witnesses() -> Vec<(&'static str, Any)> {
         (
             "margins",
             Any::Instrument(Note::Margins { unit: UnitId::A, safe: -40, asked: 1000, energy: 29_000, clearance: 1500 }),
+        ),
+        (
+            "guest-bus",
+            Any::Instrument(Note::GuestBus {
+                order: 1,
+                attack: BusAttack::Odometry,
+                sent: 25,
+                received: 25,
+                honest: 1,
+                in_force: true,
+                refused: false,
+            }),
         ),
         ("object", Any::Instrument(Note::Object { object: ObjectId(4), class: Class::Obstacle, x_mm: 100, y_mm: 200 })),
         (

@@ -102,7 +102,7 @@ fn changes_without_execution(evidence: &Evidence, timeline: &Timeline) -> Vec<Fi
 fn acted_twice(evidence: &Evidence) -> Vec<Finding> {
     let mut acted_on = BTreeSet::new();
     let acts = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Instrument(Note::PlantAct { command, .. }) => Some((w.at, command)),
+        Any::Instrument(Note::PlantAct { command, .. }) if w.entry.node == evidence.under.sim => Some((w.at, command)),
         _ => None,
     });
     let repeated = acts.filter(|(_, command)| !acted_on.insert(*command));

@@ -8,6 +8,7 @@ use evidence::{Evidence, Micros};
 use ground_truth::Any;
 use wire::command::CommandKind;
 use wire::event::Event;
+use wire::id::NodeId;
 
 use super::limit::{Limit, LimitRow, longest};
 use super::{BareGuest, Finding, Property, finding};
@@ -75,7 +76,7 @@ fn orders_before_lost_session(evidence: &Evidence) -> Vec<Finding> {
     let mut last_loss = None;
     for w in &evidence.entries {
         match w.entry.event {
-            Any::Service(Event::Intended { command, .. }) => {
+            Any::Service(Event::Intended { command, .. }) if w.entry.node == NodeId::CONSOLE => {
                 intended_at.insert(command, w.at);
             }
             Any::Service(Event::SessionLost { .. }) if w.entry.node == evidence.under.node() => last_loss = Some(w.at),
