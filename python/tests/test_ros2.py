@@ -89,7 +89,7 @@ class Ros2(unittest.TestCase):
 
     def test_a_body_with_rotors_is_given_a_velocity(self) -> None:
         start = second_start_of("straight")
-        start["start"]["body"]["kind"] = "rotors"
+        start["start"]["body"]["medium"] = "air"
         process = Process(guest(node("ahead"), *PATIENT))
         process.ask(start)
         reply = process.ask(second_step_of(step_of(1, Vehicle(), Vehicle(), True), []))["reply"]
