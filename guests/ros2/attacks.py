@@ -164,6 +164,16 @@ class Attacks:
             for order in orders:
                 self._note(order, {"why": self.link.why or "the rogue is not in the graph yet"})
             return
+        for order in orders:
+            if unread := self.witness.unread(self._topic(order.attack)):
+                self._note(order, {"why": unread})
+        orders = [order for order in orders if not self.witness.unread(self._topic(order.attack))]
+        if orders:
+            self._send(orders, step)
+
+    def _send(self, orders: list[Order], step: Step) -> None:
+        """Lets the rogue act, and waits until the witness has counted it."""
+        assert self.witness is not None
         acts = [self._act_of(order, step) for order in orders]
         # Of this step alone: a rogue that was started late has not heard earlier ones.
         counts = {topic: self._count(topic) for topic in (ODOMETRY, CLOCK, self.graph.command_topic)}
@@ -230,23 +240,15 @@ class Attacks:
         topic, sent = self._topic(order.attack), self._sent(order)
         if topic is None:
             return self._receipt_without_messages(order, sent)
-        is_read = self.witness is not None and self.witness.readers[topic] is not None
-        received = min(sent, left[topic]) if is_read else 0
+        received = min(sent, left[topic])
         left[topic] -= received
         count, progress = self._count(topic), self.progress[order.id]
         newest = self.graph.base.from_rogue if topic == self.graph.command_topic else count.from_rogue
-        return Receipt(
-            order.id, sent, received, count.honest, is_read and newest and progress.total > 0, self._why(order, topic, sent - received)
-        )
-
-    def _why(self, order: Order, topic: str, missing: int) -> Optional[str]:
-        assert self.witness is not None
-        why = self.progress[order.id].step.get("why")
-        if why is None and topic == PLAN or missing > 0:
-            why = why or self.witness.refusal(topic)
-        if why is None and missing > 0:
-            why = f"{missing} not received"
-        return None if why is None else str(why)[:MOST_WHY]
+        why = progress.step.get("why")
+        if why is None and received < sent and self.witness is not None:
+            # A loss has no reason: one stands for a refusal.
+            why = self.witness.refusal(topic)
+        return Receipt(order.id, sent, received, count.honest, newest and progress.total > 0, short(why))
 
     def _receipt_without_messages(self, order: Order, sent: int) -> Receipt:
         """Attacks whose effect is not a message on a topic."""
@@ -257,14 +259,17 @@ class Attacks:
             count = self._count(ODOMETRY)
             # A heartbeat is no message: its receipt is the silence of the honest writer.
             honest, used, answered = count.honest, self.silenced, int(self.silenced and sent > 0)
-            if self.silenced:
+            if self.silenced and sent == 0:
                 why = why or f"no honest {ODOMETRY} after its number {count.sequence}"
         elif order.attack == "parameter":
             used = progress.answered > 0
         elif order.attack == "take_name" and sent > 0:
             assert self.witness is not None
             answered = int(self.witness.twins(COUNTS))
-        return Receipt(order.id, sent, answered, honest, used, None if why is None else str(why)[:MOST_WHY])
+        elif order.attack == "listen":
+            # A listener has no message of its own: it is given what passes.
+            sent = answered
+        return Receipt(order.id, sent, answered, honest, used, short(why))
 
     def end(self) -> None:
         """Takes rogue and witness out of the graph."""
@@ -272,3 +277,8 @@ class Attacks:
         if self.witness is not None:
             self.witness.end()
             self.witness = None
+
+
+def short(why: Any) -> Optional[str]:
+    """A reason as a receipt may have it."""
+    return None if why is None else str(why)[:MOST_WHY]

@@ -161,11 +161,15 @@ class Witness:
     def _publishers(self, topic: str, rogue: bool = True) -> "list[TopicEndpointInfo]":
         return [info for info in self.node.get_publishers_info_by_topic(topic) if self._is_rogue(info.endpoint_gid) == rogue]
 
+    def unread(self, topic: Optional[str]) -> Optional[str]:
+        """The reason why an attack on a topic has no target, None if it has one or needs none."""
+        return None if topic is None or self.readers[topic] is not None else f"the node does not read {topic}"
+
     def refusal(self, topic: str) -> Optional[str]:
         """The reason why the node's reader gets nothing of the rogue, if its announcement on the bus shows one."""
         reader = self.readers[topic]
         if reader is None:
-            return f"the node does not read {topic}"
+            return None
         offers = [info.qos_profile for info in self._publishers(topic)]
         refused = any(qos_check_compatible(offer, reader)[0] == QoSCompatibility.ERROR for offer in offers)
         return "incompatible QoS" if refused else None

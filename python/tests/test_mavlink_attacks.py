@@ -10,6 +10,7 @@ from .test_mavlink import MISSION, Case, bare
 #: Attacks that put no message in force.
 WITHOUT_EFFECT = {"flood"}
 
+
 @unittest.skipUnless(PYTHON.exists(), "MAVSDK and pymavlink are not installed: make -C guests/mavlink")
 class Attacks(Case):
     def signed(self) -> list[str]:

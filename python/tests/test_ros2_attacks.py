@@ -121,7 +121,8 @@ class Attacks(Graph):
     def test_one_packet_silences_a_best_effort_reader(self) -> None:
         done = self.trial("silence")
         self.assertEqual((total(done, "sent"), total(done, "received"), total(done, "honest")), (1, 1, 0))
-        self.assertEqual({r["why"] for r in receipts(done)}, {f"no honest /odom after its number {FIRST - 1}"})
+        # No reason in the step of the packet: one would stand for a refusal.
+        self.assertEqual([r["why"] for r in receipts(done)], [None] + [f"no honest /odom after its number {FIRST - 1}"] * 19)
         self.assertEqual(states(done), {"HOLDING"})
 
     def test_a_strangers_parameter_is_taken(self) -> None:
@@ -141,7 +142,7 @@ class Attacks(Graph):
         done = self.trial("listen")
         # Pose, inertial unit, satellite fix, tracks, command and time; none of its first step.
         self.assertEqual([r["received"] for r in receipts(done)][2:], [6] * 18)
-        self.assertEqual(total(done, "sent"), 0)
+        self.assertEqual(total(done, "sent"), total(done, "received"))
 
     def test_a_rate_is_of_the_vehicles_clock(self) -> None:
         done = self.trial("odometry", rate_hz=30.0)
@@ -168,7 +169,7 @@ class Readers(Graph):
     def test_a_route_without_a_reader_is_named(self) -> None:
         done = self.attacked(order("route"), "--rogue", command=node("ahead"))
         self.assertEqual({r["why"] for r in receipts(done)}, {"the node does not read /plan"})
-        self.assertEqual((total(done, "sent"), total(done, "received"), total(done, "used")), (100, 0, 0))
+        self.assertEqual((total(done, "sent"), total(done, "received"), total(done, "used")), (0, 0, 0))
 
     def test_forged_times_fire_a_timer(self) -> None:
         commands = []
@@ -211,7 +212,7 @@ class Failures(Graph):
 
     def test_a_rogue_that_lies_about_messages_has_none_received(self) -> None:
         lie = "for line in sys.stdin: answer({'topics': [], 'done': {'1': {'sent': 7}}}, json.loads(line))"
-        self.assertEqual(self.of(PARTICIPANT + lie), {"7 not received"})
+        self.assertEqual(self.of(PARTICIPANT + lie), {None})
 
     def test_a_rogue_outside_the_graph_is_given_no_order(self) -> None:
         absent = "import json, sys\nfor line in sys.stdin: print(json.dumps({'number': json.loads(line)['number']}), flush=True)"
