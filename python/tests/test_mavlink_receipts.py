@@ -1,5 +1,7 @@
 """Receipts of attacks on a MAVLink link: the relay's journal against the datagrams at the end's socket."""
 
+import contextlib
+import socket
 import sys
 import unittest
 from dataclasses import dataclass
@@ -9,7 +11,7 @@ from typing import Any, Optional
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "guests/mavlink"))
 
 from holdsafe_guest import Order
-from receipts import PROGRAM, VEHICLE, Receipts, Witness
+from receipts import PROGRAM, VEHICLE, KernelWitness, Receipts, Witness
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,29 @@ class Witnesses(unittest.TestCase):
             receipt = receipts.of(order, report, at)
             self.assertEqual((receipt.sent, receipt.received, receipt.honest), (2, 2, 1))
             self.assertEqual((receipt.used, receipt.why), (accepted, why))
+
+    def test_the_kernel_does_not_know_who_checks_signatures(self) -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+            end.bind(("127.0.0.1", 0))
+            for signed in (False, True):
+                arrived = KernelWitness(end.getsockname()[1], signed).match(sent(("a", 7), to=PROGRAM)).arrived
+                self.assertEqual([arrival.accepted for arrival in arrived], [not signed])
+
+    def test_a_full_socket_costs_the_attacker(self) -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+            end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            end.bind(("127.0.0.1", 0))
+            journal = sent(("h", 0), *[("a", 7)] * 200, to=PROGRAM)
+            for _ in journal:
+                end.sendto(bytes(200), end.getsockname())
+            arrived = KernelWitness(end.getsockname()[1]).match(journal)
+            end.setblocking(False)
+            there = 0
+            with contextlib.suppress(BlockingIOError):
+                while end.recv(4096):
+                    there += 1
+            self.assertEqual(len(arrived.arrived), there)
+            self.assertEqual(len(arrived.of(0)), 1)
 
     def test_a_set_point_is_in_force_only_where_it_is_followed(self) -> None:
         receipts, order = Receipts(), Order(7, "command", 20.0, 1.0)
