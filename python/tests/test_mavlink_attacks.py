@@ -2,11 +2,13 @@
 
 import tempfile
 import unittest
+from pathlib import Path
 
 from .mavlink_core import Core, order
 from .mavlink_series import OFF_BOARD, PATIENT, PYTHON, Seen, attacked, begin, flown
 from .test_mavlink import MISSION, Case, bare
 
+WATCH = Path(__file__).with_name("mavsdk_watch.py")
 #: Attacks that put no message in force.
 WITHOUT_EFFECT = {"flood"}
 
@@ -69,6 +71,16 @@ class Attacks(Case):
                 self.assertEqual((seen.total("sent"), seen.used()), (seen.total("received"), 0))
                 self.assertGreater(seen.total("received"), seen.total("honest"))
                 self.assertEqual(seen.state, "OFFBOARD")
+
+    def test_mavsdk_shows_a_forged_position_unless_it_is_signed(self) -> None:
+        for options, forged in (([], True), (self.signed(), False)):
+            with self.subTest(signed=bool(options)):
+                core = self.core([str(PYTHON), str(WATCH), "{port}"], *options)
+                core.fly(2.0)
+                attacked(core, 1, "odometry", 20.0, 5.0)
+                words = self.words(core)
+                self.assertIn("north 0\n", words)
+                self.assertEqual("north 5\n" in words, forged)
 
     def test_a_forged_mission_leads_elsewhere(self) -> None:
         for options, north in (([], 6.0), (self.signed(), 0.0)):
