@@ -113,7 +113,7 @@ class Bridge(Guest):
         if self.proxy:
             self.proxy.tell({"relay": self.relay.first[PROGRAM]})
         self.vehicle_witness, self.proxy_witness = Witness(VEHICLE), Witness(PROGRAM)
-        self.kernel_witness = KernelWitness(self.port)
+        self.kernel_witness = KernelWitness(self.port, signed=key is not None)
         return link
 
     def helper(self, script: str, *options: str) -> Helper:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from holdsafe_guest import Body, Place
+from pose import Pose
 
 #: Turn for a difference of headings, 1/s, and the greatest turn, rad/s.
 TURN, FASTEST_TURN = 1.5, 1.0
@@ -20,22 +21,6 @@ BRAKING = 0.6
 NEAR = 0.3
 #: Difference between heading and course above which wheels go slowly, rad, and that speed, m/s.
 ASIDE, SLOW = 1.0, 0.8
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Place, heading and motion by the vehicle's own sensors, at `stamp_s` of its clock."""
-
-    at: Place
-    yaw_rad: float
-    #: None on the ground.
-    height_m: Optional[float]
-    stamp_s: float
-    speed_m_s: float = 0.0
-    turn_rad_s: float = 0.0
-    #: Velocity east and north, m/s.
-    velocity: Place = (0.0, 0.0)
-    climb_m_s: float = 0.0
 
 
 @dataclass(frozen=True)

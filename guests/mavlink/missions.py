@@ -34,13 +34,13 @@ class Missions:
     def handlers(self) -> dict[str, Callable[[Any, float], bool]]:
         """By the type of the message; each is True if it has changed the mission."""
         return {
-            "MISSION_COUNT": self.begin,
-            "MISSION_ITEM_INT": self.item,
-            "MISSION_REQUEST_LIST": self.list,
-            "MISSION_REQUEST_INT": self.request,
-            "MISSION_REQUEST": self.request,
-            "MISSION_CLEAR_ALL": self.clear,
-            "MISSION_SET_CURRENT": self.seek,
+            "MISSION_COUNT": self.on_count,
+            "MISSION_ITEM_INT": self.on_item,
+            "MISSION_REQUEST_LIST": self.on_list,
+            "MISSION_REQUEST_INT": self.on_request,
+            "MISSION_REQUEST": self.on_request,
+            "MISSION_CLEAR_ALL": self.on_clear,
+            "MISSION_SET_CURRENT": self.on_seek,
         }
 
     def tick(self, wall_s: float) -> None:
@@ -60,7 +60,7 @@ class Missions:
     def answer(self, to: tuple[int, int], result: int, kind: int = MISSION) -> None:
         self.link.send(self.link.mav.mission_ack_encode(*to, result, kind))
 
-    def begin(self, message: Any, wall_s: float) -> bool:
+    def on_count(self, message: Any, wall_s: float) -> bool:
         if message.mission_type != MISSION:
             self.answer(source(message), ACCEPTED if message.count == 0 else UNSUPPORTED, message.mission_type)
             return False
@@ -78,13 +78,10 @@ class Missions:
         to, self.sender = self.sender, None
         assert to is not None  # as in `ask`
         self.vehicle.plan.replace(self.items)
-        if self.vehicle.ardupilot and self.items and self.vehicle.plan.current == 0:
-            # ArduPilot's item 0 is home, and is not flown.
-            self.vehicle.plan.current = 1
         self.answer(to, ACCEPTED)
         return True
 
-    def item(self, message: Any, wall_s: float) -> bool:
+    def on_item(self, message: Any, wall_s: float) -> bool:
         if source(message) != self.sender or message.mission_type != MISSION or message.seq != len(self.items):
             return False
         item = self.read(message)
@@ -111,12 +108,12 @@ class Missions:
         height = message.z - (self.globe.origin.height_m if message.frame in SEA else 0.0)
         return replace(raw, at=at, height_m=height)
 
-    def list(self, message: Any, _wall_s: float) -> bool:
+    def on_list(self, message: Any, _wall_s: float) -> bool:
         count = len(self.vehicle.plan.items) if message.mission_type == MISSION else 0
         self.link.send(self.link.mav.mission_count_encode(*source(message), count, message.mission_type))
         return False
 
-    def request(self, message: Any, _wall_s: float) -> bool:
+    def on_request(self, message: Any, _wall_s: float) -> bool:
         items = self.vehicle.plan.items
         if message.mission_type != MISSION or message.seq >= len(items):
             self.answer(source(message), INVALID, message.mission_type)
@@ -131,14 +128,13 @@ class Missions:
         )
         return False
 
-    def clear(self, message: Any, _wall_s: float) -> bool:
+    def on_clear(self, message: Any, _wall_s: float) -> bool:
         if message.mission_type in (MISSION, 255):
             self.vehicle.plan.replace([])
-            self.vehicle.plan.current = 0
         self.answer(source(message), ACCEPTED, message.mission_type)
         return message.mission_type in (MISSION, 255)
 
-    def seek(self, message: Any, _wall_s: float) -> bool:
+    def on_seek(self, message: Any, _wall_s: float) -> bool:
         return self.vehicle.plan.seek(message.seq)
 
 

@@ -23,25 +23,25 @@ class ParameterMessages:
 
     def handlers(self) -> dict[str, Callable[[Any, float], bool]]:
         """By the type of the message; each is True if it has changed a value."""
-        return {"PARAM_REQUEST_LIST": self.list, "PARAM_REQUEST_READ": self.read, "PARAM_SET": self.set}
+        return {"PARAM_REQUEST_LIST": self.on_list, "PARAM_REQUEST_READ": self.on_read, "PARAM_SET": self.on_set}
 
     def tick(self, _wall_s: float) -> None:
         for name in self.waiting[:BATCH]:
             self.send(name)
         del self.waiting[:BATCH]
 
-    def list(self, _message: Any, _wall_s: float) -> bool:
+    def on_list(self, _message: Any, _wall_s: float) -> bool:
         self.waiting = list(self.parameters.names)
         return False
 
-    def read(self, message: Any, _wall_s: float) -> bool:
+    def on_read(self, message: Any, _wall_s: float) -> bool:
         names, index = self.parameters.names, message.param_index
         name = names[index] if 0 <= index < len(names) else message.param_id
         if name in self.parameters.rows:
             self.send(name)
         return False
 
-    def set(self, message: Any, _wall_s: float) -> bool:
+    def on_set(self, message: Any, _wall_s: float) -> bool:
         name = message.param_id
         if name not in self.parameters.rows:
             return False

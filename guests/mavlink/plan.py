@@ -8,8 +8,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Optional
 
-from guidance import Pose
 from holdsafe_guest import Place
+from pose import Pose
 
 WAYPOINT, LOITER, LOITER_TIME, RETURN, LAND, TAKE_OFF, SPEED = 16, 17, 19, 20, 21, 22, 178
 MOVING = {WAYPOINT, LOITER, LOITER_TIME, RETURN, LAND, TAKE_OFF}
@@ -54,6 +54,8 @@ class Plan:
     items: list[Item] = field(default_factory=list)
     #: Index of the item in force; the number of items at the end.
     current: int = 0
+    #: Index of the first item that is flown.
+    first: int = 0
     #: Indices of items reached since they were last told.
     reached: list[int] = field(default_factory=list)
     #: Speed by the last item about it, m/s.
@@ -64,7 +66,7 @@ class Plan:
     def replace(self, items: list[Item]) -> None:
         """Takes new items. A mission on its way goes on at the same index, as on an autopilot that is given a mission in flight."""
         self.items = items
-        self.current = self.current if self.current < len(items) else 0
+        self.current = self.current if self.first <= self.current < len(items) else self.first
         self.there_since_s = None
 
     def seek(self, index: int) -> bool:
@@ -79,7 +81,7 @@ class Plan:
 
     def restart_if_finished(self) -> None:
         if self.finished:
-            self.current, self.speed_m_s = 0, None
+            self.current, self.speed_m_s = self.first, None
 
     def item(self) -> Optional[Item]:
         """The item that the vehicle moves by now; None at the end. Items without a motion are carried out on the way there."""

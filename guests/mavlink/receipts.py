@@ -92,8 +92,10 @@ class Witness:
 class KernelWitness:
     """The socket of a program that is not ours: the kernel counts the datagrams that it loses there, and delivers the rest."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, signed: bool = False) -> None:
         self.port, self.lost, self.noted = port, 0, False
+        #: A program that checks signatures by itself may refuse a datagram, which the kernel does not see: none counts as accepted then.
+        self.accepts = not signed
 
     def note(self, words: str) -> None:
         if not self.noted:
@@ -116,7 +118,7 @@ class KernelWitness:
             if to == PROGRAM and order and lost > 0:
                 lost -= 1
             elif to == PROGRAM:
-                found.arrived.append(Arrival(order, name, True, None))
+                found.arrived.append(Arrival(order, name, self.accepts, None))
         return found
 
 

@@ -8,7 +8,7 @@ import math
 from typing import Any, Optional
 
 from geodesy import UNITS, Globe
-from guidance import Pose
+from pose import Pose
 from vehicle import SetPoint
 
 #: Bits of the mask: fields that do not count.

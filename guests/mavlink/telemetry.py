@@ -9,9 +9,9 @@ import time
 from typing import Any, Callable, Optional
 
 from geodesy import Globe
-from guidance import Pose
 from link import Link, mavlink
 from modes import QUADROTOR, ROVER, ArduPilotModes, Mode, Px4Modes
+from pose import Pose
 from vehicle import Vehicle
 
 #: Periods by the number of the message, s of real time.

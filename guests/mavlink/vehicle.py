@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Callable, Optional
 
-from guidance import STAND, Limits, Motion, Pose, climb, driven, flown, rolled, towards, turn_to
+from guidance import STAND, Limits, Motion, climb, driven, flown, rolled, towards, turn_to
 from holdsafe_guest import Body, Place, Start, Step
 from modes import Asked, Mode
 from parameters import Parameters
 from plan import LAND, LOITER, RETURN, TAKE_OFF, Plan
+from pose import STALE, Pose, home_at, pose_at, posed
 
-#: Age of a fix at which the position counts as lost, s.
-STALE = 1.0
 #: Height by which a take-off may fall short of its goal, and below which the vehicle is on the ground, m.
 SHORT, GROUND = 0.3, 0.25
 #: Time without a change of height after which a climb or a descent is over, s, and the least change that counts, m.
@@ -65,7 +64,8 @@ class Vehicle:
         #: A body that leaves the ground counts as landed until a program has it take off: the platform is at height already.
         self.flies = self.body.medium == "air"
         self.landed = self.flies
-        self.plan = Plan()
+        # ArduPilot's item 0 is home, and is not flown.
+        self.plan = Plan(first=int(ardupilot))
         self.goal: tuple[Place, Optional[float], Optional[float]] = ((0.0, 0.0), None, None)
         self.set_point: Optional[SetPoint] = None
         self.climb_goal = 0.0
@@ -259,33 +259,6 @@ class Vehicle:
             return STAND
         yaw = math.pi / 2.0 - math.radians(item.values[3]) if math.isfinite(item.values[3]) and item.values[3] else None
         return towards(pose, item.at, item.height_m, limits, yaw)
-
-
-def pose_at(start: Start) -> Optional[Pose]:
-    pose = start.pose
-    return None if pose is None else Pose(pose.at, pose.yaw_rad, pose.height_m, -math.inf)
-
-
-def home_at(start: Start) -> Optional[Pose]:
-    pose = start.pose
-    return None if pose is None else Pose(pose.at, pose.yaw_rad, 0.0, start.time_s)
-
-
-def posed(before: Optional[Pose], step: Step) -> Optional[Pose]:
-    """The pose with a step's readings. Without a fix the place stays as it was: odometry alone is no position."""
-    height = step.height_m if step.height_m is not None else step.fix.height_m if step.fix else before.height_m if before else None
-    speed, turn = (step.odometry.speed_m_s, step.odometry.yaw_rate_rad_s) if step.odometry else (0.0, 0.0)
-    if step.fix is None:
-        return before and replace(before, height_m=height, speed_m_s=speed, turn_rad_s=turn)
-    at, yaw, stamp = step.fix.at, step.fix.yaw_rad, step.fix.stamp_s
-    velocity, rise = (speed * math.cos(yaw), speed * math.sin(yaw)), 0.0
-    if before and 0.0 < stamp - before.stamp_s <= STALE:
-        passed = stamp - before.stamp_s
-        velocity = ((at[0] - before.at[0]) / passed, (at[1] - before.at[1]) / passed)
-        rise = (height - before.height_m) / passed if height is not None and before.height_m is not None else 0.0
-    elif before and stamp == before.stamp_s:
-        velocity, rise = before.velocity, before.climb_m_s
-    return Pose(at, yaw, height, stamp, speed, turn, velocity, rise)
 
 
 def moved(pose: Pose, asked: SetPoint, limits: Limits) -> Motion:

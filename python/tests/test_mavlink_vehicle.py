@@ -1,23 +1,21 @@
-"""The vehicle behind MAVLink without MAVLink: its state, guidance, missions, parameters and receipts."""
+"""The vehicle behind MAVLink without MAVLink: its state, guidance, missions and parameters."""
 
 import json
 import math
 import sys
 import unittest
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "guests/mavlink"))
 
 from geodesy import Globe
 from guidance import STAND, Motion
-from holdsafe_guest import Order, Origin, Start, Step
+from holdsafe_guest import Origin, Start, Step
 from holdsafe_guest.reading import request
 from modes import ArduPilotModes, Asked, Mode, Px4Modes
 from parameters import Parameters
 from plan import LOITER, SPEED, WAYPOINT, Item, Plan
-from receipts import PROGRAM, VEHICLE, Receipts, Witness
 from route import waypoints_of
 from vehicle import Result, SetPoint, Vehicle
 
@@ -264,72 +262,17 @@ class Plans(unittest.TestCase):
         plan.replace(way((3.0, 0.0)))
         self.assertEqual(plan.current, 0)
 
+    def test_ardupilots_home_is_never_flown(self) -> None:
+        plan = Plan(first=1)
+        plan.replace(way((0.0, 0.0), (2.0, 0.0)))
+        self.assertEqual(plan.current, 1)
+        plan.complete()
+        plan.restart_if_finished()
+        self.assertEqual(plan.current, 1)
+
     def test_numbers_that_are_none_hold_nothing(self) -> None:
         item = Item(WAYPOINT, (NAN, NAN, NAN, NAN), 3, 1, 1, 3.0)
         self.assertEqual((item.hold_s(), item.radius_m(2.0)), (0.0, 2.0))
-
-
-@dataclass(frozen=True)
-class Reached:
-    serial: int
-    digest: str
-    accepted: bool = True
-    why: Optional[str] = None
-
-
-def sent(*datagrams: tuple[str, int], to: str = VEHICLE) -> list[list[Any]]:
-    return [[to, digest, order, "COMMAND_LONG"] for digest, order in datagrams]
-
-
-def orders(arrivals: Any) -> list[int]:
-    return [arrival.order for arrival in arrivals.arrived]
-
-
-class Witnesses(unittest.TestCase):
-    def test_a_replay_is_told_from_the_same_bytes(self) -> None:
-        witness = Witness(VEHICLE)
-        reached = [Reached(1, "a"), Reached(2, "b"), Reached(3, "a")]
-        self.assertEqual(orders(witness.match(sent(("a", 0), ("b", 0), ("a", 7)), reached)), [0, 0, 7])
-
-    def test_a_lost_datagram_moves_no_other(self) -> None:
-        witness = Witness(VEHICLE)
-        reached = [Reached(1, "a"), Reached(2, "c")]
-        self.assertEqual(orders(witness.match(sent(("a", 0), ("b", 7), ("c", 7)), reached)), [0, 7])
-
-    def test_a_datagram_of_a_third_process_belongs_to_no_order(self) -> None:
-        witness = Witness(VEHICLE)
-        self.assertEqual(orders(witness.match(sent(("a", 7)), [Reached(1, "x"), Reached(2, "a")])), [7])
-
-    def test_one_after_the_report_counts_in_the_next_step(self) -> None:
-        witness = Witness(VEHICLE)
-        self.assertEqual(orders(witness.match(sent(("a", 7)), [Reached(1, "a"), Reached(2, "b")])), [7])
-        self.assertEqual(orders(witness.match(sent(("b", 7)), [])), [7])
-        # Not in the one after that: a stranger's is forgotten.
-        witness.match([], [Reached(3, "c")])
-        witness.match([], [])
-        self.assertEqual(orders(witness.match(sent(("c", 7)), [])), [])
-
-    def test_a_receipt_says_why_none_is_accepted(self) -> None:
-        order = Order(7, "command", 20.0, 1.0)
-        journal = sent(("a", 0), ("b", 7), ("c", 7))
-        for accepted, why in ((True, None), (False, "signature")):
-            witness, receipts = Witness(VEHICLE), Receipts()
-            at = {
-                VEHICLE: witness.match(journal, [Reached(1, "a"), Reached(2, "b", accepted, why), Reached(3, "c", accepted, why)]),
-                PROGRAM: Witness(PROGRAM).match([], []),
-            }
-            receipts.note(at, {"set-point": 3 if accepted else 1}, follows=True)
-            report = {"journal": journal, "passed": 1, "dropped": 0, "missing": {}}
-            receipt = receipts.of(order, report, at)
-            self.assertEqual((receipt.sent, receipt.received, receipt.honest), (2, 2, 1))
-            self.assertEqual((receipt.used, receipt.why), (accepted, why))
-
-    def test_a_set_point_is_in_force_only_where_it_is_followed(self) -> None:
-        receipts, order = Receipts(), Order(7, "command", 20.0, 1.0)
-        at = {VEHICLE: Witness(VEHICLE).match(sent(("b", 7)), [Reached(1, "b")]), PROGRAM: Witness(PROGRAM).match([], [])}
-        for follows in (False, True):
-            receipts.note(at, {"set-point": 1}, follows)
-            self.assertEqual(receipts.used(order), follows)
 
 
 if __name__ == "__main__":

@@ -346,7 +346,7 @@ impl Autonomy {
         drive::SetPoint::Velocity { mm_s, turn_mrad_s: turn as i32 }
     }
 
-    /// What `decide` makes of the motion and its surroundings; none without leave to drive or without a place.
+    /// Decision on the motion and its surroundings; none without leave to drive or without a place.
     fn among_surroundings<T>(&self, now: Instant, decide: impl FnOnce(&Motion, &Surroundings<'_>) -> T) -> Option<T> {
         let mode_speed = self.mode_speed();
         let motion = self.view.localisation.motion().filter(|_| mode_speed > 0.0)?;

@@ -56,7 +56,7 @@ pub(crate) struct Bench {
     pub(crate) no_seals: bool,
     /// The other parts of a guest's velocity.
     pub(crate) velocity: Option<BodyVelocity>,
-    /// LiDAR looks around, and shows nothing.
+    /// LiDAR looks around an empty place.
     pub(crate) lidar: bool,
     pub(crate) no_grants: bool,
     /// Offset of the fix, mm north.

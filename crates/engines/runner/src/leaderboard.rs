@@ -166,7 +166,7 @@ impl PlannedRow {
         self.planned.first().ok_or_else(|| Failure::internal("a row without trials"))
     }
 
-    /// SHA-256 of what the trials depend on beside guest, program and seeds.
+    /// SHA-256 of all inputs of the trials beside guest, program and seeds.
     ///
     /// # Errors
     /// An input cannot be written; a defect of ours.

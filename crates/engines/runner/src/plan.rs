@@ -289,7 +289,7 @@ pub fn prepare(context: &Context, variation: Variation, options: &PlanOptions) -
     Ok(Planned { variation, setup, options, command: None, sabotage })
 }
 
-/// An attack on a guest's bus needs a guest whose file offers it.
+/// An attack on a guest's bus needs a guest that offers it.
 fn check_bus(scenario: &Scenario, loaded: Option<&LoadedGuest>) -> Result<(), Failure> {
     let offered = loaded.map_or(&[][..], |loaded| &loaded.guest.program.bus);
     let missing = scenario.guest_bus.iter().map(|table| table.attack).find(|attack| !offered.contains(attack));

@@ -192,7 +192,7 @@ pub struct Step {
     /// Height above the ground by the unit's own sensors, m; `None` in version 1 and on the ground.
     #[serde(default)]
     pub height_m: Option<f64>,
-    /// What LiDAR shows, without a class; `None` in version 1, without a product of LiDAR, and where the guest's file does not take
+    /// Returns of LiDAR, without a class; `None` in version 1, without a product of LiDAR, and where the guest's file does not take
     /// `nearby`.
     #[serde(default)]
     pub nearby: Option<Vec<Nearby>>,

@@ -1,7 +1,7 @@
 //! Attacks on a guest's own bus: the orders of a step to the guest's adapter, and its receipts.
 //!
 //! The program under test sees neither. The adapter carries out an order for one step at a time, so that the attack depends on the run's
-//! clock alone, and its witness counts what reached the attacked end. The adapter is a part of the instrument: a receipt is its word,
+//! clock alone, and its witness counts arrivals at the attacked end. The adapter is a part of the instrument: a receipt is its word,
 //! and its files are pinned by the guest's file. When an attack begins and ends is left to the engine.
 
 use ground_truth::BusAttack;
@@ -31,7 +31,7 @@ pub struct BusOrder {
     pub amount: f64,
 }
 
-/// What became of an order in one step.
+/// Result of an order in one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BusReceipt {

@@ -42,7 +42,7 @@ pub enum Protocol {
     #[serde(rename = "jsonl/1")]
     #[strum(serialize = "jsonl/1")]
     V1,
-    /// Also the body, the start, heights, what LiDAR shows, velocities as set-points, and attacks on the guest's own bus.
+    /// Also the body, the start, heights, returns of LiDAR, velocities as set-points, and attacks on the guest's own bus.
     #[serde(rename = "jsonl/2")]
     #[strum(serialize = "jsonl/2")]
     V2,
@@ -65,7 +65,7 @@ pub enum Input {
     Tracks,
     /// Places that other units claim.
     Teammates,
-    /// What LiDAR shows nearby, without a class. From `jsonl/2` on.
+    /// Returns of LiDAR nearby, without a class. From `jsonl/2` on.
     Nearby,
 }
 

@@ -156,7 +156,7 @@ pub struct Step {
     /// Height above the ground by the unit's own sensors, m. From `jsonl/2` on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
-    /// What LiDAR shows; absent without a product of LiDAR, or if `nearby` is not taken. From `jsonl/2` on.
+    /// Returns of LiDAR nearby; absent without a product of LiDAR, or if `nearby` is not taken. From `jsonl/2` on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearby: Option<Vec<Nearby>>,
     /// Attacks for the adapter to carry out on the guest's bus in this step; absent without one. From `jsonl/2` on.

@@ -3,7 +3,7 @@
 //! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's
 //! requests reach it as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`bus`] has attacks on
 //! the messages among the guest's own programs, [`pool`] keeps a process for the next trial. [`check`] exercises a program
-//! without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
+//! without a run. No code here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
 
 pub mod bus;
 pub mod check;

@@ -20,7 +20,7 @@ fn attacked(receipt: &str) -> String {
         .replace("\"place\":'\"$place\"'}}'", "\"place\":'\"$place\"''\"$bus\"'}}'")
 }
 
-/// A guest of `jsonl/2` whose adapter offers these attacks.
+/// A guest of `jsonl/2` with an adapter that offers these attacks.
 fn adapter(dir: &Path, receipt: &str, offers: &str) -> String {
     let path = guest(dir, &attacked(receipt), "");
     let text = fs::read_to_string(&path).unwrap();

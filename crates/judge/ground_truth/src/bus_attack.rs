@@ -1,7 +1,7 @@
 //! Attacks on the bus of a guest: the messages by which the guest's own programs talk to each other, such as a ROS 2 graph or a
 //! MAVLink link.
 //!
-//! The guest's adapter carries them out and counts what its witness receives (`docs/researcher/guests.md`). The meaning of each on a
+//! The guest's adapter carries them out and counts the messages that its witness receives (`docs/researcher/guests.md`). The meaning of each on a
 //! given bus is left to the adapter's own page.
 
 use minicbor::{Decode, Encode};

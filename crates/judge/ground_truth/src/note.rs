@@ -159,7 +159,7 @@ pub enum Note {
         /// Distance to the surface below, beyond the least.
         #[n(4)] clearance: i32,
     },
-    /// The guest's adapter carried out an attack on the guest's bus for one step, and its witness counted what arrived.
+    /// The guest's adapter carried out an attack on the guest's bus for one step, and its witness counted arrivals.
     #[n(102)] GuestBus {
         /// Number of the order in the run's plan.
         #[n(0)] order: u8,

@@ -20,7 +20,7 @@ pub struct SignedRow {
 }
 
 impl SignedRow {
-    /// The row, signed by its contributor, whose public key is put into it.
+    /// The row, signed by its contributor, with the public key in it.
     ///
     /// # Errors
     /// The row is out of its bounds.

@@ -9,7 +9,7 @@ use board::{Board, BoardError, ContributorKey, MAX_FILE_BYTES, MAX_KEY_BYTES};
 
 use crate::failure::{Exit, Failure};
 
-/// Reads a leaderboard whose form is right. Its rows are not checked.
+/// Reads a leaderboard of the right form. Its rows are not checked.
 ///
 /// # Errors
 /// The file cannot be read, or is no leaderboard.

@@ -1,6 +1,6 @@
 //! `[[guest_bus]]`: an attacker on the bus by which a guest's own programs talk to each other, such as a ROS 2 graph or a MAVLink link.
 //!
-//! The guest's adapter carries it out, step by step, and its witness counts what reaches the attacked end. A run needs a guest whose file
+//! The guest's adapter carries it out, step by step, and its witness counts arrivals at the attacked end. A run needs a guest whose file
 //! offers the attack.
 
 use evidence::Planned;

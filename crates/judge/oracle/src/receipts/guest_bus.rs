@@ -20,7 +20,7 @@ pub(crate) fn receipt(evidence: &Evidence, wanted: BusAttack, window: Window) ->
     arrived.find(|w| window.contains(w.at)).map(|w| w.at)
 }
 
-/// True if the attacked end refused everything of the attacks from `from` on, so that nothing of theirs came into force.
+/// True if the attacked end refused everything of the attacks from `from` on, so that none of them came into force.
 pub(crate) fn refused(evidence: &Evidence, from: Micros) -> bool {
     let mut any = false;
     for w in evidence.entries.iter().filter(|w| w.at >= from) {

@@ -38,7 +38,7 @@ struct ReplayObject {
     schema_version: u32,
     row: usize,
     title: String,
-    /// Differences between what made the row and what is here.
+    /// Differences between the row's inputs and those at hand.
     remarks: Vec<String>,
     #[serde(flatten)]
     replay: Replay,
