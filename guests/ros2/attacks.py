@@ -10,6 +10,7 @@ import secrets
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
+from conversion import Place
 from graph import NAME, Graph
 from holdsafe_guest import Order, Receipt, Step
 from rogue_link import RogueLink, whole
@@ -226,6 +227,10 @@ class Attacks:
         """True once the node has sent a command for each pose of the step, honest and forged: it can have no further one."""
         count = self._count(ODOMETRY)
         return bool(self.graph.base.honest >= count.honest + count.rogue > 0)
+
+    def place(self) -> Optional[Place]:
+        """The place that the node drives by, once an order may have changed it."""
+        return self.witness.place() if self.witness is not None and self.begun else None
 
     def receipts(self, step: Step) -> list[Receipt]:
         """Those of the step's orders, at its end. Orders on one topic share what was received of it, the first one first."""

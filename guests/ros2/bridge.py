@@ -175,7 +175,7 @@ class Bridge(Guest):
             self.counts.missed += 1
 
     def reply(self, step: Step, missed: bool, receipts: Any) -> Reply:
-        place = self.place if self.options.place else None
+        place = (self.attacks.place() or self.place) if self.options.place else None
         command = self.ready().base.command
         if command is None or (step.limit_m_s <= 0.0 and not self.options.unlocked):
             return Reply(0.0, 0.0, state="WAITING", place=place, bus=receipts)

@@ -89,6 +89,8 @@ class Attacks(Graph):
         self.received(done, 100)
         self.assertEqual(({r["honest"] for r in receipts(done)}, {r["used"] for r in receipts(done)}), ({1}, {True}))
         self.assertLess(done.truth[-1].y, -0.01)
+        # It drives by the forged place.
+        self.assertAlmostEqual(done.exchanges[-1][1]["reply"]["place"][1], done.truth[-1].y + 3.0, places=2)
 
     def test_a_forged_command_is_in_force(self) -> None:
         done = self.trial("command")
@@ -124,6 +126,8 @@ class Attacks(Graph):
         # No reason in the step of the packet: one would stand for a refusal.
         self.assertEqual([r["why"] for r in receipts(done)], [None] + [f"no honest /odom after its number {FIRST - 1}"] * 19)
         self.assertEqual(states(done), {"HOLDING"})
+        self.assertEqual(len({tuple(answer["reply"]["place"]) for _, answer in done.exchanges[FIRST:]}), 1)
+        self.assertGreater(done.truth[-1].x - done.exchanges[-1][1]["reply"]["place"][0], 0.5)
 
     def test_a_strangers_parameter_is_taken(self) -> None:
         done = self.trial("parameter", rate_hz=0.0, amount=0.0)
