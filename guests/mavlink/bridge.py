@@ -140,7 +140,10 @@ class Bridge(Guest):
 
     def environment(self) -> dict[str, str]:
         words = {f"MAVLINK_{name[1:-1].upper()}": value for name, value in self.words().items()}
-        return {**words, "PYTHONUNBUFFERED": "1", **({"MAVLINK_KEY": self.options.sign} if self.options.sign else {})}
+        if self.options.sign:
+            words["MAVLINK_KEY"] = self.options.sign
+        # MAVSDK leaves a folder among the temporary files of a program that is killed.
+        return {**words, "PYTHONUNBUFFERED": "1", "TMPDIR": self.folder}
 
     def wait_for_program(self, autopilot: Autopilot, program: Program) -> None:
         def ended() -> Optional[str]:
