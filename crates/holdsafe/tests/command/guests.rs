@@ -188,7 +188,7 @@ fn shipped_guests_drive_live_inside_confinement() {
 fn mistakes_in_a_guest_file_have_a_place() {
     let dir = tempfile::tempdir().unwrap();
     let cases = [
-        ("protocol = \"jsonl/1\"", "protocol = \"jsonl/9\"", "protocol jsonl/1 expected, got jsonl/9"),
+        ("protocol = \"jsonl/1\"", "protocol = \"jsonl/9\"", "protocol jsonl/1 or jsonl/2 expected, got jsonl/9"),
         ("gives = [\"drive\"", "gives = [\"dive\"", "unknown variant `dive`"),
         ("takes", "takse", "unknown field `takse`"),
     ];
