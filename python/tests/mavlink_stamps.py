@@ -1,6 +1,7 @@
 """Time stamps, keys and phases of an end of a signed link in trouble, for the vehicle's end and the program's.
 
-An end has three phases: `begin`, `during` the trouble, `after` it. The settings of a phase change those of the phase before, by name:
+An end has four phases: `begin`, `before` the trouble in the first second of flight, `during` it, and `after` it. The settings of a phase
+change those of the phase before, by name:
 
     key      "right", "other" or "none"
     link_id  of the signatures
@@ -30,6 +31,7 @@ SOUND: Settings = {"key": "right", "link_id": 0, "clock_s": 0.0, "adopts": True,
 KEYS = {"right": hashlib.sha256(b"correct-horse").digest(), "other": hashlib.sha256(b"battery-staple").digest(), "none": None}
 #: Time from the first sign of flight to the trouble, s.
 BEFORE = 1.0
+PHASES = ("begin", "before", "during", "after")
 
 
 class Stamps(mavlink.MAVLinkSigning):  # type: ignore[misc]
@@ -74,14 +76,15 @@ class Phases:
     def started(self) -> None:
         """Notes a sign of contact, or of flight: the first one starts the clock."""
         if self.due_s is None:
-            self.due_s = time.monotonic() + (0.0 if self.row["at_contact"] else BEFORE)
+            self.due_s = time.monotonic()
 
     def turn(self) -> bool:
         """True if a new phase has begun."""
         if self.due_s is None or time.monotonic() < self.due_s or self.name == "after":
             return False
-        self.name = "during" if self.name == "begin" else "after"
-        self.due_s += self.row["seconds"]
+        self.name = PHASES[PHASES.index(self.name) + 1]
+        lasts_s = 0.0 if self.row["at_contact"] else BEFORE
+        self.due_s += lasts_s if self.name == "before" else self.row["seconds"]
         self.settings = {**self.settings, "restart": False, **self.row.get(self.name, {})}
         self.log.write(phase=self.name)
         return True

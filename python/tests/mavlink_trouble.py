@@ -152,7 +152,10 @@ def lines(folder: "str | Path", name: str) -> list[Line]:
 def moment(phase: str, row: Row, logs: dict[str, list[Line]]) -> float:
     """The time at which the trouble begins or ends: at the side that has it; for want of one, at the program's end."""
     sides = [side for side in ("end", "vehicle") if phase in row[side]] or ["end"]
-    return max(line["at_s"] for side in sides for line in logs[side] if line.get("phase") == phase)
+    times = [line["at_s"] for side in sides for line in logs[side] if line.get("phase") == phase]
+    if not times:
+        raise ValueError(f"{row['name']}: no phase {phase}")
+    return max(times)
 
 
 def seen_in(row: Row, vehicle: list[Line], end: list[Line]) -> Seen:

@@ -138,7 +138,7 @@ class End:
         if retry == "held":
             self.waiting.append((time.monotonic() + HELD, self.send, self.packed(message)))
             return
-        content, now = message.get_payload()[:32], time.monotonic()
+        content, now = bytes(message.get_payload()[:32]), time.monotonic()
         since, first = self.tries.get(content, (float("-inf"), b""))
         if now - since > SAME:
             # The first try is lost.
