@@ -242,6 +242,7 @@ def cells(row: Row, flights: list[Seen]) -> dict[str, Any]:
         "flies": spread([f.flies_s for f in flights]),
         "calls": calls,
         "said": flights[0].said,
+        "each": [vars(flight) | {"vehicle": vars(flight.vehicle), "program": vars(flight.program)} for flight in flights],
         "found": {name: sorted(words) for name, words in found.items()},
         "unexpected": {
             name: sorted(words) for name, words in found.items() if words != {row["expected"][name]}
@@ -261,8 +262,13 @@ def main() -> None:
     with ThreadPoolExecutor(asked.jobs) as pool:
         flights = [[pool.submit(flown, row, seed) for seed in range(1, asked.flights + 1)] for row in chosen]
         for row, waiting in zip(chosen, flights):
-            made = cells(row, [flight.result() for flight in waiting])
-            print(json.dumps(made) if asked.json else text(made), flush=True)
+            valid = [flight.result() for flight in waiting if flight.exception() is None]
+            for flight in waiting:
+                if error := flight.exception():
+                    print(f"{row['name']}: a flight is not counted: {error!r}", file=sys.stderr)
+            if valid:
+                made = cells(row, valid)
+                print(json.dumps(made) if asked.json else text(made), flush=True)
 
 
 def text(made: dict[str, Any]) -> str:
