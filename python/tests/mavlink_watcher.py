@@ -2,7 +2,7 @@
 
     mavlink_watcher.py PORT
 
-Each second it asks for a rate of the position, a command that needs an answer, and for OFFBOARD if the vehicle is in another mode.
+Each second it asks for OFFBOARD, so that a vehicle that has left that mode returns to it, and for a rate of the position.
 """
 
 import asyncio
@@ -53,11 +53,9 @@ async def fly(port: str) -> None:
             pass
         await offboard.set_velocity_body(FORWARD)
         while not watching.done():
-            mode = str(await telemetry.flight_mode())
-            if "OFFBOARD" not in mode.upper():
-                # MAVSDK has forgotten the set-point after a start without an answer.
-                await offboard.set_velocity_body(FORWARD)
-                await tried("offboard", offboard.start())
+            # MAVSDK has forgotten the set-point after a start without an answer.
+            await offboard.set_velocity_body(FORWARD)
+            await tried("offboard", offboard.start())
             await tried("rate", telemetry.set_rate_position(5.0))
             await asyncio.sleep(1.0)
 
