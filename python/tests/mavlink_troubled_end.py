@@ -3,7 +3,7 @@
     mavlink_troubled_end.py FOLDER PORT -- command of the program
 
 The folder has `row.json`; `end.log` is written to it: each datagram from the vehicle and to it, and each line that the program prints.
-Beside the settings of `mavlink_stamps` a phase may have:
+This end's trouble may last longer (`seconds`). Beside the settings of `mavlink_stamps` a phase may have:
 
     loss, late   share of the datagrams of both directions that are lost, or arrive behind later ones
     retry        sending of commands: "cached" sends the bytes of the first try, which was lost, again; "signed" signs each try anew,
@@ -42,7 +42,7 @@ class End:
 
     def __init__(self, row: dict[str, Any], port: int, log: Log, chance: random.Random) -> None:
         self.log, self.chance, self.peer = log, chance, 0
-        given = {**row["end"], "at_contact": row["at_contact"], "seconds": row["seconds"]}
+        given = {"seconds": row["seconds"], **row["end"], "at_contact": row["at_contact"]}
         self.phases = Phases(given, log)
         self.outside, self.inside, self.program = open_socket(port), open_socket(), 0
         self.mav, self.reader = parser(0, 0), parser(0, 0)
