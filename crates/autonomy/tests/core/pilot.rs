@@ -69,7 +69,7 @@ fn velocity_of_a_free_body_is_limited_in_its_own_direction() {
     let freely = Limits { free: true, ..Limits::GROUND };
     let parts = BodyVelocity { left_mm_s: 4000, up_mm_s: 0, turn_mrad_s: 5000 };
     let given = |bare: bool| {
-        let mut bench = Bench::piloted_with(freely.clone(), bare, Some((0, 0)));
+        let mut bench = Bench::piloted_with(freely, bare, Some((0, 0)));
         bench.velocity = Some(parts);
         bench.reach(Mode::Ready);
         bench.run(200);
