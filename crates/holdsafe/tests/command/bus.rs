@@ -143,6 +143,9 @@ fn new_ros2_node_stands_behind_the_bridge() {
     let text = fs::read_to_string(dir.path().join("mine/guest.toml")).unwrap();
     let bridge = text.split('"').find(|word| word.ends_with("ros2_guest.py")).expect("a bridge");
     assert!(Path::new(bridge).exists() && text.contains("name = \"mine\""), "{text}");
+    // Without the wheels the bridge does not start; the file itself is right.
+    let checked = made(&["--root", root.to_str().unwrap(), "guest", "check", "mine/guest.toml"]);
+    assert!(checked.status.code() != Some(2), "{}", String::from_utf8_lossy(&checked.stderr));
     let node = fs::read_to_string(dir.path().join("mine/node.py")).unwrap();
     assert!(node.lines().count() < 45 && !node.contains("holdsafe"), "a node of ROS 2 alone");
 }
