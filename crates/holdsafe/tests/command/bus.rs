@@ -96,7 +96,7 @@ fn both_judges_agree_on_an_attacked_bus() {
         let dir = tempfile::tempdir().unwrap();
         let guest = adapter(dir.path(), receipt, "\"command\"");
         let out = dir.path().join("out");
-        let _trial = trial(&guest, &["--out", out.to_str().unwrap()]);
+        assert_eq!(trial(&guest, &["--out", out.to_str().unwrap()])["outcome"], outcome);
         let Some(output) = second_judge(&out.join("twin/bus_command/1/events.jsonl")) else { return };
         assert_eq!(object(&output)["outcome"], outcome, "{output:?}");
     }
