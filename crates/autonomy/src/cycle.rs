@@ -322,7 +322,7 @@ impl Autonomy {
 
     /// Velocity off the map's walls at the unit's height, ahead and to the left, mm/s; none towards the fence. What
     /// perception shows does not push the unit.
-    fn off_walls(&self) -> Point {
+    pub(crate) fn off_walls(&self) -> Point {
         let (Some((aloft, height)), Some(motion)) = (self.height(), self.view.localisation.motion()) else {
             return (0.0, 0.0);
         };

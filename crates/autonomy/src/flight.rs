@@ -83,7 +83,7 @@ pub fn climb_within(climb: f64, height: f64, limits: &Aloft, margin: f64) -> f64
     let [floor, ceiling] = limits.floor_ceiling_mm.map(f64::from);
     let most = f64::from(limits.climb_mm_s);
     let (down, up) = ((height - floor - margin) * CLIMB, (ceiling - 2.0 * margin - height) * CLIMB);
-    climb.clamp(-most, most).min(up).max(-down.max(0.0))
+    climb.min(up).max(-down.max(0.0)).clamp(-most, most)
 }
 
 #[cfg(test)]
@@ -113,7 +113,7 @@ pub(crate) mod tests {
         let climb = |height, asked| climb_within(asked, height, &LIMITS, 500.0);
         let most = f64::from(LIMITS.climb_mm_s);
         assert_eq!((climb(2500.0, 9000.0), climb(ceiling - 1000.0, 900.0)), (most, 0.0));
-        assert!(climb(ceiling, 0.0) < 0.0, "above it the unit comes down");
+        assert_eq!(climb(ceiling + 20_000.0, 0.0), -most, "far above it the unit comes down no faster than it may");
         assert_eq!((climb(floor + 500.0, -900.0), climb(floor + 600.0, -900.0)), (0.0, -100.0));
     }
 

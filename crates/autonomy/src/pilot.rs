@@ -342,7 +342,9 @@ impl Autonomy {
         let fastest_turn = f64::from(limits.turning_mm_s).max(allowed) * limits.curvature_per_mm() * 1000.0;
         let turn = f64::from(parts.turn_mrad_s).clamp(-fastest_turn, fastest_turn);
         let (sin, cos) = libm::sincos(direction);
-        let mm_s = [allowed * cos, allowed * sin, climb].map(|part| part as i32);
+        // Gusts move a hover sideways whatever the guest asks for.
+        let off = self.off_walls();
+        let mm_s = [allowed * cos + off.0, allowed * sin + off.1, climb].map(|part| part as i32);
         drive::SetPoint::Velocity { mm_s, turn_mrad_s: turn as i32 }
     }
 

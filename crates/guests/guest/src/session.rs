@@ -35,7 +35,7 @@ pub struct Session {
     launcher: Arc<dyn Launcher>,
     /// The running program, or the failure that ended it; neither before the first start.
     state: Result<Option<Box<dyn GuestChannel>>, Failure>,
-    /// Where the vehicle moves, by the newest start.
+    /// Medium of the vehicle's motion, by the newest start.
     medium: Medium,
 }
 

@@ -52,7 +52,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             let platform = scenario::load_platform(&platform)?;
             let terms = Terms { bounds: platform.bounds.to_bounds(), limits: platform.limits() };
             let map = (map.display().to_string(), text);
-            let scene = args.scenario.as_deref().map(|file| scene::wanted(context, file, &platform)).transpose()?;
+            let scene =
+                args.scenario.as_deref().map(|file| scene::requested_scene(context, file, &platform)).transpose()?;
             Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), terms, scene })
         }
     };

@@ -72,7 +72,7 @@ pub struct StartPose {
     pub height_mm: Option<i32>,
 }
 
-/// Where a body moves, which decides the set-points that it can follow.
+/// Medium in which a body moves: it decides the set-points that the body can follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 #[cbor(index_only)]
 #[derive(IntoStaticStr)]
@@ -99,7 +99,7 @@ impl Medium {
 /// Measures of the vehicle's body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Body {
-    /// Where it moves.
+    /// Medium of its motion.
     #[n(0)]
     pub medium: Medium,
     /// Length and width, millimetres; 0 for a line of sight.

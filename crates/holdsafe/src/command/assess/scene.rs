@@ -12,7 +12,7 @@ use sim::sensor::localisation::SIGMA_MM;
 use super::confined::Scene;
 
 /// The scenario that this file is to have, on this platform.
-pub(super) fn wanted(context: &Context, file: &Path, platform: &Platform) -> Result<Scene, Failure> {
+pub(super) fn requested_scene(context: &Context, file: &Path, platform: &Platform) -> Result<Scene, Failure> {
     let wrong = |reason: &str| Failure::new(Exit::Usage, format!("{}: {reason}", file.display()));
     let stem = file.file_stem().filter(|_| file.extension().is_some_and(|end| end == "toml"));
     let stem = stem.and_then(|stem| stem.to_str()).ok_or_else(|| wrong("a scenario's file is NAME.toml"))?;
