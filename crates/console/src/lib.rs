@@ -40,6 +40,7 @@ pub mod skew;
 #[cfg(feature = "process")]
 pub mod source;
 pub mod text;
+pub mod trace;
 pub mod watch;
 
 use std::collections::VecDeque;

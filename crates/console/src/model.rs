@@ -28,6 +28,7 @@ use crate::images::Gallery;
 use crate::life::{Commands, Giver};
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 use crate::skew::Skew;
+use crate::trace::{Sample, Trace};
 
 /// Lost tracks of one unit that are kept; six times as many as it reports at once.
 pub const MAX_LOST: usize = 48;
@@ -66,6 +67,8 @@ struct Heard {
     lost: Lost,
     /// Skew of its clock in this boot.
     skew: Skew,
+    /// Its reports over time, in every boot.
+    trace: Trace,
 }
 
 /// Tracks that a unit no longer reports, oldest first, at most [`MAX_LOST`].
@@ -203,6 +206,8 @@ impl Model {
             _ => Skew::default(),
         };
         skew.heard(report.stamp, arrived, seen);
+        let mut trace = slot.as_mut().map(|heard| core::mem::take(&mut heard.trace)).unwrap_or_default();
+        trace.push(Sample::new(arrived, age.map(Age::upper), report));
         let lost = lost_by(report, slot.take(), arrived);
         *slot = Some(Heard {
             report: report.id(),
@@ -218,6 +223,7 @@ impl Model {
             tracks: report.tracks.iter().map(|track| Aged::new(*track, arrived, older(track.age))).collect(),
             lost,
             skew,
+            trace,
         });
         self.commands.reported(arrived, *unit, report);
         let link = self.links.entry(via).or_insert(Link { open: true, since: arrived, heard: None });
@@ -409,6 +415,7 @@ impl Model {
                 .collect(),
             lost_more: heard.lost.more,
             clock: heard.skew.rate(),
+            trace: heard.trace.clone(),
         }
     }
 }

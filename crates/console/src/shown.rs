@@ -29,6 +29,7 @@ use crate::images::Images;
 use crate::intent::Basis;
 use crate::life::ShownCommand;
 use crate::skew::Rate;
+use crate::trace::Trace;
 
 /// State that a unit reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,6 +139,8 @@ pub struct ShownUnit {
     pub lost_more: u32,
     /// Rate of its clock against the console's, where known: ages rest on it.
     pub clock: Option<Rate>,
+    /// Its reports over time.
+    pub trace: Trace,
 }
 
 impl ShownUnit {
