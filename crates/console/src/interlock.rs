@@ -14,17 +14,21 @@ use wire::sensor::{Modalities, Modality};
 use wire::time::Span;
 
 use crate::shown::{Shown, ShownUnit, State};
-use crate::text;
+use crate::{text, wording};
 
 /// A condition with its value and its limit, as displayed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Predicate {
-    /// Name of the condition.
+    /// Name of the condition, for programs.
     pub name: &'static str,
+    /// Name of the condition, for persons.
+    pub title: &'static str,
     /// Present value, as displayed.
     pub value: String,
     /// Required value; empty where the name says it.
     pub limit: String,
+    /// Value beside its limit, for persons; empty where `value` says it.
+    pub reading: String,
     /// True if it holds.
     pub holds: bool,
     /// True if it was judged at all: an unknown value does not fail.
@@ -35,18 +39,30 @@ pub struct Predicate {
 
 impl Predicate {
     fn new(name: &'static str, holds: bool, value: impl Into<String>, limit: impl Into<String>) -> Self {
-        Self { name, value: value.into(), limit: limit.into(), holds, judged: true, unable: Unable::Interlock }
+        Self {
+            name,
+            title: name,
+            value: value.into(),
+            limit: limit.into(),
+            reading: String::new(),
+            holds,
+            judged: true,
+            unable: Unable::Interlock,
+        }
     }
 
     /// Present and required value; empty where neither is known.
     pub fn measured(&self) -> String {
-        let Predicate { value, limit, .. } = self;
+        let Predicate { value, limit, reading, .. } = self;
+        if !reading.is_empty() {
+            return reading.clone();
+        }
         if value.is_empty() || limit.is_empty() { value.clone() } else { format!("{value}, limit {limit}") }
     }
 
     /// Name, value and limit of the condition.
     pub fn describe(&self) -> String {
-        if self.value.is_empty() { self.name.to_owned() } else { format!("{} ({})", self.name, self.measured()) }
+        if self.value.is_empty() { self.title.to_owned() } else { format!("{} ({})", self.title, self.measured()) }
     }
 
     fn or(self, unable: Unable) -> Self {
@@ -142,7 +158,15 @@ impl ShownUnit {
                 None if guard == Guard::Teammates => (true, (claims(holds, &state.measured), String::new())),
                 None => (state.authority.is_some(), self.designation(bounds)),
             };
-            Predicate { judged: known || !holds, ..Predicate::new(suite.guard(guard), holds, value, limit) }
+            let reading = Limit::for_guard(guard, bounds).zip(measured).map_or(String::new(), |(limit, value)| {
+                wording::reading(value, limit) + &awaited((guard, suite), holds, value, limit)
+            });
+            Predicate {
+                title: wording::guard(suite, guard),
+                reading,
+                judged: known || !holds,
+                ..Predicate::new(suite.guard(guard), holds, value, limit)
+            }
         };
         Guard::ALL.into_iter().map(guard).collect()
     }
@@ -208,7 +232,7 @@ fn in_mode(mode: Mode, wanted: Option<Mode>) -> Predicate {
 /// Every guard but the one over a designation, which only a unit with authority needs.
 fn guards_hold(state: &State) -> Predicate {
     let failing: Vec<&str> =
-        state.failing.iter().filter(|g| *g != Guard::Designation).map(|g| state.suite().guard(g)).collect();
+        state.failing.iter().filter(|g| *g != Guard::Designation).map(|g| wording::guard(state.suite(), g)).collect();
     let value = if failing.is_empty() { "none".to_owned() } else { failing.join(", ") };
     Predicate::new("guards failing", failing.is_empty(), value, "none")
 }
@@ -268,10 +292,21 @@ fn judged((guard, suite): (Guard, Suite), holds: bool, value: Option<i32>, limit
     }
 }
 
+/// What a guard waits for that fails within its limit.
+fn awaited((guard, suite): (Guard, Suite), holds: bool, value: i32, limit: Limit) -> String {
+    match limit {
+        _ if holds || limit.exceeded(value) => String::new(),
+        Limit::Age(_) if guard == Guard::Localisation => format!(", but against its {}", suite.reckoning()),
+        Limit::Drift(_) => ", until it is 0".to_owned(),
+        Limit::Offset(most) => format!(", until it is {}", f64::from(most) / 2000.0),
+        Limit::Age(_) | Limit::Spare(_) => String::new(),
+    }
+}
+
 /// Result of the checks of teammates' claims.
 fn claims(holds: bool, measured: &Measured) -> String {
     match measured.teammate() {
-        Some((unit, found)) => format!("{unit}: {}", found.name()),
+        Some((unit, found)) => format!("{unit}: {}", wording::inconsistency(found)),
         None if holds => "consistent".to_owned(),
         None => "not said whose".to_owned(),
     }

@@ -11,6 +11,7 @@ pub mod age;
 pub mod alarm;
 pub mod alarms;
 mod aloft;
+pub mod banner;
 pub mod display;
 pub mod eye;
 #[cfg(feature = "gui")]
@@ -42,6 +43,7 @@ pub mod source;
 pub mod text;
 pub mod trace;
 pub mod watch;
+pub mod wording;
 
 use std::collections::VecDeque;
 
@@ -157,7 +159,7 @@ impl Console {
         let station = Station {
             operator: config.operator,
             role: config.role,
-            marks: Marks { ablation, ..Marks::default() },
+            marks: Marks { ablation, waived: wording::waived(&setup.policy), ..Marks::default() },
             bounds: setup.bounds,
             revocable: config.revocations.iter().map(|(node, _)| (*node, false)).collect(),
             awaited: config.awaited,

@@ -27,6 +27,10 @@ pub(crate) fn line(shown: &Shown) -> String {
         "role": shown.role.name(),
         "replay": shown.marks.replay,
         "ablation": shown.marks.ablation,
+        "waived": shown.marks.waived,
+        "invalid": shown.marks.invalid,
+        "worst_first": shown.worst_first().iter().map(|(unit, sign)| json!({ "unit": unit.name(), "sign": sign }))
+            .collect::<Value>(),
         "host_wait_ms": shown.marks.host_wait.map(ms),
         "limits_ms": limits(&shown.limits),
         "max_speed_mm_s": shown.bounds.max_speed_mm_s,
@@ -85,6 +89,7 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
     let ((state, _), (pose, _)) = (of.state.get(), of.pose.get());
     json!({
         "unit": of.unit.name(),
+        "banner": shown.banner(of.unit),
         "via": of.via,
         "origin": of.origin.words(),
         "checks_waived": !of.waived.is_empty(),
@@ -94,7 +99,8 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
             "cause": state.cause(),
             "failing": state.failing.iter().map(|guard| guard.name()).collect::<Value>(),
             "guards": of.guards(&shown.bounds).iter().map(|guard| json!({
-                "name": guard.name, "holds": guard.holds, "value": guard.value, "limit": guard.limit,
+                "name": guard.name, "title": guard.title, "holds": guard.holds, "value": guard.value, "limit": guard.limit,
+                "reading": guard.measured(),
             })).collect::<Value>(),
             "authority": state.authority.map(|held| json!({ "track": held.track.0, "left_ms": left(held.left) })),
             "settings": of.settings(&shown.bounds),

@@ -193,6 +193,8 @@ pub struct Marks {
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
+    /// What it waives, in words.
+    pub waived: String,
     /// Longest wait of a service for a core in the last ten seconds, where it is worth showing.
     pub host_wait: Option<Span>,
     /// Reason for which the shown recording is no evidence; never set on a live picture.

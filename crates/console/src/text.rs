@@ -28,7 +28,8 @@ pub fn lines(shown: &Shown) -> String {
         line(&mut text, format_args!("INVALID, evidence of nothing: {reason}"));
     }
     if let Some(mark) = &shown.marks.ablation {
-        line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
+        let waived = &shown.marks.waived;
+        line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark} ({waived})"));
     }
     if let Some(wait) = shown.marks.host_wait {
         line(

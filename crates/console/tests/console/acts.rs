@@ -121,16 +121,17 @@ fn step_towards_safe_drops_the_opposite_order() {
 fn failing_guard_within_its_limit_names_its_wait() {
     let mut bench = Bench::seating(Role::Supervise);
     for (guard, value, words) in [
-        (Guard::Localisation, 84, "84 ms, fix and odometry disagree, limit 300 ms"),
-        (Guard::Drift, 12, "12 mm s, limit 0 mm s to recover"),
-        (Guard::TimeBase, 3_000, "3000 us, limit 2500 us to recover"),
+        (Guard::Localisation, 84, "84 of 300 ms, but against its odometry"),
+        (Guard::Drift, 12, "60 % of its limit, until it is 0"),
+        (Guard::TimeBase, 3_000, "3.0 of 5 ms, until it is 2.5"),
     ] {
         let failing = Guards::default().with_guard(guard);
         let measured = Measured::default().with_value(guard, Some(value));
         let lost = Report { failing, measured, ..bench.next(Mode::Degraded) };
         bench.heard(&lost, Span::ms(20));
         let text = console::text::lines(&bench.console.shown(bench.now));
-        assert!(text.contains(&format!("failing {} ({words})", guard.name())), "{text}");
+        let name = console::wording::guard(Suite::Scene, guard);
+        assert!(text.contains(&format!("failing {name} ({words})")), "{text}");
         bench.pass(Span::ms(100));
     }
 }
