@@ -210,10 +210,7 @@ impl Shown {
             _ => {}
         }
         let answer = Answer::new(Sign::Normal, lasting(self.at.since(unit.since)));
-        match self.marks.began {
-            Some(began) => answer.with(Sign::Normal, format!("at {}", clock(unit.since.since(began)))),
-            None => answer,
-        }
+        answer.with(Sign::Normal, format!("at {}", clock(unit.since.since(self.epoch()))))
     }
 
     /// The next step: one imperative, and what it waits for.

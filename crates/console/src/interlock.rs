@@ -154,7 +154,7 @@ impl ShownUnit {
             let holds = !state.failing.contains(guard);
             let measured = state.measured.value(guard);
             let (known, (value, limit)) = match Limit::for_guard(guard, bounds) {
-                Some(limit) => (measured.is_some(), judged((guard, suite), holds, measured, limit)),
+                Some(limit) => (measured.is_some(), judged(measured, limit)),
                 None if guard == Guard::Teammates => (true, (claims(holds, &state.measured), String::new())),
                 None => (state.authority.is_some(), self.designation(bounds)),
             };
@@ -267,8 +267,8 @@ fn designates(unit: &ShownUnit, track: TrackId, bounds: &Bounds) -> Vec<Predicat
     all
 }
 
-/// A guard's value and its limit, in words. A guard that fails within its limit names the condition it waits for.
-fn judged((guard, suite): (Guard, Suite), holds: bool, value: Option<i32>, limit: Limit) -> (String, String) {
+/// A guard's value and its limit, each with its unit.
+fn judged(value: Option<i32>, limit: Limit) -> (String, String) {
     let words = |value: i32| match limit {
         Limit::Age(_) if value == i32::MAX => "unknown".to_owned(),
         Limit::Age(_) => format!("{value} ms"),
@@ -280,16 +280,7 @@ fn judged((guard, suite): (Guard, Suite), holds: bool, value: Option<i32>, limit
         Limit::Spare(bound) => format!("{} m", f64::from(bound) / 1000.0),
         Limit::Age(bound) | Limit::Drift(bound) | Limit::Offset(bound) => words(bound),
     };
-    let Some(value) = value else { return ("not known".to_owned(), bound) };
-    let is_kept = !holds && !limit.exceeded(value);
-    match (is_kept, limit) {
-        (true, Limit::Age(_)) if guard == Guard::Localisation => {
-            (format!("{}, fix and {} disagree", words(value), suite.reckoning()), bound)
-        }
-        (true, Limit::Drift(_)) => (words(value), format!("{} to recover", words(0))),
-        (true, Limit::Offset(most)) => (words(value), format!("{} to recover", words(most / 2))),
-        (true | false, _) => (words(value), bound),
-    }
+    (value.map_or("not known".to_owned(), words), bound)
 }
 
 /// What a guard waits for that fails within its limit.

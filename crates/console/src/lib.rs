@@ -157,6 +157,7 @@ impl Console {
         let gate = setup.gate(Topic::Feed, setup.bounds.freshness())?;
         let ablation = (!setup.policy.is_full()).then(|| setup.policy.name.clone());
         let station = Station {
+            started: now,
             operator: config.operator,
             role: config.role,
             marks: Marks { ablation, waived: wording::waived(&setup.policy), ..Marks::default() },

@@ -36,6 +36,8 @@ pub const MAX_LOST: usize = 48;
 /// The identity of a display: operator and role.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Station {
+    /// Time at which the console started.
+    pub started: Instant,
     /// The node that issues the commands.
     pub operator: NodeId,
     /// Permissions of the person here.
@@ -354,6 +356,7 @@ impl Model {
         let (past, past_more) = self.history.shown();
         Shown {
             at: now,
+            started: self.station.started,
             operator: self.station.operator,
             role: self.station.role,
             marks: Marks { host_wait: self.host_wait.longest_wait(now), ..self.station.marks.clone() },

@@ -206,6 +206,8 @@ pub struct Marks {
 pub struct Shown {
     /// Time, on the console's clock.
     pub at: Instant,
+    /// Time at which the console started.
+    pub started: Instant,
     /// The node that issues the commands.
     pub operator: NodeId,
     /// Permissions of the person here.
@@ -262,6 +264,11 @@ impl Shown {
         }
         self.at += delay;
         self
+    }
+
+    /// Time from which times are written: the run's start, where a recording knows it, else the console's own.
+    pub fn epoch(&self) -> Instant {
+        self.marks.began.unwrap_or(self.started)
     }
 
     /// The unit, if it has been heard.

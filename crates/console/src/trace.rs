@@ -92,6 +92,11 @@ impl Trace {
         &self.whole
     }
 
+    /// Distance of the samples of the whole run.
+    pub fn apart(&self) -> Span {
+        Span(APART.0 << self.doubled.min(30))
+    }
+
     /// Adds the newest sample.
     pub(crate) fn push(&mut self, sample: Sample) {
         let close = Arc::make_mut(&mut self.close);
@@ -99,7 +104,7 @@ impl Trace {
         while close.len() > MAX_CLOSE || close.front().is_some_and(|first| sample.at.since(first.at) > CLOSE) {
             close.pop_front();
         }
-        let apart = Span(APART.0 << self.doubled.min(30));
+        let apart = self.apart();
         if self.whole.last().is_some_and(|last| sample.at.since(last.at) < apart && sample.mode == last.mode) {
             return;
         }

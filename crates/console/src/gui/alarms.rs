@@ -70,6 +70,11 @@ fn table(ui: &mut Ui) -> TableBuilder<'_> {
 }
 
 /// The history, newest first.
+pub(super) fn draw_history(ui: &mut Ui, _: &mut ViewState, shown: &Shown) {
+    happened(ui, shown, "");
+}
+
+/// The history, newest first.
 fn happened(ui: &mut Ui, shown: &Shown, wanted: &str) {
     if shown.past_more > 0 {
         let text = format!("{} older are no longer kept here; a recording has them", shown.past_more);

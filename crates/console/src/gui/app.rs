@@ -27,8 +27,12 @@ pub const MOST_OFTEN: Duration = Duration::from_millis(100);
 pub const AT_LEAST: Duration = Duration::from_millis(250);
 /// Redraw period of a paused recording: a request to close may be waiting.
 const STANDING: Duration = Duration::from_secs(1);
-/// The window's least width, points: the strip has room in it.
-const LEAST_WIDTH: f32 = 1320.0;
+/// The window's least size, points: the banner and the units have room in it.
+const LEAST: [f32; 2] = [1024.0, 700.0];
+/// Width of a window from which on it starts larger than drawn, and by how much: 15 points are then 20 minutes of arc
+/// at 60 cm and 96 dots an inch (NUREG-0700, 1.3.1-4, prefers 20 to 22).
+const LARGE: f32 = 1900.0;
+const LARGER: f32 = 1.1;
 /// Display time of the notice that an act was not taken, seconds.
 const UNTAKEN_FOR: f64 = 10.0;
 /// Layouts are kept so often, where they have changed, seconds.
@@ -45,7 +49,7 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
         .with_title(&looks.title)
         .with_app_id("holdsafe-console")
         .with_inner_size([1440.0, 860.0])
-        .with_min_inner_size([LEAST_WIDTH, 640.0]);
+        .with_min_inner_size(LEAST);
     let options = NativeOptions { viewport, renderer: eframe::Renderer::Glow, ..NativeOptions::default() };
     let title = looks.title.clone();
     let make = move |context: &CreationContext<'_>| -> Result<Box<dyn App>, _> {
@@ -75,6 +79,8 @@ struct Program {
     kept: String,
     /// Time of the last read, on egui's clock, seconds.
     looked: f64,
+    /// True once the zoom to start with was chosen.
+    zoomed: bool,
 }
 
 impl Program {
@@ -95,7 +101,7 @@ impl Program {
         }
         // What is never touched is never written.
         let kept = window.layouts_mut().saved().unwrap_or_default();
-        Self { window, source, newest: None, made: 0.0, untaken: None, drawn, layout, kept, looked: 0.0 }
+        Self { window, source, newest: None, made: 0.0, untaken: None, drawn, layout, kept, looked: 0.0, zoomed: false }
     }
 
     /// Keeps the layouts, where they are others than are kept. A run may end without asking the window.
@@ -144,6 +150,10 @@ impl App for Program {
             self.newest = Some(newest);
             self.made = now - lain.as_ms() / 1000.0;
         }
+        if !self.zoomed && ctx.content_rect().width() >= LARGE {
+            ctx.set_zoom_factor(LARGER);
+        }
+        self.zoomed = true;
         zoom_that_fits(ctx);
         if now - self.looked >= KEPT_EVERY {
             self.looked = now;
@@ -196,10 +206,11 @@ impl Drawn {
     }
 }
 
-/// Limits the zoom so that the strip, with its fixed cell widths, fits the window.
+/// Limits the zoom so that the window has at least the size that its parts need.
 fn zoom_that_fits(ctx: &Context) {
     let zoom = ctx.zoom_factor();
-    let most = ctx.content_rect().width() * zoom / LEAST_WIDTH;
+    let size = ctx.content_rect().size() * zoom;
+    let most = (size.x / LEAST[0]).min(size.y / LEAST[1]);
     if zoom > most.max(1.0) {
         ctx.set_zoom_factor(most.max(1.0));
     }

@@ -4,35 +4,49 @@
 //! Permission is no decision of this view: it draws the interlocks and what is prepared as the model has them.
 
 use eframe::egui::{
-    self, Button, Key, Label, Layout, Modifiers, RadioButton, Response, RichText, ScrollArea, Stroke, TextEdit, Ui,
-    Widget, vec2,
+    self, Align, Button, FontId, Frame, Key, Label, Layout, Margin, Modifiers, RadioButton, Response, RichText, Role,
+    ScrollArea, Stroke, TextEdit, TextFormat, Ui, Widget, WidgetInfo, text::LayoutJob, vec2,
 };
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::id::UnitId;
+use wire::mode::Mode;
 
-use super::theme::Palette;
+use super::marks::{self, Shape, Tone};
+use super::theme::{BODY, Palette};
 use super::view_state::ViewState;
 use super::words;
 use super::{Wish, given, images, settings};
 use crate::act::{Act, Order, Prepared};
+use crate::banner::Plan;
+use crate::interlock::Predicate;
 use crate::shown::Shown;
+use crate::wording::lasting;
 
-/// Width of the column, points.
-pub(super) const WIDTH: f32 = 292.0;
+/// Width of the column in a window of this width, points.
+pub(super) fn width(window: f32) -> f32 {
+    match window {
+        w if w < 1440.0 => 262.0,
+        w if w < 1920.0 => 284.0,
+        _ => 324.0,
+    }
+}
+
+/// Height of HOLD, points.
+const HOLD: f32 = 74.0;
 /// Longest reason, bytes, as the intent carries it.
 const MAX_REASON: usize = 64;
 
 /// The keys that command, read before any control sees them: so HOLD works during typing.
 pub(super) fn keys(ui: &Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
-    if dead(shown).is_some() {
-        return;
-    }
     for (key, modifiers) in pressed(ui) {
         match (key, modifiers.shift) {
+            (Key::F1 | Key::F9, _) if dead(shown).is_some() => {}
             (Key::F1, false) => wishes.push(hold(view_state.unit)),
             (Key::F1, true) => wishes.extend(units(shown).map(hold)),
             (Key::F9, _) => wishes.extend(shown.prepared.and_then(|prepared| confirm(view_state, &prepared))),
+            (Key::F2, _) => super::units::step(view_state, shown, 1),
+            (Key::F3, _) => view_state.choose(shown.worst_first().first().map_or(view_state.unit, |(unit, _)| *unit)),
             (Key::Escape, _) if shown.prepared.is_some() => withdraw(view_state, wishes),
             _ => {}
         }
@@ -70,7 +84,10 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         match &shown.prepared {
             Some(prepared) => confirmation(ui, view_state, shown, prepared, wishes),
-            None => choice(ui, view_state, shown, wishes),
+            None => {
+                next(ui, view_state, shown);
+                choice(ui, view_state, shown, wishes);
+            }
         }
         ui.separator();
         given::draw(ui, shown);
@@ -121,27 +138,56 @@ fn towards_safe(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: 
     if let Some(reason) = dead {
         ui.label(RichText::new(reason).color(palette.caution).strong());
     }
-    let text = RichText::new(format!("HOLD {}   F1", view_state.unit)).size(20.0).strong();
-    let button = match dead {
-        None => Button::new(text.color(palette.on_block)).fill(palette.strong).stroke(Stroke::new(1.0, palette.line)),
-        Some(_) => lifeless(text, palette),
-    };
-    if wide(ui, dead, 56.0, button) {
-        wishes.push(hold(view_state.unit));
-    }
-    let half = vec2((ui.available_width() - 6.0) / 2.0, 28.0);
+    hold_button(ui, view_state, shown, wishes);
+    let half = vec2((ui.available_width() - 6.0) / 2.0, 34.0);
     let small = |text: String| match dead {
         None => Button::new(text),
         Some(_) => lifeless(RichText::new(text), palette),
     };
     ui.horizontal(|ui| {
-        if able(ui, dead, small("HOLD ALL   Shift F1".to_owned()).min_size(half)).clicked() {
+        if able(ui, dead, small("HOLD all  Shift F1".to_owned()).min_size(half)).clicked() {
             wishes.extend(units(shown).map(hold));
         }
-        if able(ui, dead, small(format!("Disarm {}", view_state.unit)).min_size(half)).clicked() {
+        if able(ui, dead, small(format!("Disarm {}", view_state.unit)).min_size(half).truncate()).clicked() {
             wishes.push(Wish::Act(Act::Now(Order::Command(view_state.unit, CommandKind::Disarm))));
         }
     });
+}
+
+/// HOLD: one block with the largest words of the column, and below them its key and its reach.
+fn hold_button(ui: &mut Ui, view_state: &ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let palette = Palette::current(ui);
+    let dead = dead(shown);
+    let reach = match shown.unit(view_state.unit).map(crate::shown::ShownUnit::plan) {
+        Some(Plan::Silence(Some(next))) => format!("F1 · goes out in {}", lasting(next)),
+        Some(Plan::Silence(None)) => "F1 · no contact is planned".to_owned(),
+        _ => "F1 · works from anywhere".to_owned(),
+    };
+    let ink = if dead.is_some() { palette.weak } else { palette.on_block };
+    let mut text = LayoutJob { halign: Align::Center, ..LayoutJob::default() };
+    let strike = if dead.is_some() { Stroke::new(1.0, ink) } else { Stroke::NONE };
+    for (words, size) in [(format!("HOLD {}", view_state.unit), 28.0), (format!("\n{reach}"), BODY)] {
+        let format = TextFormat {
+            font_id: FontId::proportional(size),
+            color: ink,
+            strikethrough: strike,
+            ..TextFormat::default()
+        };
+        text.append(&words, 0.0, format);
+    }
+    let (fill, edge) = if dead.is_some() { (palette.pane, palette.faint) } else { (palette.text, palette.line) };
+    let size = vec2(ui.available_width(), HOLD);
+    let button = Button::new(text).fill(fill).stroke(Stroke::new(1.0, edge)).min_size(size);
+    let add = |ui: &mut Ui| {
+        let response = able(ui, dead, button);
+        let text = format!("HOLD {}   F1", view_state.unit);
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, dead.is_none(), &text));
+        response.clicked()
+    };
+    let center = Layout::centered_and_justified(egui::Direction::LeftToRight);
+    if ui.allocate_ui_with_layout(size, center, add).inner {
+        wishes.push(hold(view_state.unit));
+    }
 }
 
 /// A button that takes no press in this window: struck out, and no block that rises from the pane.
@@ -174,6 +220,66 @@ fn orders(view_state: &ViewState, shown: &Shown) -> Vec<Order> {
     let held = shown.unit(view_state.unit).and_then(|unit| unit.state.fresh()).and_then(|state| state.authority);
     kinds.extend(held.map(|held| CommandKind::Confirm(held.track)));
     kinds.into_iter().map(|kind| Order::Command(view_state.unit, kind)).collect()
+}
+
+/// The order that the banner's next step asks for, if it asks for one, with the first condition that it waits for.
+fn next(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
+    heading(ui, "Next for you");
+    let palette = *Palette::current(ui);
+    let order = due(view_state, shown);
+    let frame =
+        Frame::new().fill(palette.raised).stroke(Stroke::new(1.0, palette.edge)).inner_margin(Margin::symmetric(10, 8));
+    let answer = shown.banner(view_state.unit).next;
+    frame.show(ui, |ui| {
+        ui.set_min_width(ui.available_width());
+        let Some(order) = order else {
+            ui.add(Label::new(RichText::new(&answer.headline).size(18.0).color(palette.strong)).wrap());
+            for (_, detail) in &answer.details {
+                ui.add(Label::new(RichText::new(detail).color(palette.text)).wrap());
+            }
+            return;
+        };
+        let chosen = view_state.order == Some(order);
+        let text = RichText::new(words::capital(&words::order(&order))).size(18.0).color(palette.strong);
+        if able(ui, dead(shown), Button::selectable(chosen, text)).clicked() {
+            view_state.order = Some(order);
+        }
+        let interlocks = shown.interlocks(&order);
+        let Some(failing) = interlocks.iter().find(|predicate| !predicate.holds) else {
+            ui.label(RichText::new("possible now: arm, then confirm").color(palette.text));
+            return;
+        };
+        ui.horizontal(|ui| {
+            marks::shape(ui, Shape::Diamond, Tone::Caution, "not yet");
+            let text = format!("not yet: {}", why_not(failing));
+            ui.add(Label::new(RichText::new(text).color(palette.caution)).wrap());
+        });
+    });
+    ui.add_space(6.0);
+}
+
+/// The order that the unit's mode waits for.
+fn due(view_state: &ViewState, shown: &Shown) -> Option<Order> {
+    let unit = shown.unit(view_state.unit)?;
+    let state = unit.state.fresh()?;
+    let kind = match state.mode {
+        Mode::Idle => CommandKind::Enable,
+        Mode::HoldSafe => CommandKind::Resume,
+        Mode::PrepareToAct => CommandKind::Confirm(state.authority?.track),
+        Mode::Ready | Mode::Degraded => return None,
+    };
+    Some(Order::Command(view_state.unit, kind))
+}
+
+/// A condition that does not hold, in words that follow *not yet*.
+fn why_not(failing: &Predicate) -> String {
+    match failing.name {
+        "mode" => format!("only from {}", failing.limit),
+        "state fresh" => format!("its state is {} old", failing.value),
+        "guards failing" => format!("{} fails", failing.value),
+        "role" => format!("role {} is needed", failing.limit),
+        _ => format!("{}: {}", failing.title, failing.value),
+    }
 }
 
 /// First step: choose; second step: arm. An order with a failed interlock names the first beside it.
@@ -236,20 +342,20 @@ fn arm(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Order, wi
 }
 
 fn order_row(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Order) {
-    let why_not = shown.interlocks(order).into_iter().find(|predicate| !predicate.holds);
+    let failing = shown.interlocks(order).into_iter().find(|predicate| !predicate.holds);
     let chosen = view_state.order == Some(*order);
-    ui.horizontal(|ui| {
-        let text = RichText::new(words::order(order));
-        let text = if why_not.is_some() { text.color(Palette::current(ui).weak) } else { text };
-        let text = if dead(shown).is_some() { text.strikethrough() } else { text };
-        if able(ui, dead(shown), RadioButton::new(chosen, text)).clicked() {
-            view_state.order = Some(*order);
-        }
-        if let Some(failing) = &why_not {
-            let line = format!("{}: {}", failing.name, failing.value);
-            ui.add(Label::new(RichText::new(line).small().weak()).truncate());
-        }
-    });
+    let text = RichText::new(words::capital(&words::order(order)));
+    let text = if failing.is_some() { text.color(Palette::current(ui).weak) } else { text };
+    let text = if dead(shown).is_some() { text.strikethrough() } else { text };
+    if able(ui, dead(shown), RadioButton::new(chosen, text)).clicked() {
+        view_state.order = Some(*order);
+    }
+    if let Some(failing) = &failing {
+        ui.horizontal(|ui| {
+            ui.add_space(24.0);
+            ui.add(Label::new(RichText::new(format!("not yet: {}", why_not(failing))).small().weak()).truncate());
+        });
+    }
 }
 
 /// Third step: the images, the consequence, the time left, the reason, and the two ways out.
@@ -294,5 +400,5 @@ fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
 
 /// Heading of the rows below.
 pub(super) fn heading(ui: &mut Ui, text: &str) {
-    ui.label(RichText::new(text).small().weak());
+    ui.label(RichText::new(text).weak());
 }

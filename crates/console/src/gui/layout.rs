@@ -7,7 +7,7 @@ use egui_tiles::{Behavior, Linear, LinearDir, SimplificationOptions, Tile, TileI
 use serde::{Deserialize, Serialize};
 
 use super::view_state::ViewState;
-use super::{Wish, ages, alarms, map, refusals, tracks, why};
+use super::{Wish, alarms, map, plots, refusals, tracks, video, why};
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -26,31 +26,38 @@ pub const MAX_NAME: usize = 16;
 pub enum Pane {
     /// The map from above.
     Map,
-    /// The track table.
-    Tracks,
     /// The conditions of the chosen unit's mode.
     Why,
-    /// Ages over time.
-    Ages,
+    /// Values over time.
+    Plots,
+    /// The track table.
+    Tracks,
+    /// Images of the tracks.
+    Video,
+    /// Alarms.
+    Alarms,
+    /// Events at this display.
+    History,
     /// Refusals by reason.
     Refusals,
-    /// Alarms and history.
-    Alarms,
 }
 
 impl Pane {
     /// Every pane.
-    pub const ALL: [Pane; 6] = [Pane::Map, Pane::Tracks, Pane::Why, Pane::Ages, Pane::Refusals, Pane::Alarms];
+    pub const ALL: [Pane; 8] =
+        [Pane::Map, Pane::Why, Pane::Plots, Pane::Tracks, Pane::Video, Pane::Alarms, Pane::History, Pane::Refusals];
 
     /// Title of the pane.
     pub fn title(self) -> &'static str {
         match self {
             Pane::Map => "Map",
-            Pane::Tracks => "Tracks",
             Pane::Why => "Why",
-            Pane::Ages => "Ages",
-            Pane::Refusals => "Refusals",
+            Pane::Plots => "Plots",
+            Pane::Tracks => "Tracks",
+            Pane::Video => "Video",
             Pane::Alarms => "Alarms",
+            Pane::History => "History",
+            Pane::Refusals => "Refusals",
         }
     }
 }
@@ -58,7 +65,7 @@ impl Pane {
 /// Layouts to choose from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
-    /// Map and tracks beside each other, the rest below: for the operator.
+    /// Map above alarms, plots above reasons and tracks: for the operator.
     Operate,
     /// Every pane open: for examining a cause.
     Examine,
@@ -208,22 +215,24 @@ impl Tiling {
     /// The layout of a preset.
     pub fn new(preset: Preset) -> Self {
         let mut tiles = Tiles::default();
-        let [map, tracks, tile, ages, refusals, alarms] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
+        let [map, why, plots, tracks, video, alarms, history, refusals] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
         let root = match preset {
             Preset::Operate => {
-                let more = tiles.insert_tab_tile(vec![tile, ages, refusals]);
-                let upper = split_horizontal(&mut tiles, map, tracks, BESIDE_TABLES);
-                let lower = split_horizontal(&mut tiles, alarms, more, 0.56);
-                split_vertical(&mut tiles, upper, lower, 0.62)
+                let happened = tiles.insert_tab_tile(vec![alarms, history, refusals]);
+                let left = split_vertical(&mut tiles, map, happened, 0.7);
+                let reasons = tiles.insert_tab_tile(vec![why, tracks, video]);
+                let right = split_vertical(&mut tiles, plots, reasons, 0.56);
+                split_horizontal(&mut tiles, left, right, BESIDE_PLOTS)
             }
             Preset::Examine => {
-                let reasons = split_vertical(&mut tiles, tile, ages, 0.6);
-                let left = split_vertical(&mut tiles, map, reasons, 0.42);
-                let happened = split_vertical(&mut tiles, refusals, alarms, 0.5);
-                let right = split_vertical(&mut tiles, tracks, happened, 0.4);
-                split_horizontal(&mut tiles, left, right, BESIDE_TABLES)
+                let left = split_vertical(&mut tiles, map, why, 0.55);
+                let middle = split_vertical(&mut tiles, plots, video, 0.6);
+                let happened = tiles.insert_tab_tile(vec![alarms, history, refusals]);
+                let right = split_vertical(&mut tiles, tracks, happened, 0.5);
+                let rest = split_horizontal(&mut tiles, middle, right, 0.5);
+                split_horizontal(&mut tiles, left, rest, 0.34)
             }
-            Preset::Map => tiles.insert_tab_tile(vec![map, tracks, alarms, tile, ages, refusals]),
+            Preset::Map => tiles.insert_tab_tile(vec![map, alarms, why, plots, tracks, video, history, refusals]),
         };
         Self(Tree::new(Id::unique("panes"), root, tiles))
     }
@@ -239,8 +248,8 @@ impl Tiling {
     }
 }
 
-/// Share of the part left of the tables: the rest is as wide as they are, down to the window's least width.
-const BESIDE_TABLES: f32 = 0.44;
+/// Share of the map beside plots and tables.
+const BESIDE_PLOTS: f32 = 0.54;
 
 fn split_horizontal(tiles: &mut Tiles<Pane>, left: TileId, right: TileId, share: f32) -> TileId {
     tiles.insert_container(Linear::new_binary(LinearDir::Horizontal, [left, right], share))
@@ -286,9 +295,11 @@ impl Behavior<Pane> for Panes<'_> {
                 Pane::Map => map::draw(ui, self.view_state, self.site, self.shown),
                 Pane::Tracks => tracks::draw(ui, self.view_state, self.shown, self.wishes),
                 Pane::Why => why::draw(ui, self.view_state, self.shown),
-                Pane::Ages => ages::draw(ui, self.view_state, self.shown),
+                Pane::Plots => plots::draw(ui, self.view_state, self.shown),
+                Pane::Video => video::draw(ui, self.view_state, self.shown),
                 Pane::Refusals => refusals::draw(ui, self.shown),
                 Pane::Alarms => alarms::draw(ui, self.view_state, self.shown, self.wishes),
+                Pane::History => alarms::draw_history(ui, self.view_state, self.shown),
             }
         });
         UiResponse::None
@@ -301,6 +312,10 @@ impl Behavior<Pane> for Panes<'_> {
     /// Every pane keeps its title, by which it is dragged.
     fn simplification_options(&self) -> SimplificationOptions {
         SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
+    }
+
+    fn tab_bar_height(&self, _: &Style) -> f32 {
+        30.0
     }
 
     fn gap_width(&self, _: &Style) -> f32 {

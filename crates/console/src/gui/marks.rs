@@ -5,14 +5,17 @@
 //!
 //! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.
 
+use std::sync::Arc;
+
 use eframe::egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Response, Role, Sense, Shape as Drawn, Stroke, StrokeKind, TextStyle,
-    Ui, Vec2, WidgetInfo, vec2,
+    Align2, Color32, FontId, Galley, Painter, Pos2, Rect, Response, Role, Sense, Shape as Drawn, Stroke, StrokeKind,
+    TextStyle, Ui, Vec2, WidgetInfo, text::LayoutJob, vec2,
 };
 use wire::event::Freshness;
 use wire::mode::Mode;
 
 use super::theme::Palette;
+use crate::banner::Sign;
 use crate::life::Life;
 
 /// Degree of abnormality.
@@ -106,6 +109,19 @@ pub(super) fn track(of: Freshness, dropped: bool) -> (Tone, Shape, &'static str)
     }
 }
 
+/// Tone and shape of a sign.
+pub(super) fn sign(sign: Sign) -> (Tone, Shape) {
+    match sign {
+        Sign::Normal => (Tone::Normal, Shape::Disc),
+        Sign::Quiet => (Tone::Weak, Shape::Ring),
+        Sign::Authority => (Tone::Mark, Shape::Triangle),
+        Sign::Past => (Tone::Advice, Shape::Ring),
+        Sign::Caution => (Tone::Caution, Shape::Diamond),
+        Sign::Held => (Tone::Caution, Shape::Square),
+        Sign::Lost => (Tone::Alarm, Shape::Cross),
+    }
+}
+
 /// Sign of a mode.
 pub(super) fn mode(mode: Mode) -> (Tone, Shape) {
     match mode {
@@ -135,18 +151,46 @@ pub(super) fn shape(ui: &mut Ui, shape: Shape, tone: Tone, name: &str) -> Respon
     response
 }
 
+/// Offset at which a text is painted a second time: the face has no bold one.
+const BOLD: f32 = 0.55;
+
+/// A text that stands out, at `place` by `align`. Returns its rectangle.
+pub(super) fn bold(painter: &Painter, place: Pos2, align: Align2, text: &str, size: f32, color: Color32) -> Rect {
+    painter.text(place + vec2(BOLD, 0.0), align, text, FontId::proportional(size), color);
+    painter.text(place, align, text, FontId::proportional(size), color)
+}
+
+/// A text within a width and a number of rows. Its last row ends in an ellipsis where there is more.
+pub(super) fn fitted(
+    painter: &Painter,
+    text: &str,
+    size: f32,
+    color: Color32,
+    (width, rows): (f32, usize),
+) -> Arc<Galley> {
+    let mut job = LayoutJob::simple(text.to_owned(), FontId::proportional(size), color, width);
+    job.wrap.max_rows = rows;
+    painter.layout_job(job)
+}
+
+/// A galley, painted twice.
+pub(super) fn bold_galley(painter: &Painter, place: Pos2, galley: Arc<Galley>, color: Color32) {
+    painter.galley(place + vec2(BOLD, 0.0), galley.clone(), color);
+    painter.galley(place, galley, color);
+}
+
 /// A chip: a shape and a text in a box, `width` wide; filled where it is meant to be seen across a room. Named by
 /// `name`.
 pub(super) fn chip(ui: &mut Ui, width: f32, sign: (Tone, Shape), text: &str, filled: bool, name: &str) -> Response {
     let palette = Palette::current(ui);
     let color = sign.0.color(palette);
-    let (rect, response) = ui.allocate_exact_size(vec2(width, 22.0), Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(vec2(width, 24.0), Sense::hover());
     let (fill, ink) = if filled { (color, palette.on_block) } else { (palette.raised, color) };
     // Grey is normal: its own edge colour is for what is not.
     let edge = if sign.0 <= Tone::Normal { palette.line } else { color };
     ui.painter().rect(rect, 2.0, fill, Stroke::new(1.0, edge), StrokeKind::Inside);
     sign.1.draw(ui.painter(), rect.left_center() + vec2(12.0, 0.0), 11.0, ink);
-    let font = FontId::new(14.0, TextStyle::Body.resolve(ui.style()).family);
+    let font = TextStyle::Body.resolve(ui.style());
     let room = Rect::from_min_max(rect.min + vec2(23.0, 0.0), rect.max - vec2(4.0, 0.0));
     text_in(ui.painter(), room, Align2::LEFT_CENTER, text, font, ink);
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, name));
@@ -155,7 +199,7 @@ pub(super) fn chip(ui: &mut Ui, width: f32, sign: (Tone, Shape), text: &str, fil
 
 /// A text that keeps within `rect`; overflow ends in an ellipsis.
 pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, font: FontId, color: Color32) {
-    let mut job = eframe::egui::text::LayoutJob::simple_singleline(text.to_owned(), font, color);
+    let mut job = LayoutJob::simple_singleline(text.to_owned(), font, color);
     job.wrap.max_width = rect.width();
     job.wrap.max_rows = 1;
     job.wrap.break_anywhere = true;

@@ -2,7 +2,8 @@
 //!
 //! [`ConsoleWindow::draw`] is a function of the picture and of the window's own state (`view_state`, `layout`); it
 //! reads no clock, counts no age and decides nothing. Panels that must always be seen stand fixed around the panes: the
-//! safety `strip`, the `command` column. Getting pictures and sending acts is left to [`app`].
+//! `context` bar, the `banner`, the `units`, the `command` column. Getting pictures and sending acts is left to
+//! [`app`].
 
 pub mod app;
 pub mod layout;
@@ -10,26 +11,33 @@ pub mod replay;
 pub mod sensors;
 pub mod theme;
 
-mod ages;
 mod alarms;
+mod banner;
 mod command;
+mod context;
 mod contour;
+mod flight;
 mod given;
 mod images;
 mod keys;
 mod map;
 mod marks;
 mod plan;
+mod plots;
 mod refusals;
+mod series;
 mod settings;
 mod sidecar;
-mod strip;
 mod tracks;
+mod units;
+mod video;
 mod view_state;
 mod why;
 mod words;
 
-use eframe::egui::{Button, CentralPanel, Frame, Margin, Panel, RichText, Role, TextEdit, Theme, Ui, WidgetInfo};
+use eframe::egui::{
+    Button, CentralPanel, Frame, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Theme, Ui, WidgetInfo,
+};
 use wire::id::UnitId;
 use wire::time::Span;
 
@@ -47,6 +55,12 @@ use crate::source::{Seek, Tape};
 const PAST: f32 = 0.65;
 /// The longest shown reason of an INVALID recording, characters: two lines in the narrowest window.
 const MAX_WHY: usize = 240;
+/// Width of a window from which on the units have a column of their own, and the width of that, points.
+const CARDS: f32 = 1680.0;
+const UNITS: f32 = 300.0;
+/// Height that is kept for the guards below the units.
+const REASONS: f32 = 420.0;
+
 /// A request of the person at the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
@@ -115,7 +129,19 @@ impl ConsoleWindow {
         command::keys(ui, &mut self.view_state, shown, &mut wishes);
         let palette = Palette::current(ui);
         let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
-        Panel::top("strip").resizable(false).frame(frame(8, 4)).show(ui, |ui| {
+        let window = ui.ctx().content_rect().width();
+        Panel::top("context")
+            .resizable(false)
+            .frame(Frame::new().fill(palette.ground).inner_margin(Margin::symmetric(8, 5)))
+            .show(ui, |ui| context::draw(ui, shown));
+        Panel::right("command").resizable(false).exact_size(command::width(window)).frame(frame(10, 8)).show(
+            ui,
+            |ui| {
+                Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));
+                command::draw(ui, &mut self.view_state, shown, &mut wishes);
+            },
+        );
+        Panel::top("banner").resizable(false).frame(frame(8, 8)).show(ui, |ui| {
             if let Some(reason) = &shown.marks.invalid {
                 banner(ui, &format!("INVALID, evidence of nothing: {}", words::tame_to(reason, MAX_WHY)));
             }
@@ -127,7 +153,12 @@ impl ConsoleWindow {
                 banner(ui, &format!("{stale_text} {}. Hold by other means.", words::seconds(lag)));
                 ui.set_opacity(PAST);
             }
-            strip::draw(ui, &mut self.view_state, shown);
+            banner::draw(ui, &mut self.view_state, shown);
+            if window < CARDS {
+                ui.add_space(4.0);
+                ui.spacing_mut().item_spacing.y = 0.0;
+                units::lines(ui, &mut self.view_state, shown);
+            }
         });
         let sidecar = picture.sidecar.filter(|sidecar| picture.tape.is_some() && !sidecar.is_empty());
         if let Some(tape) = picture.tape {
@@ -143,13 +174,20 @@ impl ConsoleWindow {
                 .frame(frame(8, 4))
                 .show(ui, |ui| sidecar::draw(ui, &mut self.textures, sidecar));
         }
-        Panel::right("command").resizable(false).exact_size(command::WIDTH).frame(frame(8, 6)).show(ui, |ui| {
-            Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));
-            command::draw(ui, &mut self.view_state, shown, &mut wishes);
-        });
+        if window >= CARDS {
+            Panel::left("units").resizable(false).exact_size(UNITS).frame(frame(0, 0)).show(ui, |ui| {
+                if picture.behind.is_some() {
+                    ui.set_opacity(PAST);
+                }
+                self.column(ui, shown);
+            });
+        }
         CentralPanel::default().frame(Frame::new().fill(palette.ground)).show(ui, |ui| {
             if picture.behind.is_some() {
                 ui.set_opacity(PAST);
+            }
+            if let Some(pane) = self.view_state.open.take() {
+                self.layouts.now().open(pane);
             }
             let (view_state, site) = (&mut self.view_state, &self.site);
             self.layouts.now().draw(ui, &mut Panes { view_state, site, shown, wishes: &mut wishes });
@@ -157,10 +195,23 @@ impl ConsoleWindow {
         wishes
     }
 
+    /// Units and the reasons for the chosen one's mode, where there is room for them beside the map.
+    fn column(&mut self, ui: &mut Ui, shown: &Shown) {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let units = shown.units.len() + shown.silent.len();
+        let room = (ui.available_height() - REASONS).max(160.0);
+        let cards = |ui: &mut Ui| units::cards(ui, &mut self.view_state, shown);
+        let scroll =
+            ScrollArea::vertical().id_salt("units").max_height(room).min_scrolled_height(room.min(units as f32 * 80.0));
+        scroll.show(ui, cards);
+        ui.add_space(4.0);
+        ui.separator();
+        Frame::new().inner_margin(Margin::symmetric(8, 6)).show(ui, |ui| why::draw(ui, &mut self.view_state, shown));
+    }
+
     /// Layout and theme.
     fn looks(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("layout").weak().small());
             for preset in Preset::ALL {
                 if ui.small_button(preset.name()).clicked() {
                     self.layouts.start_from(preset);

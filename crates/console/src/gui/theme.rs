@@ -20,7 +20,12 @@ pub const LEAST_EDGE: f64 = 3.0;
 pub const DISABLED: f32 = 0.9;
 
 /// Height of a row of a table, points.
-pub const ROW: f32 = 20.0;
+pub const ROW: f32 = 25.0;
+
+/// Least size of a text, points: for axes, units and footnotes.
+pub const SMALL: f32 = 13.0;
+/// Size of a text to be read and acted on, points.
+pub const BODY: f32 = 15.0;
 
 /// A set of colours.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +56,10 @@ pub struct Palette {
     pub advice: Color32,
     /// Selection, and marks of the run; no statement about the world.
     pub mark: Color32,
+    /// The way that a unit has come, on the map; carries no text.
+    pub trail: Color32,
+    /// Marks of the normal; carries no text.
+    pub quiet: Color32,
     /// On a block filled with a saturated colour or with `strong`.
     pub on_block: Color32,
 }
@@ -71,6 +80,8 @@ impl Palette {
         caution: Color32::from_rgb(0xE6, 0x9F, 0x00),
         advice: Color32::from_rgb(0xF0, 0xE4, 0x42),
         mark: Color32::from_rgb(0x56, 0xB4, 0xE9),
+        trail: Color32::from_rgb(0x8C, 0x95, 0x9E),
+        quiet: Color32::from_rgb(0x6E, 0x77, 0x80),
         on_block: Color32::from_rgb(0x10, 0x12, 0x14),
     };
 
@@ -89,6 +100,8 @@ impl Palette {
         caution: Color32::from_rgb(0x91, 0x48, 0x08),
         advice: Color32::from_rgb(0x40, 0x33, 0x02),
         mark: Color32::from_rgb(0x00, 0x4C, 0x7D),
+        trail: Color32::from_rgb(0x6B, 0x73, 0x7B),
+        quiet: Color32::from_rgb(0x6F, 0x77, 0x7F),
         on_block: Color32::from_rgb(0xFF, 0xFF, 0xFF),
     };
 
@@ -151,11 +164,11 @@ pub fn apply(ctx: &egui::Context) {
 fn text_styles() -> std::collections::BTreeMap<TextStyle, FontId> {
     let font = |size, family| FontId::new(size, family);
     [
-        (TextStyle::Small, font(11.0, FontFamily::Proportional)),
-        (TextStyle::Body, font(13.0, FontFamily::Proportional)),
-        (TextStyle::Button, font(13.0, FontFamily::Proportional)),
-        (TextStyle::Heading, font(17.0, FontFamily::Proportional)),
-        (TextStyle::Monospace, font(12.0, FontFamily::Monospace)),
+        (TextStyle::Small, font(SMALL, FontFamily::Proportional)),
+        (TextStyle::Body, font(BODY, FontFamily::Proportional)),
+        (TextStyle::Button, font(BODY, FontFamily::Proportional)),
+        (TextStyle::Heading, font(18.0, FontFamily::Proportional)),
+        (TextStyle::Monospace, font(SMALL, FontFamily::Monospace)),
     ]
     .into()
 }
@@ -258,7 +271,9 @@ mod tests {
             for (text, surface) in texts.iter().flat_map(|t| [p.ground, p.pane, p.raised].map(|s| (*t, s))) {
                 assert!(contrast(text, surface) >= LEAST_CONTRAST, "{text:?} on {surface:?}");
             }
-            assert!([p.ground, p.pane, p.raised].iter().all(|s| contrast(p.edge, *s) >= LEAST_EDGE), "{:?}", p.edge);
+            for mark in [p.edge, p.trail, p.quiet] {
+                assert!([p.ground, p.pane, p.raised].iter().all(|s| contrast(mark, *s) >= LEAST_EDGE), "{mark:?}");
+            }
             for block in [p.strong, p.alarm, p.caution, p.advice, p.mark] {
                 assert!(contrast(p.on_block, block) >= LEAST_CONTRAST, "{block:?}");
             }

@@ -1,22 +1,16 @@
 //! State that the window keeps between two pictures: selection, typed text and views. It holds no knowledge of the
-//! world but the plotted ages, which are of pictures that were drawn.
-
-use std::collections::{BTreeMap, VecDeque};
+//! world.
 
 use wire::id::{TrackId, UnitId};
+use wire::mode::Guard;
 use wire::person::Order;
 use wire::settings::Settings;
-use wire::time::{Instant, Span};
 
+use super::layout::Pane;
 use super::map::Camera;
 use super::sidecar::Textures;
 use super::tracks::Sort;
 use crate::shown::Shown;
-
-/// Length of the plot of a unit's ages.
-pub(super) const PLOTTED: Span = Span::s(60);
-/// Time between two plotted ages; so at most 600 of each unit are kept.
-const BETWEEN_AGES: Span = Span::ms(100);
 
 /// The window's own state.
 #[derive(Debug)]
@@ -49,8 +43,14 @@ pub(super) struct ViewState {
     pub(super) sort: Sort,
     /// The visible part of the map.
     pub(super) camera: Option<Camera>,
-    /// Ages of shown reports, by unit, oldest first.
-    pub(super) ages: BTreeMap<UnitId, VecDeque<(Instant, Span)>>,
+    /// Guard that has a plot of its own.
+    pub(super) plotted: Option<Guard>,
+    /// True if the whole run is plotted in place of the last minute.
+    pub(super) whole_run: bool,
+    /// Pane to turn to in this frame.
+    pub(super) open: Option<Pane>,
+    /// Images of the chosen track.
+    pub(super) video: Textures,
 }
 
 impl ViewState {
@@ -70,7 +70,10 @@ impl ViewState {
             images: Textures::default(),
             sort: Sort::default(),
             camera: None,
-            ages: BTreeMap::new(),
+            plotted: None,
+            whole_run: false,
+            open: None,
+            video: Textures::default(),
         }
     }
 
@@ -79,6 +82,7 @@ impl ViewState {
         if self.unit != unit {
             self.unit = unit;
             self.put_down();
+            self.plotted = None;
             self.track = self.track.filter(|(owner, _)| *owner == unit);
         }
     }
@@ -101,25 +105,12 @@ impl ViewState {
         self.track = Some((unit, track));
     }
 
-    /// Records the ages of a picture and its prepared order, for no order inherits another's reason. In a recording
-    /// time also runs backwards: then the plot begins again.
+    /// Records a picture's prepared order, for no order inherits another's reason.
     pub(super) fn note(&mut self, shown: &Shown) {
         let prepared = shown.prepared.map(|prepared| prepared.serial);
         if self.prepared != prepared {
             self.prepared = prepared;
             self.reason.clear();
-        }
-        for unit in &shown.units {
-            let ages = self.ages.entry(unit.unit).or_default();
-            match ages.back() {
-                Some((last, _)) if shown.at < *last => ages.clear(),
-                Some((last, _)) if shown.at.since(*last) < BETWEEN_AGES => continue,
-                _ => {}
-            }
-            ages.push_back((shown.at, unit.state.age()));
-            while ages.front().is_some_and(|(first, _)| shown.at.since(*first) > PLOTTED) {
-                ages.pop_front();
-            }
         }
     }
 }

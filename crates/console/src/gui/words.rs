@@ -2,43 +2,18 @@
 
 use wire::command::CommandKind;
 use wire::person::Order;
-use wire::time::{Instant, MAX_DRIFT_PPM, Span};
+use wire::time::{Instant, MAX_DRIFT_PPM};
 
 use super::marks::Tone;
+pub(super) use crate::banner::{clock as clock_at, ordered as order};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Origin, Shown};
 use crate::skew::Rate;
+pub(super) use crate::wording::{at_most, left, seconds};
 
-/// Longest name that is written whole, characters.
-const MAX_NAME: usize = 48;
-
-/// An age in seconds, as wide as the eye expects: two decimals below ten seconds. It is rounded up, for it is an age at
-/// most.
-pub(super) fn seconds(span: Span) -> String {
-    if span == Span(u64::MAX) { "unknown".to_owned() } else { written(span, u64::div_ceil) }
-}
-
-/// Time left: rounded down.
-pub(super) fn left(span: Span) -> String {
-    written(span, |us, unit| us / unit)
-}
-
-fn written(span: Span, whole: fn(u64, u64) -> u64) -> String {
-    const S: u64 = 1_000_000;
-    match span.0 {
-        us if us < 10 * S => format!("{:.2} s", whole(us, S / 100) as f64 / 100.0),
-        us if us < 100 * S => format!("{:.1} s", whole(us, S / 10) as f64 / 10.0),
-        us if us < 6_000 * S => format!("{} min", whole(us, 60 * S)),
-        us => format!("{} h", whole(us, 3_600 * S)),
-    }
-}
-
-/// Time of an event: relative, or in a recording the run's time, for a recording has no present.
+/// Time of an event, as the run's.
 pub(super) fn event_time(shown: &Shown, time: Instant) -> String {
-    match shown.marks.began {
-        Some(began) => format!("at {}", on_run(i128::from(time.0) - i128::from(began.0))),
-        None => format!("{} ago", seconds(shown.at.since(time))),
-    }
+    clock_at(time.since(shown.epoch()))
 }
 
 /// A time of the run, microseconds: in seconds, which an hour has too, so that any two are distinguished by number
@@ -58,11 +33,6 @@ pub(super) fn clock(clock: Option<Rate>) -> String {
 /// Millimetres as metres.
 pub(super) fn metres(mm: i32) -> f64 {
     f64::from(mm) / 1000.0
-}
-
-/// A name from outside: one line, no longer than [`MAX_NAME`], of characters that read the way they are written.
-pub(super) fn tame(name: &str) -> String {
-    tame_to(name, MAX_NAME)
 }
 
 /// Words without control characters, at most this many characters.
@@ -120,22 +90,6 @@ pub(super) fn stages(command: &ShownCommand) -> String {
     stages.into_iter().filter_map(stage).collect::<Vec<_>>().join("  ")
 }
 
-/// An order in a few words.
-pub(super) fn order(order: &Order) -> String {
-    match order {
-        Order::Revoke(who) => format!("strike {who} from the roll"),
-        Order::Command(unit, kind) => match kind {
-            CommandKind::Hold => format!("hold {unit}"),
-            CommandKind::Disarm => format!("disarm {unit}"),
-            CommandKind::Enable => format!("enable {unit}"),
-            CommandKind::Resume => format!("resume {unit}"),
-            CommandKind::Arm(track) => format!("arm {unit} on track {}", track.0),
-            CommandKind::Confirm(track) => format!("act with {unit} on track {}", track.0),
-            CommandKind::Configure(_) => format!("configure {unit}"),
-        },
-    }
-}
-
 /// Consequence of an order, spelt out before it is confirmed.
 pub(super) fn consequence(order: &Order) -> String {
     match order {
@@ -162,17 +116,8 @@ pub(super) fn consequence(order: &Order) -> String {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn written_ages_round_up_and_time_left_down() {
-        let ages = [(1, "0.01 s", "0.00 s"), (299_999, "0.30 s", "0.29 s"), (10_000_001, "10.1 s", "10.0 s")];
-        let long = [(149_000_000, "3 min", "2 min"), (6_000_000_001, "2 h", "1 h"), (1_420_000, "1.42 s", "1.42 s")];
-        for (us, age, rest) in ages.into_iter().chain(long) {
-            assert_eq!((seconds(Span(us)).as_str(), left(Span(us)).as_str()), (age, rest), "{us} us");
-        }
-        assert_eq!(seconds(Span(u64::MAX)), "unknown");
-    }
+/// A phrase with its first letter in capitals.
+pub(super) fn capital(phrase: &str) -> String {
+    let mut letters = phrase.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

@@ -1,0 +1,146 @@
+//! The banner: the four answers for the chosen unit, in the largest words on the screen.
+//!
+//! It stands outside of the tiles, so that no layout hides it. The answers are [`crate::banner`]'s; this view arranges
+//! them. A part that has no room ends in an ellipsis and is whole in its accessible name and tooltip.
+
+use eframe::egui::{Align2, FontId, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
+
+use super::marks;
+use super::theme::{BODY, Palette, SMALL};
+use super::view_state::ViewState;
+use crate::banner::{Answer, Sign};
+use crate::shown::Shown;
+
+/// Width of a window from which on the answers have the larger sizes, points.
+pub(super) const WIDE: f32 = 1440.0;
+/// Height of the banner in a narrow and in a wide window, points.
+const HEIGHTS: [f32; 2] = [104.0, 118.0];
+/// Width of the mode's block.
+const BLOCKS: [f32; 2] = [236.0, 300.0];
+/// Sizes of the mode and of an answer's headline.
+const MODES: [f32; 2] = [28.0, 36.0];
+const HEADLINES: [f32; 2] = [18.0, 21.0];
+/// Between two parts.
+const GAP: f32 = 14.0;
+
+/// Draws the banner of the chosen unit. A press on the note of a worse unit chooses that one.
+pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
+    let size = usize::from(ui.ctx().content_rect().width() >= WIDE);
+    let answers = shown.banner(view_state.unit);
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHTS[size]), Sense::hover());
+    let block = Rect::from_min_size(rect.min, vec2(BLOCKS[size], rect.height()));
+    mode(ui, view_state, shown, &answers.mode, (block, size));
+    let rest = Rect::from_min_max(pos2(block.right() + GAP, rect.top()), rect.max);
+    // Without room for a column of its own, the time stands in the mode's block.
+    let parts: &[(&str, &Answer, f32)] = &[
+        ("Why", &answers.why, 1.25),
+        ("Since", &answers.since, if size == 1 { 0.62 } else { 0.55 }),
+        ("Do next", &answers.next, 1.2),
+        ("Is this true?", &answers.truth, 1.0),
+    ];
+    let total: f32 = parts.iter().map(|(.., share)| share).sum();
+    let mut left = rest.left();
+    for (at, (title, answer, share)) in parts.iter().enumerate() {
+        let width = rest.width() * share / total;
+        let place = Rect::from_min_size(pos2(left, rest.top()), vec2(width - GAP, rest.height()));
+        if at > 0 {
+            let line = Stroke::new(1.0, Palette::current(ui).line);
+            ui.painter().vline(left - GAP / 2.0, rest.shrink(8.0).y_range(), line);
+        }
+        part(ui, (view_state.unit.name(), title), answer, (place, size));
+        left += width;
+    }
+}
+
+/// The mode, in a block that is filled where it is meant to be seen across a room.
+fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer, (block, size): (Rect, usize)) {
+    let palette = Palette::current(ui);
+    let (tone, shape) = marks::sign(answer.sign);
+    let color = tone.color(palette);
+    let filled = matches!(answer.sign, Sign::Held | Sign::Caution | Sign::Authority);
+    let (fill, ink, edge) = match answer.sign {
+        _ if filled => (color, palette.on_block, color),
+        Sign::Lost | Sign::Past => (palette.raised, color, color),
+        _ => (palette.raised, palette.strong, palette.edge),
+    };
+    ui.painter().rect(block, 3.0, fill, Stroke::new(1.5, edge), StrokeKind::Inside);
+    let inner = block.shrink2(vec2(12.0, 8.0));
+    let small = if filled { ink } else { palette.text };
+    ui.painter().text(inner.left_top(), Align2::LEFT_TOP, view_state.unit.name(), FontId::proportional(BODY), small);
+    shape.draw(ui.painter(), inner.left_center() + vec2(9.0, 0.0), MODES[size] * 0.6, ink);
+    let room = inner.width() - 26.0;
+    let galley = marks::fitted(ui.painter(), &answer.headline, MODES[size], ink, (f32::INFINITY, 1));
+    // A long name is written smaller, never cut.
+    let scale = (room / galley.size().x).min(1.0);
+    let galley = marks::fitted(ui.painter(), &answer.headline, MODES[size] * scale, ink, (f32::INFINITY, 1));
+    let place = pos2(inner.left() + 26.0, inner.center().y - galley.size().y / 2.0);
+    marks::bold_galley(ui.painter(), place, galley, ink);
+    let note = answer.details.iter().map(|(_, detail)| detail.as_str()).collect::<Vec<_>>().join(" · ");
+    let foot = Rect::from_min_max(pos2(inner.left(), inner.bottom() - 20.0), inner.max);
+    marks::text_in(ui.painter(), foot, Align2::LEFT_BOTTOM, &note, FontId::proportional(BODY), small);
+    let response = ui.interact(block, ui.scope_id().with("mode"), Sense::hover());
+    let text = format!("MODE {}: {}", view_state.unit.name(), answer.sentence());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    worse(ui, view_state, shown, (inner, small));
+}
+
+/// Which unit is worse off than the chosen one, or how many there are.
+fn worse(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, (inner, ink): (Rect, eframe::egui::Color32)) {
+    let units = shown.worst_first();
+    let own = units.iter().find(|(unit, _)| *unit == view_state.unit).map_or(Sign::Normal, |(_, sign)| *sign);
+    let worst = units.first().filter(|(unit, sign)| *unit != view_state.unit && *sign > own && *sign >= Sign::Past);
+    let position = shown.units.iter().position(|unit| unit.unit == view_state.unit).map_or(0, |at| at + 1);
+    let text = match worst {
+        Some((unit, _)) => format!("F3: {unit} is worse"),
+        None if units.len() > 1 && position > 0 => format!("{position} of {} units", units.len()),
+        None => return,
+    };
+    let painted = ui.painter().text(inner.right_top(), Align2::RIGHT_TOP, &text, FontId::proportional(SMALL), ink);
+    if let Some((unit, _)) = worst {
+        let response = ui.interact(painted.expand(3.0), ui.scope_id().with("worse"), Sense::click());
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &text));
+        if response.clicked() {
+            view_state.choose(*unit);
+        }
+    }
+}
+
+/// One answer: its question, its headline, and what stands below it.
+fn part(ui: &mut Ui, (unit, title): (&str, &str), answer: &Answer, (place, size): (Rect, usize)) {
+    let palette = Palette::current(ui);
+    let painter = ui.painter();
+    painter.text(place.left_top() + vec2(0.0, 3.0), Align2::LEFT_TOP, title, FontId::proportional(BODY), palette.weak);
+    let color = match answer.sign {
+        Sign::Caution | Sign::Lost | Sign::Past if title == "Is this true?" => {
+            marks::sign(answer.sign).0.color(palette)
+        }
+        _ => palette.strong,
+    };
+    let galley = marks::fitted(painter, &answer.headline, HEADLINES[size], color, (place.width(), 2));
+    let rows = galley.rows.len();
+    let mut y = place.top() + 23.0 + galley.size().y + 3.0;
+    marks::bold_galley(painter, pos2(place.left(), place.top() + 23.0), galley, color);
+    for (sign, detail) in &answer.details {
+        if y + 18.0 > place.bottom() + 2.0 {
+            break;
+        }
+        let (tone, shape) = marks::sign(*sign);
+        let alone = *sign == answer.sign && rows == 1 || answer.details.len() > 1 || *sign > Sign::Quiet;
+        let marked = alone && *sign != Sign::Normal && title != "Why";
+        let indent = if marked { 18.0 } else { 0.0 };
+        let color = if tone > Tone::Normal && marked { tone.color(palette) } else { palette.text };
+        if marked {
+            shape.draw(painter, pos2(place.left() + 6.0, y + 9.0), 10.0, color);
+        }
+        let left = ((place.bottom() + 2.0 - y) / 18.0).floor().max(1.0) as usize;
+        let rows = if answer.details.len() > 1 { 1 } else { left };
+        let galley = marks::fitted(painter, detail, BODY, color, (place.width() - indent, rows));
+        let height = galley.size().y;
+        painter.galley(pos2(place.left() + indent, y), galley, color);
+        y += height + 1.0;
+    }
+    let response = ui.interact(place, ui.scope_id().with(title), Sense::hover());
+    let text = format!("{} {unit}: {}", title.trim_end_matches('?').to_uppercase(), answer.sentence());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    response.on_hover_text(answer.sentence());
+}
