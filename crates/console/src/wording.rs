@@ -41,7 +41,7 @@ pub fn guard(suite: Suite, guard: Guard) -> &'static str {
         Guard::Lidar => sensor(suite, Modality::Lidar),
         Guard::Tracks => "Tracks",
         Guard::Localisation => "Position",
-        Guard::Geofence => "Room before the fence",
+        Guard::Geofence => "Room to the fence",
         Guard::Lease => match suite {
             Suite::Scene => "Permission to drive",
             Suite::Sky => "Permission to work",

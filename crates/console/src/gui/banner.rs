@@ -5,7 +5,7 @@
 
 use eframe::egui::{Align2, FontId, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
-use super::marks;
+use super::marks::{self, Tone};
 use super::theme::{BODY, Palette, SMALL};
 use super::view_state::ViewState;
 use crate::banner::{Answer, Sign};

@@ -4,8 +4,8 @@
 //! Permission is no decision of this view: it draws the interlocks and what is prepared as the model has them.
 
 use eframe::egui::{
-    self, Align, Button, FontId, Frame, Key, Label, Layout, Margin, Modifiers, RadioButton, Response, RichText, Role,
-    ScrollArea, Stroke, TextEdit, TextFormat, Ui, Widget, WidgetInfo, text::LayoutJob, vec2,
+    self, Align2, Button, FontId, Frame, Key, Label, Layout, Margin, Modifiers, RadioButton, Response, RichText, Role,
+    ScrollArea, Stroke, TextEdit, Ui, Widget, WidgetInfo, vec2,
 };
 use wire::codec::Text;
 use wire::command::CommandKind;
@@ -139,16 +139,19 @@ fn towards_safe(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: 
         ui.label(RichText::new(reason).color(palette.caution).strong());
     }
     hold_button(ui, view_state, shown, wishes);
-    let half = vec2((ui.available_width() - 6.0) / 2.0, 34.0);
+    let [wider, rest] = [0.62, 0.38].map(|share| vec2((ui.available_width() - 6.0) * share, 34.0));
     let small = |text: String| match dead {
         None => Button::new(text),
         Some(_) => lifeless(RichText::new(text), palette),
     };
     ui.horizontal(|ui| {
-        if able(ui, dead, small("HOLD all  Shift F1".to_owned()).min_size(half)).clicked() {
+        if able(ui, dead, small("HOLD all  Shift F1".to_owned()).min_size(wider)).clicked() {
             wishes.extend(units(shown).map(hold));
         }
-        if able(ui, dead, small(format!("Disarm {}", view_state.unit)).min_size(half).truncate()).clicked() {
+        let response = able(ui, dead, small("Disarm".to_owned()).min_size(rest));
+        let name = format!("Disarm {}", view_state.unit);
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, dead.is_none(), &name));
+        if response.clicked() {
             wishes.push(Wish::Act(Act::Now(Order::Command(view_state.unit, CommandKind::Disarm))));
         }
     });
@@ -164,28 +167,19 @@ fn hold_button(ui: &mut Ui, view_state: &ViewState, shown: &Shown, wishes: &mut 
         _ => "F1 · works from anywhere".to_owned(),
     };
     let ink = if dead.is_some() { palette.weak } else { palette.on_block };
-    let mut text = LayoutJob { halign: Align::Center, ..LayoutJob::default() };
-    let strike = if dead.is_some() { Stroke::new(1.0, ink) } else { Stroke::NONE };
-    for (words, size) in [(format!("HOLD {}", view_state.unit), 28.0), (format!("\n{reach}"), BODY)] {
-        let format = TextFormat {
-            font_id: FontId::proportional(size),
-            color: ink,
-            strikethrough: strike,
-            ..TextFormat::default()
-        };
-        text.append(&words, 0.0, format);
-    }
     let (fill, edge) = if dead.is_some() { (palette.pane, palette.faint) } else { (palette.text, palette.line) };
-    let size = vec2(ui.available_width(), HOLD);
-    let button = Button::new(text).fill(fill).stroke(Stroke::new(1.0, edge)).min_size(size);
-    let add = |ui: &mut Ui| {
-        let response = able(ui, dead, button);
-        let text = format!("HOLD {}   F1", view_state.unit);
-        response.widget_info(|| WidgetInfo::labeled(Role::Button, dead.is_none(), &text));
-        response.clicked()
-    };
-    let center = Layout::centered_and_justified(egui::Direction::LeftToRight);
-    if ui.allocate_ui_with_layout(size, center, add).inner {
+    let text = format!("HOLD {}   F1", view_state.unit);
+    let button = Button::new("").fill(fill).stroke(Stroke::new(1.0, edge));
+    let response = able(ui, dead, button.min_size(vec2(ui.available_width(), HOLD)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, dead.is_none(), &text));
+    let (middle, painter) = (response.rect.center(), ui.painter());
+    let words = format!("HOLD {}", view_state.unit);
+    let drawn = marks::bold(painter, middle - vec2(0.0, 10.0), Align2::CENTER_CENTER, &words, 28.0, ink);
+    painter.text(middle + vec2(0.0, 20.0), Align2::CENTER_CENTER, reach, FontId::proportional(BODY), ink);
+    if dead.is_some() {
+        painter.hline(drawn.x_range(), drawn.center().y, Stroke::new(1.5, ink));
+    }
+    if response.clicked() {
         wishes.push(hold(view_state.unit));
     }
 }

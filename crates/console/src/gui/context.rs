@@ -67,19 +67,19 @@ fn said(ui: &mut Ui, (tone, shape): (Tone, Shape), text: &str, name: &str, hover
 /// Every link in one sentence where all are as they should be; else those that are not, by name.
 fn links(ui: &mut Ui, shown: &Shown) {
     let judged: Vec<_> = shown.links.iter().map(|link| (link, link_sign(shown, link))).collect();
-    let oldest = shown.links.iter().filter_map(|link| link.heard).max();
-    let well = judged.iter().filter(|(_, (tone, ..))| *tone <= Tone::Normal).count();
+    let oldest = judged.iter().filter(|(_, (tone, ..))| *tone == Tone::Normal).filter_map(|(link, _)| link.heard).max();
+    let well = judged.iter().filter(|(_, (tone, ..))| *tone == Tone::Normal).count();
     let name: Vec<String> = judged.iter().map(|(link, (.., words))| format!("LINK {} {words}", link.peer)).collect();
     let name = name.join("; ");
     if shown.links.is_empty() {
         return said(ui, (Tone::Weak, Shape::Ring), "no link is known", "LINK none is known", "");
     }
-    for (link, (tone, shape, words)) in judged.iter().filter(|(_, (tone, ..))| *tone > Tone::Normal).take(2) {
+    for (link, (tone, shape, words)) in judged.iter().filter(|(_, (tone, ..))| *tone != Tone::Normal).take(2) {
         let text = format!("{} {words}", link.peer);
         said(ui, (*tone, *shape), &text, &format!("LINK {text}"), "");
     }
-    let age = oldest.map_or("no report yet".to_owned(), |age| format!("oldest report {}", words::at_most(age)));
-    let text = format!("{well} of {} links up, {age}", judged.len());
+    let age = oldest.map_or(String::new(), |age| format!(", oldest report {}", words::at_most(age)));
+    let text = format!("{well} of {} links up{age}", judged.len());
     said(ui, (Tone::Normal, Shape::Disc), &text, &name, &name);
 }
 

@@ -41,7 +41,7 @@ use eframe::egui::{
 use wire::id::UnitId;
 use wire::time::Span;
 
-use self::layout::{Layouts, MAX_NAME, Panes, Preset};
+use self::layout::{Layouts, MAX_NAME, Pane, Panes, Preset};
 use self::sidecar::Textures;
 use self::theme::Palette;
 use self::view_state::ViewState;
@@ -93,6 +93,8 @@ pub struct ConsoleWindow {
     layouts: Layouts,
     /// The typed name for a layout.
     name: String,
+    /// True once the panes were arranged for the window's width.
+    arranged: bool,
     textures: Textures,
 }
 
@@ -104,6 +106,7 @@ impl ConsoleWindow {
             site: site.sound(),
             layouts: Layouts::default(),
             name: String::new(),
+            arranged: false,
             textures: Textures::default(),
         }
     }
@@ -186,6 +189,11 @@ impl ConsoleWindow {
             if picture.behind.is_some() {
                 ui.set_opacity(PAST);
             }
+            if window >= CARDS && !self.arranged {
+                // The reasons stand in the column.
+                self.layouts.now().open(Pane::Tracks);
+            }
+            self.arranged = true;
             if let Some(pane) = self.view_state.open.take() {
                 self.layouts.now().open(pane);
             }
@@ -212,13 +220,14 @@ impl ConsoleWindow {
     /// Layout and theme.
     fn looks(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
             for preset in Preset::ALL {
-                if ui.small_button(preset.name()).clicked() {
+                if ui.add(Button::new(RichText::new(preset.name()).small()).small()).clicked() {
                     self.layouts.start_from(preset);
                 }
             }
             let dark = ui.visuals().dark_mode;
-            if ui.small_button(if dark { "Light" } else { "Dark" }).clicked() {
+            if ui.add(Button::new(RichText::new(if dark { "Light" } else { "Dark" }).small()).small()).clicked() {
                 ui.ctx().set_theme(if dark { Theme::Light } else { Theme::Dark });
             }
         });
@@ -237,7 +246,7 @@ impl ConsoleWindow {
             }
         }
         let label = ui.label(RichText::new("keep as").weak().small());
-        ui.add(TextEdit::singleline(&mut self.name).char_limit(MAX_NAME).desired_width(90.0)).labelled_by(label.id);
+        ui.add(TextEdit::singleline(&mut self.name).char_limit(MAX_NAME).desired_width(84.0)).labelled_by(label.id);
         let name = self.name.trim();
         if ui.add_enabled(self.layouts.takes(name), Button::new("Keep").small()).clicked() {
             self.layouts.keep(name);

@@ -160,8 +160,8 @@ impl Series {
             let near = last.is_some_and(|(at, _)| sample.at.since(at) <= gap);
             match (pieces.last_mut(), last) {
                 (Some(piece), Some((at, before))) if self == Series::Age && !whole => {
+                    // The greatest age that was shown: right before the next report.
                     piece.push([x, before + in_seconds(sample.at.since(at))]);
-                    piece.push([x, value]);
                 }
                 (Some(piece), _) if near => piece.push([x, value]),
                 _ => pieces.push(vec![[x, value]]),
