@@ -22,7 +22,7 @@ use crate::yard::Yard;
 pub(crate) type Scene = (&'static str, fn() -> Yard);
 
 /// Every one.
-pub(crate) const SCENES: [Scene; 15] = [
+pub(crate) const SCENES: [Scene; 16] = [
     ("nominal", nominal),
     ("authority", authority),
     ("degraded", degraded),
@@ -35,6 +35,7 @@ pub(crate) const SCENES: [Scene; 15] = [
     ("ablation", ablation),
     ("view-only", view_only),
     ("crowd", crowd),
+    ("eight", eight),
     ("flood", flood),
     ("aloft", aloft),
     ("between-contacts", between_contacts),
@@ -193,6 +194,26 @@ pub(crate) fn crowd() -> Yard {
         }
         yard.run(Span::ms(600));
     }
+    yard
+}
+
+/// Eight units: one is lost, one holds, one is degraded, the rest go on.
+pub(crate) fn eight() -> Yard {
+    let units = ["a", "b", "c", "d", "e", "f", "g", "h"].map(|letter| UnitId::from_name(&format!("unit-{letter}")).expect("a unit"));
+    let mut yard = Yard::with_role(&units, Policy::default(), Role::Supervise);
+    for (at, actor) in yard.actors.iter_mut().enumerate() {
+        actor.tracks.truncate(usize::from(at % 2 == 0));
+        (actor.mode, actor.cause) = if at == 7 { (Mode::Idle, Cause::Start) } else { (Mode::Ready, Cause::Operator) };
+    }
+    yard.run(Span::s(12));
+    let d = yard.actor(units[3]);
+    (d.mode, d.cause, d.failing) = (Mode::Degraded, Cause::Lost(Guard::Thermal), Guards::default().with_guard(Guard::Thermal));
+    let a = yard.actor(UnitId::A);
+    (a.mode, a.cause, a.speed_mm_s) = (Mode::HoldSafe, Cause::Lost(Guard::Teammates), 0);
+    a.failing = Guards::default().with_guard(Guard::Teammates);
+    yard.actor(units[5]).heard = false;
+    yard.bench.feed(&Feed::Session(units[5].peer(), false));
+    yard.run(Span::s(4));
     yard
 }
 

@@ -26,7 +26,7 @@ use crate::yard::{self, Yard};
 const REASON: &str = "Reason: it goes into the signed order";
 const LAPTOP: Vec2 = vec2(1366.0, 768.0);
 /// The least size of the window.
-const LEAST: Vec2 = vec2(1320.0, 640.0);
+const LEAST: Vec2 = vec2(1024.0, 700.0);
 
 /// A window over a yard. Interaction reaches the console, and is kept.
 pub(crate) struct Seat {
@@ -75,6 +75,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
             untaken: seat.untaken,
             tape: seat.tape.as_ref(),
             sidecar: seat.sidecar.as_ref(),
+            beside: None,
         };
         for wish in seat.window.draw(ui, &picture) {
             match wish {

@@ -213,7 +213,17 @@ impl Yard {
 
 impl Actor {
     fn new(unit: UnitId, position: i32) -> Self {
-        let place = [(-9_000, -5_200), (14_000, 12_000), (-22_000, 21_000), (25_000, -24_000)][position as usize % 4];
+        let places = [
+            (-9_000, -5_200),
+            (14_000, 12_000),
+            (-22_000, 21_000),
+            (25_000, -24_000),
+            (30_000, 28_000),
+            (-30_000, -28_000),
+            (-28_000, 2_000),
+            (2_000, 30_000),
+        ];
+        let place = places[position as usize % places.len()];
         let first = position as u32 * 100;
         Self {
             unit,

@@ -30,6 +30,10 @@ pub trait Source {
     fn sidecar(&mut self, _at: Instant) -> Sidecar {
         Sidecar::default()
     }
+    /// Another recording at the same time of its run; `None` if there is only one.
+    fn beside(&mut self) -> Option<Beside> {
+        None
+    }
     /// Goes elsewhere in the recording.
     fn seek(&mut self, _to: Seek) {}
     /// True if there will be no picture any more: the window closes.
@@ -67,6 +71,19 @@ pub struct Tape {
     pub moments: Vec<Moment>,
     /// True if it runs by itself.
     pub playing: bool,
+}
+
+/// A recording beside another one.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    /// Name of the first recording.
+    pub own: String,
+    /// Name of the one beside it.
+    pub name: String,
+    /// Its picture at the same time of its run.
+    pub shown: Arc<Shown>,
+    /// Beneath its map.
+    pub site: Arc<Site>,
 }
 
 /// A destination in a recording.

@@ -108,6 +108,7 @@ impl eframe::App for Living {
             untaken: false,
             tape: self.take.tape.as_ref(),
             sidecar: None,
+            beside: None,
         };
         let before = trace_us();
         let wishes = window.draw(ui, &picture);

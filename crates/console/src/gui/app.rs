@@ -180,8 +180,9 @@ impl App for Program {
         let shown = Shown::clone(&shown).older(lain);
         let sidecar = tape.as_ref().map(|_| self.source.sidecar(shown.at));
         let untaken = self.untaken.is_some_and(|since| now - since < UNTAKEN_FOR);
-        let (tape, sidecar) = (tape.as_ref(), sidecar.as_ref());
-        let picture = Picture { shown: &shown, behind: picture_lag(lain), untaken, tape, sidecar };
+        let beside = self.source.beside();
+        let (tape, sidecar, beside) = (tape.as_ref(), sidecar.as_ref(), beside.as_ref());
+        let picture = Picture { shown: &shown, behind: picture_lag(lain), untaken, tape, sidecar, beside };
         let wishes = self.window.draw(ui, &picture);
         self.grant(wishes, now);
     }

@@ -34,7 +34,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     // Without room for a column of its own, the time stands in the mode's block.
     let parts: &[(&str, &Answer, f32)] = &[
         ("Why", &answers.why, 1.25),
-        ("Since", &answers.since, if size == 1 { 0.62 } else { 0.55 }),
+        ("Since", &answers.since, 0.62),
         ("Do next", &answers.next, 1.2),
         ("Is this true?", &answers.truth, 1.0),
     ];

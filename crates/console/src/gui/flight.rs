@@ -16,9 +16,9 @@ use crate::shown::ShownUnit;
 use crate::wording::lasting;
 
 /// Height of the instruments, points.
-const HEIGHT: f32 = 104.0;
+const HEIGHT: f32 = 98.0;
 /// Radius of the attitude's disc.
-const RADIUS: f32 = 44.0;
+const RADIUS: f32 = 42.0;
 /// The longest contact or silence that a bar shows in full.
 const LONGEST: Span = Span::s(600);
 

@@ -1,13 +1,13 @@
 //! Progress of orders with times; and acts that were refused, with the reason.
 
-use eframe::egui::{Align, Color32, Label, Layout, RichText, Ui};
+use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Ui};
 
 use super::command::heading;
 use super::marks::{self, Shape, Tone};
 use super::theme::Palette;
 use super::words;
 use crate::act::{Act, Answer, Order};
-use crate::life::ShownCommand;
+use crate::life::{Life, ShownCommand};
 use crate::shown::Shown;
 
 /// Commands and answers that are listed.
@@ -20,7 +20,7 @@ pub(super) fn draw(ui: &mut Ui, shown: &Shown) {
 }
 
 fn commands(ui: &mut Ui, shown: &Shown) {
-    heading(ui, "Commands, newest first");
+    heading(ui, "Orders, newest first");
     if shown.commands.is_empty() {
         ui.label(RichText::new("none given").weak());
     }
@@ -35,26 +35,31 @@ fn commands(ui: &mut Ui, shown: &Shown) {
 fn command_rows(ui: &mut Ui, shown: &Shown, command: &ShownCommand) {
     let palette = Palette::current(ui);
     let (tone, shape) = marks::life(command.life);
-    let order = words::order(&Order::Command(command.unit, command.kind));
+    let order = words::capital(&words::order(&Order::Command(command.unit, command.kind)));
     ui.horizontal(|ui| {
         marks::shape(ui, shape, tone, &words::life(command.life, shown.at));
         ui.add(Label::new(RichText::new(order).color(palette.strong)).truncate());
         let text = words::event_time(shown, command.times.requested);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(text).small().weak()));
     });
-    indented(ui, &words::life(command.life, shown.at), tone.color(palette));
-    indented(ui, &format!("given by {}", command.by.words()), palette.weak);
-    let stages = words::stages(command);
-    if !stages.is_empty() {
-        indented(ui, &stages, palette.weak);
-    }
+    let done = match (command.life, command.times.effect) {
+        (Life::Executed, Some(effect)) => {
+            let within = words::seconds(effect.since(command.times.requested));
+            format!("done · effect within {within}")
+        }
+        (life, _) => words::life(life, shown.at),
+    };
+    let line = format!("{done} · {}", command.by.words());
+    let color = if tone > Tone::Normal { tone.color(palette) } else { palette.weak };
+    indented(ui, &line, color).on_hover_text(words::stages(command));
 }
 
-fn indented(ui: &mut Ui, text: &str, color: Color32) {
-    ui.horizontal(|ui| {
+fn indented(ui: &mut Ui, text: &str, color: Color32) -> Response {
+    let add = |ui: &mut Ui| {
         ui.add_space(20.0);
-        ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
-    });
+        ui.add(Label::new(RichText::new(text).small().color(color)).wrap())
+    };
+    ui.horizontal(add).inner
 }
 
 /// Refused acts, with the reason.

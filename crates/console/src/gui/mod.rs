@@ -14,6 +14,7 @@ pub mod theme;
 mod alarms;
 mod banner;
 mod command;
+mod compare;
 mod context;
 mod contour;
 mod flight;
@@ -41,6 +42,7 @@ use eframe::egui::{
 use wire::id::UnitId;
 use wire::time::Span;
 
+use self::compare::Half;
 use self::layout::{Layouts, MAX_NAME, Pane, Panes, Preset};
 use self::sidecar::Textures;
 use self::theme::Palette;
@@ -49,7 +51,7 @@ use crate::act::Act;
 use crate::shown::Shown;
 use crate::sidecar::Sidecar;
 use crate::site::Site;
-use crate::source::{Seek, Tape};
+use crate::source::{Beside, Seek, Tape};
 
 /// Opacity of a picture that is not current: low enough to be distinguished at once from a current one.
 const PAST: f32 = 0.65;
@@ -83,6 +85,8 @@ pub struct Picture<'p> {
     pub tape: Option<&'p Tape>,
     /// The recording's evidence of that moment.
     pub sidecar: Option<&'p Sidecar>,
+    /// Another recording at the same time of its run.
+    pub beside: Option<&'p Beside>,
 }
 
 /// The window's content.
@@ -93,6 +97,8 @@ pub struct ConsoleWindow {
     layouts: Layouts,
     /// The typed name for a layout.
     name: String,
+    /// View of the recording beside this one.
+    half: Half,
     /// True once the panes were arranged for the window's width.
     arranged: bool,
     textures: Textures,
@@ -106,6 +112,7 @@ impl ConsoleWindow {
             site: site.sound(),
             layouts: Layouts::default(),
             name: String::new(),
+            half: Half::new(unit),
             arranged: false,
             textures: Textures::default(),
         }
@@ -137,6 +144,16 @@ impl ConsoleWindow {
             .resizable(false)
             .frame(Frame::new().fill(palette.ground).inner_margin(Margin::symmetric(8, 5)))
             .show(ui, |ui| context::draw(ui, shown));
+        if let Some(beside) = picture.beside {
+            if let Some(tape) = picture.tape {
+                let bar = Panel::bottom("replay").resizable(false).frame(frame(8, 4));
+                bar.show(ui, |ui| replay::draw(ui, tape, None, &mut wishes));
+            }
+            let (view_state, half) = (&mut self.view_state, &mut self.half);
+            let ground = CentralPanel::default().frame(Frame::new().fill(palette.ground));
+            ground.show(ui, |ui| compare::draw(ui, (view_state, &self.site, shown), half, beside));
+            return wishes;
+        }
         Panel::right("command").resizable(false).exact_size(command::width(window)).frame(frame(10, 8)).show(
             ui,
             |ui| {

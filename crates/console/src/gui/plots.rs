@@ -3,7 +3,9 @@
 //!
 //! A value that fails stands first. The values are `series`'s.
 
-use eframe::egui::{Align2, FontId, Rect, Role, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
+use eframe::egui::{
+    Align2, FontId, Label, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
+};
 use egui_plot::{HLine, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, Polygon, VLine};
 use wire::event::Freshness;
 use wire::mode::Mode;
@@ -21,7 +23,7 @@ use crate::trace::CLOSE;
 const NAMES: f32 = 150.0;
 const LIMITS: f32 = 78.0;
 /// Least and greatest height of a plot.
-const HEIGHTS: [f32; 2] = [66.0, 110.0];
+const HEIGHTS: [f32; 2] = [54.0, 120.0];
 /// Height of the axis, with the names of the events.
 const AXIS: f32 = 40.0;
 /// Most changes of mode that have a line.
@@ -43,9 +45,9 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     let whole = view_state.whole_run;
     let from = if whole { start(shown, unit) } else { -in_seconds(CLOSE) };
     let changes = changes(shown, unit, whole, from);
-    let room = ui.available_height() - AXIS;
-    let height = (room / all.len() as f32).clamp(HEIGHTS[0], HEIGHTS[1]);
-    let most = ((room / height).floor() as usize).max(1);
+    let room = (ui.available_height() - AXIS).max(HEIGHTS[0]);
+    let most = ((room / HEIGHTS[0]).floor() as usize).clamp(1, all.len());
+    let height = (room / most as f32).min(HEIGHTS[1]);
     keys::scroll_next(ui, "plots");
     if all.len() <= most {
         all.iter().for_each(|series| row(ui, shown, unit, *series, (from, height, whole), &changes));
@@ -69,7 +71,7 @@ fn head(ui: &mut Ui, view_state: &mut ViewState, unit: &ShownUnit) {
                 view_state.plotted = None;
             }
         }
-        ui.weak("nothing is drawn where nothing was heard");
+        ui.add(Label::new(RichText::new("nothing is drawn where nothing was heard").weak()).truncate());
     });
 }
 

@@ -1,15 +1,18 @@
 //! The bar under a recording: where it stands, and ways to go elsewhere. It is there in a replay only.
 
-use eframe::egui::{Button, Color32, Key, RichText, Role, Sense, Slider, Stroke, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{Button, Key, Label, RichText, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use wire::time::Span;
 
 use super::Wish;
+use super::keys;
 use super::theme::Palette;
 use super::words;
 use crate::source::{Seek, Tape};
 
 /// Height of the line of moments, points.
-const LINE: f32 = 14.0;
+const LINE: f32 = 30.0;
+/// Distance from the pointer within which a moment is named.
+const NEAR: f32 = 5.0;
 
 /// A time from the recording's beginning, as the run's.
 fn time(tape: &Tape, at: Span) -> String {
@@ -43,49 +46,63 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes:
         }
         let time_of = format!("run time {} of {}", time(tape, tape.at), time(tape, tape.length));
         ui.label(RichText::new(time_of).monospace());
-        let label = ui.label(RichText::new("time").weak());
-        let in_seconds = |span: Span| span.as_ms() / 1000.0;
-        let lead = in_seconds(tape.lead);
-        let mut seconds = in_seconds(tape.at) - lead;
-        let slider = Slider::new(&mut seconds, -lead..=in_seconds(tape.length) - lead).show_value(false);
-        ui.spacing_mut().slider_width = (ui.available_width() - 16.0).max(80.0);
-        let response = ui.add(slider).labelled_by(label.id);
-        if response.changed() {
-            seek(Seek::To(Span(((seconds + lead).max(0.0) * 1e6) as u64)));
+    });
+    line(ui, tape, wishes);
+    ui.columns(2, |sides| {
+        for (ui, truth) in sides.iter_mut().zip([false, true]) {
+            let last = tape.moments.iter().rev().find(|moment| moment.truth == truth && moment.at <= tape.at);
+            let begin = if truth { "what really happened" } else { "what was shown" };
+            let text =
+                last.map_or("nothing yet".to_owned(), |moment| format!("{} at {}", moment.what, time(tape, moment.at)));
+            let text = RichText::new(format!("{begin}: {text}")).color(Palette::current(ui).text);
+            if !truth || tape.moments.iter().any(|moment| moment.truth) {
+                ui.add(Label::new(text).truncate());
+            }
         }
     });
-    line(ui, tape);
-    for truth in [false, true] {
-        let last = tape.moments.iter().rev().find(|moment| moment.truth == truth && moment.at <= tape.at);
-        let (begin, none) = if truth { ("what really happened", "nothing") } else { ("last change", "none yet") };
-        let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, time(tape, moment.at)));
-        if !truth || tape.moments.iter().any(|moment| moment.truth) {
-            ui.label(RichText::new(format!("{begin}: {text}")).color(Palette::current(ui).text));
-        }
-    }
 }
 
-/// The whole recording as a line: a stroke above it for each change of the display, one below for each true event, and
-/// the present position.
-fn line(ui: &mut Ui, tape: &Tape) {
-    let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::hover());
-    let really = tape.moments.iter().filter(|moment| moment.truth).count();
-    let text = format!("timeline: {} changes shown, {really} things that happened", tape.moments.len() - really);
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-    let palette = Palette::current(ui);
-    let x = |time: Span| area.left() + area.width() * (time.0 as f32 / tape.length.0.max(1) as f32);
-    let stroke = |time: Span, from: f32, to: f32, color: Color32| {
-        ui.painter().line_segment([pos2(x(time), from), pos2(x(time), to)], Stroke::new(1.5, color));
-    };
-    ui.painter().hline(area.x_range(), area.center().y, Stroke::new(1.0, palette.weak));
+/// The whole recording as a line to move along: above it a stroke for each change of the display, below it one for each
+/// true event, and the present position. The moment nearest to the pointer is named.
+fn line(ui: &mut Ui, tape: &Tape, wishes: &mut Vec<Wish>) {
+    let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click_and_drag());
+    let in_seconds = |span: Span| span.as_ms() / 1000.0;
+    let lead = in_seconds(tape.lead);
+    response.widget_info(|| WidgetInfo::slider(true, in_seconds(tape.at) - lead, "time of the run"));
+    let palette = *Palette::current(ui);
+    let painter = ui.painter_at(area);
+    painter.rect_filled(area, 2.0, palette.ground);
+    let track = area.shrink2(vec2(8.0, 0.0));
+    let x = |time: Span| track.left() + track.width() * (time.0 as f32 / tape.length.0.max(1) as f32);
+    let middle = area.center().y;
+    painter.hline(track.x_range(), middle, Stroke::new(1.0, palette.weak));
     for moment in &tape.moments {
-        if moment.truth {
-            stroke(moment.at, area.center().y, area.bottom(), palette.caution);
+        let (from, to, color) = if moment.truth {
+            (middle + 2.0, area.bottom() - 3.0, palette.caution)
         } else {
-            stroke(moment.at, area.top(), area.center().y, palette.text);
-        }
+            (area.top() + 3.0, middle - 2.0, palette.text)
+        };
+        painter.line_segment([pos2(x(moment.at), from), pos2(x(moment.at), to)], Stroke::new(2.0, color));
     }
-    stroke(tape.at, area.top(), area.bottom(), palette.advice);
+    painter.vline(x(tape.at), area.y_range(), Stroke::new(2.0, palette.advice));
+    painter.circle_filled(pos2(x(tape.at), middle), 5.0, palette.advice);
+    if response.has_focus() {
+        keys::frame(ui, area);
+    }
+    let place = |pointer: f32| {
+        let share = f64::from(((pointer - track.left()) / track.width().max(1.0)).clamp(0.0, 1.0));
+        Span((share * tape.length.0 as f64) as u64)
+    };
+    if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged()) {
+        wishes.push(Wish::Seek(Seek::To(place(pointer.x))));
+    }
+    if let Some(pointer) = response.hover_pos() {
+        let near = tape.moments.iter().filter(|moment| (x(moment.at) - pointer.x).abs() < NEAR);
+        let named: Vec<String> =
+            near.take(4).map(|moment| format!("{} at {}", moment.what, time(tape, moment.at))).collect();
+        let text = if named.is_empty() { time(tape, place(pointer.x)) } else { named.join("\n") };
+        response.on_hover_text_at_pointer(text);
+    }
 }
 
 /// True if an arrow went down while no control has the focus, which it would move in.

@@ -157,9 +157,13 @@ fn row(ui: &mut Ui, view_state: &ViewState, line: &Line) -> bool {
     write(ui, at(12.0, 80.0), Align2::LEFT_CENTER, line.unit.name(), palette.strong);
     mode(ui, line, at(80.0, 240.0).shrink2(vec2(0.0, 3.0)));
     write(ui, at(250.0, 340.0), Align2::LEFT_CENTER, &line.since, palette.weak);
-    write(ui, at(345.0, right - 360.0), Align2::LEFT_CENTER, &line.why, palette.text);
     let ink = if line.was { palette.weak } else { palette.text };
-    write(ui, at(right - 355.0, right - 215.0), Align2::RIGHT_CENTER, &line.room, ink);
+    // Without room for all, the reason outweighs the room to the fence.
+    let rooms = right > 900.0;
+    write(ui, at(335.0, right - if rooms { 360.0 } else { 215.0 }), Align2::LEFT_CENTER, &line.why, palette.text);
+    if rooms {
+        write(ui, at(right - 355.0, right - 215.0), Align2::RIGHT_CENTER, &line.room, ink);
+    }
     write(ui, at(right - 210.0, right - 115.0), Align2::RIGHT_CENTER, &line.speed, ink);
     age(ui, line, at(right - 105.0, right - 8.0));
     pressed

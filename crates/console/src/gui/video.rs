@@ -3,21 +3,28 @@
 //!
 //! The images came over the link and the unit vouches for them, unlike the pictures of `sidecar`.
 
-use eframe::egui::{Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, vec2};
+use eframe::egui::{
+    Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, TextureHandle, Ui, Vec2, WidgetInfo,
+    vec2,
+};
+use wire::id::TrackId;
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
 
 use super::marks::{self, Shape, Tone};
 use super::sidecar::labelled;
-use super::theme::{BODY, Palette};
+use super::theme::{BODY, Palette, SMALL};
 use super::view_state::ViewState;
 use super::words::at_most;
 use crate::age::Labelled;
+use crate::images::Images;
 use crate::shown::{Shown, ShownUnit};
 use crate::wording;
 
 /// Between two images, points.
 const GAP: f32 = 8.0;
+/// Metres that the view from above is high.
+const RANGE: f32 = 45.0;
 /// Height of the words below an image.
 const WORDS: f32 = 44.0;
 
@@ -43,27 +50,77 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     let track = unit.tracks.iter().find(|track| track.get().0.id == of.track);
     head(ui, unit, track, of.track.0, &at_most(images.age()));
     view_state.video.take(ui, &of.sights);
+    let cells = of.sights.len() + 1;
     let columns = if ui.available_width() > 560.0 { 4 } else { 2 };
     let wide = (ui.available_width() - GAP * (columns as f32 - 1.0)) / columns as f32;
-    let rows = of.sights.len().div_ceil(columns).max(1);
+    let rows = cells.div_ceil(columns);
     let high = ((ui.available_height() / rows as f32) - WORDS - GAP).clamp(48.0, wide * 0.8);
+    let textures = &view_state.video.pictures;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        for (first, row) in of.sights.chunks(columns).enumerate() {
+        for row in 0..rows {
             ui.horizontal_top(|ui| {
                 ui.spacing_mut().item_spacing.x = GAP;
-                for (at, sight) in row.iter().enumerate() {
-                    let texture = view_state.video.pictures.get(first * columns + at).and_then(Option::as_ref);
-                    let text = format!("IMAGE of track {} {} {}", of.track.0, sight.name, sight.legend);
+                for at in row * columns..((row + 1) * columns).min(cells) {
                     ui.vertical(|ui| {
                         ui.set_width(wide);
-                        labelled(ui, vec2(wide, high), sight, texture, text);
-                        let place = Modality::ALL.get(first * columns + at).copied();
-                        caption(ui, unit, track, place, &sight.name, wide);
+                        cell(ui, unit, (track, of), textures.get(at).and_then(Option::as_ref), (at, vec2(wide, high)));
                     });
                 }
             });
         }
     });
+}
+
+/// One sensor: its image, or for the one without images its view from above.
+fn cell(
+    ui: &mut Ui,
+    unit: &ShownUnit,
+    (track, of): (Option<&Labelled<ReportedTrack>>, &Images),
+    texture: Option<&TextureHandle>,
+    (at, size): (usize, Vec2),
+) {
+    match of.sights.get(at) {
+        Some(sight) => {
+            let text = format!("IMAGE of track {} {} {}", of.track.0, sight.name, sight.legend);
+            labelled(ui, size, sight, texture, text);
+        }
+        None => above(ui, unit, of.track, size),
+    }
+    let place = Modality::ALL.get(at).copied();
+    caption(ui, unit, track, place, size.x);
+}
+
+/// The tracks around the unit as seen from above, its nose up, with rings of distance; the chosen one is framed.
+fn above(ui: &mut Ui, unit: &ShownUnit, chosen: TrackId, size: Vec2) {
+    let palette = Palette::current(ui);
+    let (place, response) = ui.allocate_exact_size(size, Sense::hover());
+    let painter = ui.painter_at(place);
+    painter.rect_filled(place, 0.0, palette.ground);
+    let (own, scale) = (place.center() + vec2(0.0, place.height() * 0.3), place.height() / RANGE);
+    for ring in [10.0, 20.0, 30.0] {
+        painter.circle_stroke(own, ring * scale, Stroke::new(1.0, palette.line));
+        let label = own - vec2(0.0, ring * scale);
+        painter.text(label, Align2::CENTER_CENTER, format!("{ring:.0} m"), FontId::proportional(SMALL), palette.weak);
+    }
+    Shape::Triangle.draw(&painter, own, 10.0, palette.strong);
+    let pose = unit.pose.get().0;
+    let (sin, cos) = libm::sincosf(f32::from(pose.yaw_mrad) / 1000.0);
+    let mut named = Vec::new();
+    for track in unit.tracks.iter().map(|track| track.get().0) {
+        let [east, north] = [(track.x_mm - pose.x_mm) as f32 / 1000.0, (track.y_mm - pose.y_mm) as f32 / 1000.0];
+        let (ahead, left) = (east * cos + north * sin, north * cos - east * sin);
+        let at = own + vec2(-left, -ahead) * scale;
+        let backed = track.supported.contains(Modality::Lidar);
+        let shape = if backed { Shape::Square } else { Shape::Ring };
+        shape.draw(&painter, at, 9.0, if backed { palette.text } else { palette.quiet });
+        if track.id == chosen {
+            let frame = Rect::from_center_size(at, vec2(18.0, 18.0));
+            painter.rect_stroke(frame, 0.0, Stroke::new(1.5, palette.mark), StrokeKind::Middle);
+            named.push(format!("track {} {:.0} m away", track.id.0, libm::hypotf(east, north)));
+        }
+    }
+    let text = format!("LIDAR view from above: {}", named.join(""));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &text));
 }
 
 /// The tracks that have images, to choose from.
@@ -103,17 +160,10 @@ fn head(ui: &mut Ui, unit: &ShownUnit, track: Option<&Labelled<ReportedTrack>>, 
 }
 
 /// Whether the sensor supports or contradicts the track.
-fn caption(
-    ui: &mut Ui,
-    unit: &ShownUnit,
-    track: Option<&Labelled<ReportedTrack>>,
-    place: Option<Modality>,
-    name: &str,
-    wide: f32,
-) {
+fn caption(ui: &mut Ui, unit: &ShownUnit, track: Option<&Labelled<ReportedTrack>>, place: Option<Modality>, wide: f32) {
     let palette = Palette::current(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(wide, WORDS - 6.0), Sense::hover());
-    let title = place.map_or(name, |place| wording::sensor(unit.state.get().0.suite(), place));
+    let title = place.map_or("", |place| wording::sensor(unit.state.get().0.suite(), place));
     let verdict = track.zip(place).map(|(track, place)| {
         let track = track.get().0;
         match (track.contradicted.contains(place), track.supported.contains(place)) {

@@ -14,13 +14,15 @@ use crate::shown::Shown;
 use crate::sidecar::{EvidenceSource, Sidecar};
 use crate::site::Site;
 use crate::source::NoWindow;
-use crate::source::{Looks, Seek, Source, Tape};
+use crate::source::{Beside, Looks, Seek, Source, Tape};
 
 /// A recording, opened.
 pub struct Recorded {
+    name: String,
     player: Player,
     site: Site,
     evidence: Option<Box<dyn EvidenceSource>>,
+    beside: Option<Box<Recorded>>,
 }
 
 /// Opens the recording below `run_dir`.
@@ -29,7 +31,8 @@ pub struct Recorded {
 /// When something of it is missing or is no recording.
 pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
     let (player, config) = Player::open(run_dir)?;
-    Ok(Recorded { player, site: config.window.unwrap_or_default(), evidence: None })
+    let (name, site) = (run_dir.display().to_string(), config.window.unwrap_or_default().sound());
+    Ok(Recorded { name, player, site, evidence: None, beside: None })
 }
 
 impl Recorded {
@@ -46,6 +49,12 @@ impl Recorded {
         Self { player: self.player.invalid(reason), ..self }
     }
 
+    /// Shows another recording beside it, at the same time of its run.
+    #[must_use]
+    pub fn beside(self, other: Recorded) -> Self {
+        Self { beside: Some(Box::new(other)), ..self }
+    }
+
     /// Shows it in a window, until that is closed or `is_over`.
     ///
     /// # Errors
@@ -55,8 +64,14 @@ impl Recorded {
         let invalid = if self.player.shown().marks.invalid.is_some() { ", INVALID" } else { "" };
         let looks =
             Looks { title: format!("holdsafe console: REPLAY{invalid}"), unit, site: self.site, layout: layout() };
-        let source =
-            Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(is_over) };
+        let source = Running {
+            player: self.player,
+            evidence: self.evidence,
+            beside: self.beside.map(|other| Other::new(self.name, *other)),
+            since: None,
+            new: true,
+            over: Box::new(is_over),
+        };
         open::console(looks, Box::new(source), |_wake| {})
     }
 }
@@ -65,11 +80,34 @@ impl Recorded {
 struct Running {
     player: Player,
     evidence: Option<Box<dyn EvidenceSource>>,
+    beside: Option<Other>,
     since: Option<(Instant, Span)>,
     /// True if there is a picture that was not drawn.
     new: bool,
     /// True if the window is to close.
     over: Box<dyn Fn() -> bool>,
+}
+
+/// The recording beside the one that is played.
+struct Other {
+    own: String,
+    name: String,
+    player: Player,
+    site: Arc<Site>,
+}
+
+impl Other {
+    fn new(own: String, other: Recorded) -> Self {
+        Self { own, name: other.name, player: other.player, site: Arc::new(other.site) }
+    }
+
+    /// Its picture at a time of the run.
+    fn at(&mut self, position: Span, lead: Span) -> Beside {
+        let to = (position + self.player.lead()).0.saturating_sub(lead.0);
+        self.player.seek(Span(to));
+        let (own, name) = (self.own.clone(), self.name.clone());
+        Beside { own, name, shown: Arc::new(self.player.shown()), site: Arc::clone(&self.site) }
+    }
 }
 
 impl Source for Running {
@@ -96,6 +134,11 @@ impl Source for Running {
     fn tape(&mut self) -> Option<Tape> {
         let (at, length, lead) = (self.player.position(), self.player.length(), self.player.lead());
         Some(Tape { at, length, lead, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
+    }
+
+    fn beside(&mut self) -> Option<Beside> {
+        let (position, lead) = (self.player.position(), self.player.lead());
+        self.beside.as_mut().map(|other| other.at(position, lead))
     }
 
     fn sidecar(&mut self, time: Instant) -> Sidecar {

@@ -65,6 +65,9 @@ pub(super) struct Args {
     /// Open a run that is over in the operator's window: to look at, not to act in.
     #[arg(long, group = "place")]
     window: bool,
+    /// With --window: another run that is over beside it, at the same time.
+    #[arg(long, value_name = "RUN", requires = "window")]
+    compare: Option<PathBuf>,
     /// With --sensors or --window.
     #[command(flatten)]
     bring: DetectorOptions,
