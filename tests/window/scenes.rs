@@ -199,7 +199,8 @@ pub(crate) fn crowd() -> Yard {
 
 /// Eight units: one is lost, one holds, one is degraded, the rest go on.
 pub(crate) fn eight() -> Yard {
-    let units = ["a", "b", "c", "d", "e", "f", "g", "h"].map(|letter| UnitId::from_name(&format!("unit-{letter}")).expect("a unit"));
+    let units = ["a", "b", "c", "d", "e", "f", "g", "h"]
+        .map(|letter| UnitId::from_name(&format!("unit-{letter}")).expect("a unit"));
     let mut yard = Yard::with_role(&units, Policy::default(), Role::Supervise);
     for (at, actor) in yard.actors.iter_mut().enumerate() {
         actor.tracks.truncate(usize::from(at % 2 == 0));
@@ -207,7 +208,8 @@ pub(crate) fn eight() -> Yard {
     }
     yard.run(Span::s(12));
     let d = yard.actor(units[3]);
-    (d.mode, d.cause, d.failing) = (Mode::Degraded, Cause::Lost(Guard::Thermal), Guards::default().with_guard(Guard::Thermal));
+    (d.mode, d.cause, d.failing) =
+        (Mode::Degraded, Cause::Lost(Guard::Thermal), Guards::default().with_guard(Guard::Thermal));
     let a = yard.actor(UnitId::A);
     (a.mode, a.cause, a.speed_mm_s) = (Mode::HoldSafe, Cause::Lost(Guard::Teammates), 0);
     a.failing = Guards::default().with_guard(Guard::Teammates);

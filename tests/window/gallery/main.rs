@@ -117,8 +117,17 @@ impl eframe::App for Gallery {
         }
         let Some((take, window, frame)) = &mut self.on else { return };
         let shown = take.film.get(*frame).or(take.film.last()).unwrap();
-        window
-            .draw(ui, &Picture { shown, behind: take.behind, untaken: false, tape: take.tape.as_ref(), sidecar: None, beside: None });
+        window.draw(
+            ui,
+            &Picture {
+                shown,
+                behind: take.behind,
+                untaken: false,
+                tape: take.tape.as_ref(),
+                sidecar: None,
+                beside: None,
+            },
+        );
         *frame += 1;
         if *frame == take.film.len() + SETTLED {
             let (images, ctx) = (self.images.0.clone(), ui.ctx().clone());

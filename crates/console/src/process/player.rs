@@ -34,7 +34,7 @@ pub const TRUTH: &str = "truth.json";
 #[derive(Debug, thiserror::Error)]
 pub enum PlayerError {
     /// The file needed to view it is missing.
-    #[error("{0}; is this the folder that `run --live --out` was given?")]
+    #[error("{0}; is this the folder of a run, or of one of its kept trials?")]
     Reading(String),
     /// The console's input journal cannot be read.
     #[error("the console's input journal: {0}")]
@@ -125,7 +125,8 @@ impl Player {
         let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(format!("{}: {error}", path.display()));
         let file = link::files::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
-        let log = link::files::input_journal(run_dir, NodeId::CONSOLE, Boot(1));
+        let live = link::files::input_journal(run_dir, NodeId::CONSOLE, Boot(1));
+        let log = if live.exists() { live } else { link::files::display_journal(run_dir) };
         let log = input_journal::Reader::new(BufReader::new(link::files::open(&log).map_err(JournalError::from)?))?;
         let header = log.header();
         let mut player = Self::new(&config, header.boot, header.started, turns(log)?)?;

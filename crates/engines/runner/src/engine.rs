@@ -20,6 +20,7 @@ use serde::Serialize;
 use topology::{RunSecret, lay_out};
 use twin::replay::{Journalled, ReplayedCore, Same};
 use twin::sabotage::sabotage;
+use wire::id::NodeId;
 use wire::person::{Act, Role};
 
 use super::error::EngineError;
@@ -61,12 +62,17 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
     tracing::debug!(scenario = scenario.name.as_str(), policy = setup.policy_name, seed, "trial");
     match mode {
         Mode::Twin => {
-            let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+            let (topology, mut twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+            if setup.run_dir.is_some() {
+                twin.view(NodeId::CONSOLE);
+            }
             let run = twin::trial::conclude(topology, twin, setup);
             let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
             let Some(folder) = setup.run_dir.as_ref().map(RunFolder::new) else { return Ok(trial) };
             write_log(&folder, &run.log).map_err(EngineError::failed)?;
             write_events(&folder, &run.evidence).map_err(EngineError::failed)?;
+            viewer_files::write_display(&folder, &run.topology, &run.evidence.entries, &run.viewed)
+                .map_err(EngineError::failed)?;
             close_folder(&folder, &run.anchors, trial)
         }
         Mode::Stack => stacks::trial(scenario, seed).map_err(EngineError::failed),

@@ -120,6 +120,9 @@ enum Happening {
     ProcessFault(usize, Turn),
 }
 
+/// Most inputs that are kept for a viewer: hours of a console that is fed forty times a second.
+pub const MAX_VIEWED: usize = 1 << 20;
+
 /// An input of a core, and its outputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JournalEntry {
@@ -163,6 +166,8 @@ pub struct Twin {
     /// Messages that insiders claim to have sent.
     claims: Claims,
     journals: Option<Vec<Vec<JournalEntry>>>,
+    /// The node with inputs that are kept for a viewer, and these.
+    viewed: Option<(NodeIndex, Vec<JournalEntry>)>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
     /// The guest that drives the unit under test. It is a process, of which a fork has none.
@@ -237,6 +242,7 @@ impl Twin {
             processes: Processes::new(assembly.process_faults, assembly.spare, &assembly.watched),
             disk: assembly.fills.then(Disk::new),
             cues: Watch::new(&assembly.cues),
+            viewed: None,
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), notes),
             refusals: Journal::new(NodeId::BROKER, wire::id::Boot(1), None),
@@ -298,6 +304,7 @@ impl Twin {
             refusals: self.refusals.clone(),
             claims: self.claims.clone(),
             journals: self.journals.clone(),
+            viewed: None,
             verified: self.verified.clone(),
             stopwatch: None,
             guest: None,
@@ -323,6 +330,17 @@ impl Twin {
     /// The log and the stopwatch of a twin that has ended.
     pub fn into_log(self) -> (Vec<Logged>, Option<Stopwatch>) {
         (self.log, self.stopwatch)
+    }
+
+    /// Keeps the inputs and outputs of the first start of one node from now on, at most [`MAX_VIEWED`], for a viewer of
+    /// what it showed.
+    pub fn view(&mut self, node: NodeId) {
+        self.viewed = self.index(node).map(|index| (index, Vec::new()));
+    }
+
+    /// The inputs and outputs kept since [`view`](Self::view).
+    pub fn take_viewed(&mut self) -> Vec<JournalEntry> {
+        self.viewed.take().map_or_else(Vec::new, |(_, entries)| entries)
     }
 
     /// Adds up the time spent from now on by stage.
@@ -477,20 +495,26 @@ impl Twin {
         while let Some(output) = self.nodes[usize::from(node)].part.output() {
             outputs.push_back(output);
         }
-        if let (Some(journals), Some((now, input))) = (&mut self.journals, fed) {
-            let deadline = self.nodes[usize::from(node)].part.deadline();
-            journals[usize::from(node)].push(JournalEntry {
-                now,
-                input,
-                outputs: outputs.iter().cloned().collect(),
-                deadline,
-            });
+        if let Some((now, input)) = fed {
+            self.keep_turn(node, now, input, &outputs);
         }
         if !outputs.is_empty() {
             let due = self.now + self.stage_delay(node, &outputs);
             outputs.into_iter().for_each(|output| self.carry(node, due, output));
         }
         self.arm(node);
+    }
+
+    /// Keeps an input with its outputs where they are asked for.
+    fn keep_turn(&mut self, node: NodeIndex, now: Instant, input: Input, outputs: &VecDeque<Output>) {
+        let viewed = self.viewed.as_mut().filter(|(of, kept)| *of == node && kept.len() < MAX_VIEWED);
+        if self.journals.is_none() && viewed.is_none() {
+            return;
+        }
+        let deadline = self.nodes[usize::from(node)].part.deadline();
+        let entry = JournalEntry { now, input, outputs: outputs.iter().cloned().collect(), deadline };
+        viewed.into_iter().for_each(|(_, kept)| kept.push(entry.clone()));
+        self.journals.iter_mut().for_each(|journals| journals[usize::from(node)].push(entry.clone()));
     }
 
     fn arm(&mut self, node: NodeIndex) {

@@ -256,6 +256,10 @@ impl Twin {
         let n = &mut self.nodes[usize::from(node)];
         (n.part, n.alive, n.armed) = (part, true, None);
         n.generation += 1;
+        // A viewer follows one core: its second start is another one.
+        if let Some((of, _)) = self.viewed.as_mut().filter(|(of, _)| *of == node) {
+            *of = NodeIndex::MAX;
+        }
         self.note(Note::Restarted { node: id, boot });
         for a in 0..self.associations.len() {
             for end in [0, 1] {

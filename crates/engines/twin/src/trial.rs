@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::Twin;
 use super::assemble::assemble;
 use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
 use super::queue::Micros;
 use super::stopwatch::{Stopwatch, WorkStage};
 use super::verified::SignatureCounts;
+use super::{JournalEntry, Twin};
 use crate::tamper::tamper;
 use evidence::Evidence;
 use evidence::anchors::TrustAnchors;
@@ -36,6 +36,8 @@ pub struct Run {
     pub evidence: Evidence,
     /// Verdict of the oracle.
     pub verdict: Verdict,
+    /// Inputs and outputs of the node that is to be viewed, if there is one.
+    pub viewed: Vec<JournalEntry>,
     /// Number of signatures that cores asked about, and of those verified.
     pub signatures: SignatureCounts,
     /// The stopwatch of a twin that was watched, still in its last stage.
@@ -80,7 +82,7 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
     twin.run_until(topology.duration);
     twin.finish(GRACE);
     let (signatures, verifier) = (twin.signatures(), twin.verified().shared());
-    let cut_short = twin.cut_short();
+    let (cut_short, viewed) = (twin.cut_short(), twin.take_viewed());
     let (mut log, mut stopwatch) = twin.into_log();
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(WorkStage::Judging);
@@ -95,7 +97,7 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
         evidence.log_flaws.clear();
     }
     let verdict = judge(&evidence);
-    Run { topology, log, anchors, evidence, verdict, signatures, stopwatch }
+    Run { topology, log, anchors, evidence, verdict, viewed, signatures, stopwatch }
 }
 
 fn evidence(

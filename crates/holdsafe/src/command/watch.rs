@@ -159,8 +159,8 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = find_one_run(&args.run)?;
     if !run.has_input_journals() {
         let line = format!(
-            "{}: a run in the twin, which no console has shown; `holdsafe report` and `inspect explain` read it",
-            run.path().display()
+            "{run}: a run in the twin is over at once; `holdsafe watch --window {run}` shows what its console showed",
+            run = run.path().display()
         );
         return Err(Failure::new(Exit::NoEvidence, line));
     }
