@@ -236,9 +236,9 @@ impl Alarms {
         Some(group.shown.clone())
     }
 
-    /// Puts the alarm of this cause and time aside. False where there is none that may be.
+    /// Puts the alarm of this cause and time aside. False where there is none. Whether it may be is `hand`'s to judge.
     pub fn shelve(&mut self, now: Instant, cause: &Alarm, since: Instant, shelf: Shelf) -> bool {
-        let group = self.listed_mut(cause, since).filter(|group| !group.shown.hold_stands);
+        let group = self.listed_mut(cause, since);
         group.map(|group| group.shown.shelved_until = Some(now + shelf.span())).is_some()
     }
 

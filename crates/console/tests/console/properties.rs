@@ -309,12 +309,6 @@ after_every_move! {
         }
     }
 
-    standing_hold_is_never_shelved(step) {
-        for group in &step.after.alarms {
-            prop_assert!(!group.hold_stands || group.shelved_until.is_none(), "{group:?}");
-        }
-    }
-
     sound_stops_only_by_an_act_or_with_its_cause(step) {
         let loud = |group: &&ShownGroup| group.open() && group.unfolded(step.after.alarm_flood);
         let least = step.after.alarms.iter().filter(loud).map(|group| group.priority).min();
