@@ -19,6 +19,8 @@ use crate::history::{History, Incident};
 use crate::life::Life;
 use crate::shown::{LostTrack, Shown, ShownUnit};
 
+/// A track that ended less than this from one that is still reported is taken for the same object, millimetres.
+pub const SAME_MM: f64 = 1_500.0;
 /// Way beyond the stopping distance that counts as ahead, millimetres.
 pub const AHEAD_MM: f64 = 3_000.0;
 /// Least distance to either side of the way that counts as in it, millimetres.
@@ -140,7 +142,12 @@ impl Ended {
 fn in_way(unit: &ShownUnit, track: &ReportedTrack, bounds: &Bounds) -> bool {
     let (state, _) = unit.state.get();
     let left = state.motion.map_or(0, |motion| motion.left_up_mm_s[0]);
-    is_ahead(unit.pose.get().0, [state.speed_mm_s, left], [track.x_mm, track.y_mm], bounds)
+    let apart = |other: &ReportedTrack| {
+        libm::hypot(f64::from(other.x_mm) - f64::from(track.x_mm), f64::from(other.y_mm) - f64::from(track.y_mm))
+    };
+    // An object that goes on under another number is still seen.
+    let is_seen = unit.tracks.iter().any(|other| apart(other.get().0) < SAME_MM);
+    !is_seen && is_ahead(unit.pose.get().0, [state.speed_mm_s, left], [track.x_mm, track.y_mm], bounds)
 }
 
 /// True if the place, millimetres east and north, is in the way of a body that moves so, mm/s forward and to its left.

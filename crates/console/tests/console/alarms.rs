@@ -326,6 +326,16 @@ fn object_that_ends_in_the_way_is_an_alarm_until_noted_or_back() {
 }
 
 #[test]
+fn object_in_the_way_under_another_number_is_an_event() {
+    let mut bench = Bench::seating(Role::Supervise);
+    for seen in [[(5, 3_000, 0)], [(6, 3_900, 0)]] {
+        let report = Report { speed_mm_s: 3_000, ..bench.next(Mode::Ready) };
+        hear(&mut bench, &with_tracks(report, &seen));
+    }
+    assert_eq!(causes(&bench), []);
+}
+
+#[test]
 fn designated_track_that_ends_is_an_alarm() {
     let mut bench = Bench::seating(Role::Supervise);
     let held = ReportedAuthority { track: TrackId(4), left: Span::s(3) };
@@ -552,6 +562,20 @@ fn sound_repeats_until_acknowledged_and_silence_ends() {
     assert_eq!((sound.silenced_until, sound.motif.is_some()), (None, true));
     acknowledge(&mut bench, cause);
     assert_eq!(shown(&bench).sound.motif, None);
+}
+
+#[test]
+fn alarm_that_grows_sounds_through_a_silence() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::Ready, Span::s(1));
+    let report = failing(&mut bench, Mode::Degraded, Guard::Thermal);
+    hear(&mut bench, &report);
+    bench.act(Act::Silence).unwrap();
+    assert_eq!(shown(&bench).sound.motif, None);
+    bench.pass(PERIOD);
+    let report = failing(&mut bench, Mode::HoldSafe, Guard::Thermal);
+    bench.heard(&report, Span::ms(20));
+    assert_eq!(shown(&bench).sound.motif, Some((Priority::High, bench.now)));
 }
 
 #[test]
