@@ -502,30 +502,41 @@ fn lost_track_stays_until_acknowledged() {
 }
 
 #[test]
-fn alarms_are_searched_and_acknowledged_singly_or_together() {
+fn alarms_are_acknowledged_singly_together_and_by_key() {
     let mut seated = seat(scenes::hold_safe());
-    type_into(&mut seated, "search", "STALE");
-    assert!(shows_text(&seated, "acknowledge: what is shown of unit-b is stale"));
-    assert!(!shows_text(&seated, "acknowledge: unit-a is in HOLD_SAFE"), "it does not fit the search");
-    click(&mut seated, Kind::Button, "acknowledge: what is shown of unit-b is stale");
-    assert_eq!(seated.state().acts.len(), 1);
-    let open = seated.state().yard.shown().alarms.iter().filter(|alarm| !alarm.acknowledged).count();
+    let open = |seated: &Seated| seated.state().yard.shown().alarms.iter().filter(|group| group.open()).count();
+    let all = open(&seated);
+    click(&mut seated, Kind::Button, "Acknowledge: unit-a hears claims of its teammates that cannot be true");
+    assert_eq!((seated.state().acts.len(), open(&seated)), (1, all - 1));
+    assert!(shows_text(&seated, "led to: unit-a HOLD_SAFE"));
+    let mut seated = seat(scenes::hold_safe());
+    press(&mut seated, Key::A);
+    assert_eq!((seated.state().acts.len(), open(&seated)), (1, all - 1));
+    let mut seated = seat(scenes::hold_safe());
     click(&mut seated, Kind::Button, "Acknowledge all");
-    assert_eq!(seated.state().acts.len(), 1 + open, "all, whatever is searched for");
-    assert!(seated.state().yard.shown().alarms.iter().all(|alarm| alarm.acknowledged));
+    assert_eq!((seated.state().acts.len(), open(&seated)), (all, 0));
     assert!(seated.get_by_role_and_label(Kind::Button, "Acknowledge all").accesskit_node().is_disabled());
 }
 
 #[test]
-fn history_is_listed_and_searched_after_its_alarms() {
+fn alarm_is_shelved_with_a_reason_and_sound_is_silenced() {
+    let mut seated = seat(scenes::degraded());
+    let cause = "thermal camera of unit-a gives nothing";
+    click(&mut seated, Kind::Button, &format!("Shelve: {cause}"));
+    let minute = format!("Shelve for 1 min: {cause}");
+    assert!(seated.get_by_role_and_label(Kind::Button, &minute).accesskit_node().is_disabled(), "no reason yet");
+    type_into(&mut seated, "Reason", "it is wet");
+    press(&mut seated, Key::S);
+    assert_eq!(seated.state().acts, [], "who types silences nothing");
+    click(&mut seated, Kind::Button, &minute);
+    assert!(shows_text(&seated, "Shelved: 1") && !shows_text(&seated, cause));
+    click(&mut seated, Kind::Button, "Shelved: 1");
+    assert!(shows_text(&seated, cause));
     let mut seated = seat(scenes::hold_safe());
-    let note = "acknowledged: unit-a is in HOLD_SAFE";
-    click(&mut seated, Kind::Button, "Acknowledge all");
-    assert!(!shows_text(&seated, note));
-    click(&mut seated, Kind::CheckBox, "history");
-    assert!(shows_text(&seated, note) && shows_text(&seated, "unit-a went to HOLD_SAFE, cause lost:teammates"));
-    type_into(&mut seated, "search", "went to");
-    assert!(!shows_text(&seated, note) && shows_text(&seated, "unit-a went to HOLD_SAFE"));
+    let held = "Shelve: unit-a hears claims of its teammates that cannot be true";
+    assert!(seated.get_by_role_and_label(Kind::Button, held).accesskit_node().is_disabled());
+    press(&mut seated, Key::S);
+    assert!(shows_text(&seated, "Sound silenced, "));
 }
 
 #[test]
@@ -698,7 +709,7 @@ fn excessive_clock_drift_alarms_at_the_link() {
     yard.run(Span::s(20));
     let seated = seat(yard);
     let shown = seated.state().yard.shown();
-    let alarms: Vec<Alarm> = shown.alarms.iter().map(|raised| raised.alarm).collect();
+    let alarms: Vec<Alarm> = shown.alarms.iter().map(|group| group.cause).collect();
     assert_eq!(alarms, [Alarm::ClockRuns(UnitId::B)]);
     assert!(shows_text(&seated, "LINK unit-b up, report 0.10 s ago, clock RUNS AWAY"));
     assert!(shows_text(&seated, "LINK unit-a up, report 0.10 s ago, clock in step"));

@@ -2,7 +2,7 @@
 //! answers. `hand` judges the acts.
 
 use wire::id::CommandId;
-pub use wire::person::{Act, Alarm, Numbered, Order, Role, Unable};
+pub use wire::person::{Act, Alarm, Numbered, Order, Role, Shelf, Unable};
 use wire::time::{Instant, Span};
 
 /// Time limit for confirming a prepared order: long enough to type a reason, too short to be forgotten.

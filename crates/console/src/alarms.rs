@@ -1,172 +1,279 @@
-//! Alarms: conditions that the operator has to acknowledge, each listed until it is over *and* acknowledged.
+//! Life of the alarms' groups: raised, acknowledged, over, put aside, back again (after ISA-18.2).
 //!
-//! An alarm's condition follows from the shown values alone. An alarm that ends by itself stays listed until it is
-//! acknowledged, and one that begins again has to be acknowledged again. An alarm about a past event (an order, a lost
-//! session) does not end by itself: acknowledging it ends it.
+//! A group is one cause that stands, as `causes` finds it, with what it led to. It leaves once it is over *and*
+//! acknowledged; one that is not urgent clears itself [`CLEARS_AFTER`] it is over. One that returns within
+//! [`RETURNS_WITHIN`] opens its group again and is counted there, so that chatter is one alarm. A past event (an order,
+//! a lost session) stands until it is acknowledged. What is to be heard is `sound`'s.
 
-use wire::event::Freshness;
-use wire::mode::Mode;
-use wire::person::Alarm;
-use wire::time::Instant;
+use std::collections::BTreeMap;
 
-use crate::alarm::{Priority, ShownAlarm};
+use wire::id::{Boot, TrackId, UnitId};
+use wire::person::{Alarm, Shelf};
+use wire::time::{Instant, Span};
+
+use crate::alarm::{LedTo, MAX_LED_TO, Priority, ShownGroup};
+use crate::causes::{Causes, Finding};
 use crate::history::{History, Incident};
-use crate::life::Life;
-use crate::shown::{Shown, ShownUnit};
-use crate::skew::Rate;
+use crate::shown::Shown;
+use crate::sound::{Rate, Silence};
 
-/// Alarms that are kept. There is room for every unit with every lost track, every link and every command at once.
+/// Groups that are kept. There is room for every unit with every lost track, every link and every command at once.
 pub const MAX_ALARMS: usize = 320;
+/// Time after which a group that is over and not urgent clears itself.
+pub const CLEARS_AFTER: Span = Span::s(30);
+/// Time within which a cause that returns opens its group again.
+pub const RETURNS_WITHIN: Span = Span::s(60);
 
-/// True if the alarm is about a past event, and not about a present condition.
-fn is_event(alarm: &Alarm) -> bool {
-    match alarm {
-        Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => true,
-        Alarm::HoldSafe(_)
-        | Alarm::Silent(_)
-        | Alarm::Degraded(_)
-        | Alarm::Stale(_)
-        | Alarm::LinkDown(_)
-        | Alarm::TrackLost(..)
-        | Alarm::ClockRuns(_) => false,
-    }
-}
-
-/// A condition that stands, and which of its occurrences.
-type Condition = (Alarm, u64);
-
-#[derive(Clone, Copy, Debug)]
-struct Raised {
-    shown: ShownAlarm,
-    occurrence: u64,
-    /// True if its condition stood when it was looked at last.
+#[derive(Clone, Debug)]
+struct Group {
+    shown: ShownGroup,
+    /// True if it stood when it was looked at last.
     stood: bool,
+    /// Time at which it was over, until it is raised again.
+    over: Option<Instant>,
+    /// True while an event of it has not been acknowledged.
+    open: bool,
+    /// Consequences of the last look.
+    told: Vec<(Instant, LedTo)>,
 }
 
-impl Raised {
-    /// True if the alarm can be removed. It is kept while its subject is shown, so that it is not raised again.
-    fn done(&self) -> bool {
-        self.shown.acknowledged && is_event(&self.shown.alarm)
+impl Group {
+    fn new(now: Instant, finding: &Finding) -> Self {
+        let shown = ShownGroup {
+            cause: finding.cause,
+            suite: finding.suite,
+            priority: finding.priority,
+            first: now,
+            since: now,
+            times: 1,
+            standing: true,
+            acknowledged: false,
+            hold_stands: false,
+            led_to: Vec::new(),
+            led_more: 0,
+            shelved_until: None,
+        };
+        let mut group = Self { shown, stood: false, over: None, open: finding.event.is_some(), told: Vec::new() };
+        group.stand(now, finding);
+        group
+    }
+
+    fn listed(&self) -> bool {
+        self.shown.standing || !self.shown.acknowledged
+    }
+
+    /// True if it stands or did a short while ago: what returns now is the same alarm.
+    fn recent(&self, now: Instant) -> bool {
+        self.shown.standing || self.stood || self.over.is_some_and(|over| now.since(over) < RETURNS_WITHIN)
+    }
+
+    /// Stands by a finding of its cause. What is more urgent than before asks for an act again.
+    fn stand(&mut self, now: Instant, finding: &Finding) {
+        let asks = self.lead_to(&finding.led_to);
+        let shown = &mut self.shown;
+        let worse = finding.priority < shown.priority;
+        (shown.standing, shown.hold_stands, self.over) = (true, finding.hold_stands, None);
+        shown.priority = shown.priority.min(finding.priority);
+        if worse || (asks && shown.acknowledged) {
+            (shown.acknowledged, shown.since) = (false, now);
+        }
+        shown.shelved_until = shown.shelved_until.filter(|_| !finding.hold_stands);
+    }
+
+    /// Opens again after it was over: one more of its times, unless it was the same event.
+    fn again(&mut self, now: Instant, finding: &Finding, counts: bool) {
+        let ShownGroup { first, times, shelved_until, .. } = self.shown;
+        *self = Self::new(now, finding);
+        (self.shown.first, self.shown.times) = (first, times.saturating_add(u32::from(counts)));
+        self.shown.shelved_until = shelved_until.filter(|_| !finding.hold_stands);
+    }
+
+    /// Adds consequences that were not there at the last look. True if one of them asks for an act.
+    fn lead_to(&mut self, led_to: &[(Instant, LedTo)]) -> bool {
+        let before = core::mem::replace(&mut self.told, led_to.to_vec());
+        let known = |(at, what): &&(Instant, LedTo)| {
+            before.iter().any(|(then, before)| before.same(what) && (then == at || !what.dated()))
+        };
+        let mut asks = false;
+        for new in led_to.iter().filter(|led| !known(led)) {
+            asks |= new.1.asks();
+            if self.shown.led_to.len() < MAX_LED_TO {
+                self.shown.led_to.push(*new);
+            } else {
+                self.shown.led_more = self.shown.led_more.saturating_add(1);
+            }
+        }
+        self.shown.led_to.sort_by_key(|(at, _)| *at);
+        asks
+    }
+
+    /// Notes that it no longer stands, and clears what is not urgent after a while.
+    fn end(&mut self, now: Instant, history: &mut History) {
+        let shown = &mut self.shown;
+        if self.stood && !shown.standing {
+            self.over = Some(now);
+            if !is_event(&shown.cause) {
+                history.note(now, Incident::Over(shown.cause, shown.suite));
+            }
+        }
+        if shown.priority != Priority::High && self.over.is_some_and(|over| now.since(over) >= CLEARS_AFTER) {
+            shown.acknowledged = true;
+        }
+    }
+
+    /// Time at which it changes next by time alone.
+    fn changes(&self) -> Option<Instant> {
+        let clears = self.over.filter(|_| self.shown.priority != Priority::High && !self.shown.acknowledged);
+        [self.shown.shelved_until, clears.map(|over| over + CLEARS_AFTER)].into_iter().flatten().min()
     }
 }
 
-/// The alarms of one display, at most [`MAX_ALARMS`].
+/// True if the cause is a past event, and no present condition.
+fn is_event(cause: &Alarm) -> bool {
+    matches!(cause, Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_))
+}
+
+/// The alarms of one display, at most [`MAX_ALARMS`] groups.
 #[derive(Clone, Debug, Default)]
 pub struct Alarms {
-    raised: Vec<Raised>,
+    groups: Vec<Group>,
     more: u32,
+    causes: Causes,
+    /// Occurrences of past events that were raised, while their subjects are shown.
+    events: BTreeMap<Alarm, u64>,
+    rate: Rate,
+    silence: Silence,
 }
 
 impl Alarms {
-    /// Updates the alarms from the shown values, and records begun and ended ones in `history`.
+    /// Updates the alarms from the shown values, and records events and the alarms' lives in `history`.
     pub fn fold(&mut self, shown: &Shown, history: &mut History) {
-        for raised in &mut self.raised {
-            raised.stood = core::mem::take(&mut raised.shown.standing);
+        let now = shown.at;
+        self.return_shelved(now, history);
+        self.rate.prune(now);
+        let groups = &self.groups;
+        let recent = |cause: &Alarm| groups.iter().any(|group| group.shown.cause == *cause && group.recent(now));
+        let findings = self.causes.look(shown, history, recent);
+        for group in &mut self.groups {
+            group.stood = core::mem::take(&mut group.shown.standing);
+            group.shown.hold_stands = false;
         }
-        for condition in conditions(shown) {
-            if self.raise(shown.at, condition) {
-                history.note(shown.at, Incident::Raised(condition.0));
+        for finding in &findings {
+            finding.absorbs.iter().filter(|cause| **cause != finding.cause).for_each(|cause| self.absorb(cause));
+            if self.take(now, finding) {
+                history.note(now, Incident::Raised(finding.cause, finding.suite, finding.priority));
             }
         }
-        let raiseds = self.raised.iter().filter(|r| r.stood && !r.shown.standing && !is_event(&r.shown.alarm));
-        raiseds.for_each(|r| history.note(shown.at, Incident::Over(r.shown.alarm)));
-        self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
+        let shown = |cause: &Alarm, found: &Finding| {
+            (found.cause == *cause && found.event.is_some()) || found.absorbs.contains(cause)
+        };
+        self.events.retain(|cause, _| findings.iter().any(|found| shown(cause, found)));
+        self.groups.iter_mut().for_each(|group| group.end(now, history));
+        self.groups.retain(|group| group.listed() || group.recent(now));
     }
 
-    /// Raises an alarm. True if its condition began or began again.
-    fn raise(&mut self, now: Instant, (alarm, occurrence): Condition) -> bool {
-        let shown = ShownAlarm {
-            alarm,
-            priority: Priority::from_alarm(&alarm),
-            since: now,
-            standing: true,
-            acknowledged: false,
+    /// Takes one finding into its group. True if the alarm was raised, or raised again.
+    fn take(&mut self, now: Instant, finding: &Finding) -> bool {
+        let cause = finding.cause;
+        let new_event = finding.event.is_some_and(|nth| self.events.insert(cause, nth) != Some(nth));
+        let stands = finding.stands || new_event;
+        let Some(group) = self.groups.iter_mut().find(|group| group.shown.cause == cause) else {
+            return stands && self.raise(now, Group::new(now, finding));
         };
-        let new = Raised { shown, occurrence, stood: false };
-        let room = self.raised.len() < MAX_ALARMS;
-        match self.raised.iter_mut().find(|raised| raised.shown.alarm == alarm) {
-            Some(raised) if raised.occurrence == occurrence => {
-                raised.shown.standing = true;
-                return !raised.stood;
+        match (stands || group.open, group.stood && !new_event) {
+            // An event that was acknowledged is over.
+            (false, _) => return false,
+            (true, true) => {
+                group.stand(now, finding);
+                return false;
             }
-            Some(raised) => *raised = new,
-            None if room => self.raised.push(new),
-            None => return self.crowd_out(new),
+            (true, false) if group.recent(now) => group.again(now, finding, new_event || finding.event.is_none()),
+            (true, false) => {
+                *group = Group::new(now, finding);
+                self.rate.note(now);
+            }
         }
         true
     }
 
-    /// Replaces the least urgent, oldest alarm of a full list by a more urgent one. Either way one more alarm is not
-    /// listed. True if the new one is.
-    fn crowd_out(&mut self, new: Raised) -> bool {
+    /// Adds a group. Where there is no room, the least urgent and oldest one makes it, or the new one is not listed.
+    fn raise(&mut self, now: Instant, new: Group) -> bool {
+        self.rate.note(now);
+        if self.groups.len() < MAX_ALARMS {
+            self.groups.push(new);
+            return true;
+        }
         self.more = self.more.saturating_add(1);
-        let least = self.raised.iter_mut().max_by_key(|r| (r.shown.priority, core::cmp::Reverse(r.shown.since)));
-        let least = least.filter(|least| least.shown.priority > new.shown.priority);
+        let rank = |group: &&mut Group| (!group.listed(), group.shown.priority, core::cmp::Reverse(group.shown.since));
+        let least = self.groups.iter_mut().max_by_key(rank);
+        let least = least.filter(|least| !least.listed() || least.shown.priority > new.shown.priority);
         least.map(|least| *least = new).is_some()
     }
 
-    /// Acknowledges the alarm raised at `since`. False where there is none.
-    pub fn acknowledge(&mut self, alarm: &Alarm, since: Instant) -> bool {
-        let raised = self.raised.iter_mut().find(|r| r.shown.alarm == *alarm && r.shown.since == since);
-        let Some(raised) = raised.filter(|r| !r.shown.acknowledged) else { return false };
-        raised.shown.acknowledged = true;
-        true
-    }
-
-    /// Alarms as drawn, the most urgent first and of these the newest; and the number of alarms without room.
-    pub fn shown(&self) -> (Vec<ShownAlarm>, u32) {
-        let listed = self.raised.iter().filter(|raised| !raised.done());
-        let mut shown: Vec<ShownAlarm> = listed.map(|raised| raised.shown).collect();
-        shown.sort_by_key(|alarm| (alarm.priority, core::cmp::Reverse(alarm.since)));
-        (shown, self.more)
-    }
-}
-
-fn conditions(shown: &Shown) -> Vec<Condition> {
-    let mut standing = Vec::new();
-    for unit in &shown.units {
-        of_unit(unit, &mut standing);
-    }
-    let down = shown.links.iter().filter(|link| !*link.open.get().0);
-    standing.extend(down.map(|link| (Alarm::LinkDown(link.peer), link.since.0)));
-    standing.extend(shown.losses.iter().map(|(peer, times)| (Alarm::SessionLost(*peer), u64::from(*times))));
-    for command in &shown.commands {
-        match command.life {
-            Life::NotAcknowledged => standing.push((Alarm::NotAcknowledged(command.id), command.since.0)),
-            // Who is refused by the gateway and then by the unit is refused once.
-            Life::RefusedByUnit(_) | Life::RefusedByGateway(_) => {
-                let first = command.times.answered.unwrap_or(command.since);
-                standing.push((Alarm::CommandRefused(command.id), first.0));
-            }
-            Life::Requested
-            | Life::Staged
-            | Life::Released
-            | Life::Sent
-            | Life::Stored(_)
-            | Life::Executed
-            | Life::Expired => {}
+    /// Takes away a group that turned out to be a consequence, unless a person has dealt with it.
+    fn absorb(&mut self, cause: &Alarm) {
+        let consequence = |group: &Group| group.shown.cause == *cause && group.shown.open();
+        if let Some(at) = self.groups.iter().position(consequence) {
+            self.rate.take_back(self.groups.remove(at).shown.first);
+            self.events.remove(cause);
         }
     }
-    standing
-}
 
-fn of_unit(unit: &ShownUnit, standing: &mut Vec<Condition>) {
-    let (state, freshness) = unit.state.get();
-    match state.mode {
-        Mode::HoldSafe => standing.push((Alarm::HoldSafe(unit.unit), unit.since.0)),
-        Mode::Degraded => standing.push((Alarm::Degraded(unit.unit), unit.since.0)),
-        Mode::Idle | Mode::Ready | Mode::PrepareToAct => {}
+    /// Lets alarms that were put aside return, when their time is over. One that stands asks for an act again.
+    fn return_shelved(&mut self, now: Instant, history: &mut History) {
+        for Group { shown, .. } in &mut self.groups {
+            if shown.shelved_until.take_if(|until| now >= *until).is_some() && shown.standing {
+                (shown.acknowledged, shown.since) = (false, now);
+                history.note(now, Incident::Returned(shown.cause, shown.suite));
+            }
+        }
     }
-    match freshness {
-        Freshness::Stale => standing.push((Alarm::Stale(unit.unit), 0)),
-        Freshness::Lost => standing.push((Alarm::Silent(unit.unit), 0)),
-        Freshness::Fresh | Freshness::Late => {}
+
+    /// Acknowledges the alarm of this cause and time. The group as it was, where there is one to acknowledge.
+    pub fn acknowledge(&mut self, cause: &Alarm, since: Instant) -> Option<ShownGroup> {
+        let group = self.listed_mut(cause, since).filter(|group| !group.shown.acknowledged)?;
+        (group.shown.acknowledged, group.open) = (true, false);
+        Some(group.shown.clone())
     }
-    if unit.clock.is_some_and(Rate::exceeds_drift) {
-        standing.push((Alarm::ClockRuns(unit.unit), 0));
+
+    /// Puts the alarm of this cause and time aside. False where there is none. Whether it may be is `hand`'s to judge.
+    pub fn shelve(&mut self, now: Instant, cause: &Alarm, since: Instant, shelf: Shelf) -> bool {
+        let group = self.listed_mut(cause, since);
+        group.map(|group| group.shown.shelved_until = Some(now + shelf.span())).is_some()
     }
-    standing.extend(unit.lost.iter().map(|lost| {
-        let (track, _) = lost.track.get();
-        (Alarm::TrackLost(unit.unit, lost.boot, track.id), lost.since.0)
-    }));
+
+    /// Silences the sound of the alarms raised so far.
+    pub fn silence(&mut self, now: Instant) {
+        self.silence.begin(now);
+    }
+
+    /// Tracks that this cause is about: none of them is lost any more once it is acknowledged.
+    pub fn tracks(&self, cause: &Alarm) -> Vec<(UnitId, Boot, TrackId)> {
+        self.causes.tracks(cause)
+    }
+
+    fn listed_mut(&mut self, cause: &Alarm, since: Instant) -> Option<&mut Group> {
+        let wanted = |group: &&mut Group| group.shown.cause == *cause && group.shown.since == since && group.listed();
+        self.groups.iter_mut().find(wanted)
+    }
+
+    /// Adds the alarms to a picture: those put aside last, the most urgent first, and of these the oldest.
+    pub fn show(&self, shown: &mut Shown) {
+        let listed = self.groups.iter().filter(|group| group.listed());
+        shown.alarms = listed.map(|group| group.shown.clone()).collect();
+        shown.alarms.sort_by_key(|group| {
+            (group.shelved_until.is_some(), group.priority, group.acknowledged, group.first, group.cause)
+        });
+        shown.alarms_more = self.more;
+        shown.alarms_in_hour = self.rate.in_hour();
+        shown.alarm_flood = self.rate.flood(shown.at);
+        shown.sound = self.silence.sound(shown.at, shown.alarm_flood, shown.alarms.iter());
+    }
+
+    /// Time at which the alarms change next after `now` by time alone.
+    pub fn changes(&self, now: Instant) -> Option<Instant> {
+        let groups = self.groups.iter().filter_map(Group::changes);
+        let others = [self.rate.changes(now), self.silence.until(now), self.causes.changes()];
+        groups.chain(others.into_iter().flatten()).filter(|time| *time > now).min()
+    }
 }

@@ -13,10 +13,11 @@ use wire::id::CommandId;
 use wire::person::MAX_ACT;
 use wire::time::Instant;
 
-use crate::act::{Act, Alarm, Answer, MAX_ANSWERS, Numbered, Order, PREPARED_FOR, Prepared, Role, Unable};
+use crate::act::{Act, Alarm, Answer, MAX_ANSWERS, Numbered, Order, PREPARED_FOR, Prepared, Role, Shelf, Unable};
+use crate::alarm::ShownGroup;
 use crate::life::{Giver, Life, MAX_COMMANDS};
 use crate::operator::Wish;
-use crate::shown::{Shown, basis_for};
+use crate::shown::{Shown, ShownUnit, basis_for};
 
 /// Consequence of an act.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +28,10 @@ pub enum Consequence {
     Wish(Wish),
     /// An alarm was taken note of.
     Note(Alarm, Instant),
+    /// An alarm was put aside.
+    Shelve(ShownGroup, Shelf),
+    /// The sound was silenced.
+    Silence,
 }
 
 /// The hand of the person at the console.
@@ -63,11 +68,10 @@ impl Hand {
             Act::Prepare(order) => self.prepare(numbered.serial, order, shown),
             Act::Confirm(order, reason) => self.confirm(order, reason, shown),
             Act::Withdraw => self.withdraw(),
-            Act::Acknowledge(alarm, since) => {
-                let is_standing =
-                    |a: &&crate::alarm::ShownAlarm| a.alarm == alarm && a.since == since && !a.acknowledged;
-                shown.alarms.iter().find(is_standing).map(|_| Consequence::Note(alarm, since)).ok_or(Unable::NoAlarm)
-            }
+            Act::Acknowledge(alarm, since) => note(alarm, since, shown),
+            Act::Shelve(alarm, since, shelf, reason) => shelve((alarm, since), shelf, reason, shown),
+            Act::Silence if shown.sound.motif.is_none() => Err(Unable::NoSound),
+            Act::Silence => Ok(Consequence::Silence),
         }
     }
 
@@ -154,6 +158,37 @@ impl Hand {
     pub fn answers(&self) -> Vec<Answer> {
         self.answers.iter().copied().collect()
     }
+}
+
+/// An alarm is acknowledged once; a track that ended without one is taken note of in the same way.
+fn note(alarm: Alarm, since: Instant, shown: &Shown) -> Result<Consequence, Unable> {
+    let open = |group: &ShownGroup| (group.cause, group.since) == (alarm, since) && !group.acknowledged;
+    let ended = |unit: &ShownUnit| {
+        unit.lost.iter().any(|lost| {
+            let named = Alarm::TrackLost(unit.unit, lost.boot, lost.track.get().0.id);
+            (named, lost.since) == (alarm, since)
+        })
+    };
+    let known = shown.alarms.iter().any(open) || shown.units.iter().any(ended);
+    if known { Ok(Consequence::Note(alarm, since)) } else { Err(Unable::NoAlarm) }
+}
+
+/// An alarm that stands may be put aside for a reason, unless a HOLD_SAFE stands by it.
+fn shelve(
+    (alarm, since): (Alarm, Instant),
+    shelf: Shelf,
+    reason: Text<64>,
+    shown: &Shown,
+) -> Result<Consequence, Unable> {
+    let stands = |group: &&ShownGroup| (group.cause, group.since) == (alarm, since) && group.standing;
+    let group = shown.alarms.iter().find(stands).ok_or(Unable::NoAlarm)?;
+    if group.hold_stands {
+        return Err(Unable::HoldStands);
+    }
+    if reason.as_str().trim().is_empty() {
+        return Err(Unable::NoReason);
+    }
+    Ok(Consequence::Shelve(group.clone(), shelf))
 }
 
 fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Consequence, Unable> {

@@ -1,4 +1,4 @@
-//! Event history of this display: reported modes, given orders, and alarms raised, ended and acknowledged.
+//! Event history of this display: what asks for no act (modes, orders, tracks, links), and the lives of alarms.
 //!
 //! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a
 //! recording are `moment`'s, which compares two pictures.
@@ -7,9 +7,10 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use config::suite::Suite;
-use wire::id::{PeerId, UnitId};
+use wire::id::{PeerId, TrackId, UnitId};
 use wire::mode::{Cause, Mode};
-use wire::person::{Alarm, Order};
+use wire::person::{Alarm, Order, Shelf};
+use wire::sensor::Class;
 use wire::time::Instant;
 
 use crate::alarm::{self, Priority};
@@ -25,25 +26,36 @@ pub enum Incident {
     Mode(UnitId, Mode, Cause, Suite),
     /// An order was given here, by this source.
     Ordered(Order, Giver),
-    /// An alarm was raised.
-    Raised(Alarm),
-    /// The alarm's condition is over.
-    Over(Alarm),
+    /// A unit no longer reports a track: the unit, the track and its class.
+    TrackEnded(UnitId, TrackId, Class),
+    /// What is shown of a unit became stale, or is so no more.
+    Stale(UnitId, bool),
+    /// A session at the gateway opened or ended.
+    Link(PeerId, bool),
+    /// An alarm was raised, with this priority. Every alarm has the sensors of its unit beside it, which word it.
+    Raised(Alarm, Suite, Priority),
+    /// The alarm's cause is over.
+    Over(Alarm, Suite),
     /// The alarm was acknowledged here.
-    Acknowledged(Alarm),
+    Acknowledged(Alarm, Suite),
+    /// The alarm was put aside here.
+    Shelved(Alarm, Suite, Shelf),
+    /// The alarm that was put aside is back.
+    Returned(Alarm, Suite),
+    /// The sound was silenced here.
+    Silenced,
 }
 
 impl Incident {
     /// Priority, if the event is a raised alarm.
     pub fn priority(&self) -> Option<Priority> {
-        match self {
-            Incident::Raised(alarm) => Some(Priority::from_alarm(alarm)),
-            Incident::Mode(..) | Incident::Ordered(..) | Incident::Over(_) | Incident::Acknowledged(_) => None,
-        }
+        if let Incident::Raised(_, _, priority) = self { Some(*priority) } else { None }
     }
 
     /// Text of the event.
     pub fn words(&self) -> String {
+        let was = |alarm: &Alarm, suite: &Suite| alarm::words(alarm, *suite, false);
+        let is = |alarm: &Alarm, suite: &Suite| alarm::words(alarm, *suite, true);
         match self {
             Incident::Mode(unit, mode, cause, suite) => {
                 format!("{unit} went to {}, cause {}", mode.name(), suite.cause(*cause))
@@ -52,9 +64,19 @@ impl Incident {
                 format!("{} to {unit}, given by {}", kind.name(), by.words())
             }
             Incident::Ordered(Order::Revoke(who), by) => format!("revoke {who}, given by {}", by.words()),
-            Incident::Raised(alarm) => alarm::words(alarm),
-            Incident::Over(alarm) => format!("over: {}", alarm::words(alarm)),
-            Incident::Acknowledged(alarm) => format!("acknowledged: {}", alarm::words(alarm)),
+            Incident::TrackEnded(unit, track, class) => alarm::ended_words(*unit, *track, *class),
+            Incident::Stale(unit, true) => format!("what is shown of {unit} is stale"),
+            Incident::Stale(unit, false) => format!("{unit} was stale, over"),
+            Incident::Link(peer, true) => format!("{peer} has a session at the gateway"),
+            Incident::Link(peer, false) => format!("{peer} has no session at the gateway any more"),
+            Incident::Raised(alarm, suite, _) => is(alarm, suite),
+            Incident::Over(alarm, suite) => format!("over: {}", was(alarm, suite)),
+            Incident::Acknowledged(alarm, suite) => format!("acknowledged: {}", is(alarm, suite)),
+            Incident::Shelved(alarm, suite, shelf) => {
+                format!("shelved for {} min: {}", shelf.minutes(), is(alarm, suite))
+            }
+            Incident::Returned(alarm, suite) => format!("back from the shelf: {}", is(alarm, suite)),
+            Incident::Silenced => "sound silenced for 2 min".to_owned(),
         }
     }
 }
@@ -71,19 +93,37 @@ enum Subject {
 impl Incident {
     fn subject(&self) -> Subject {
         match self {
-            Incident::Mode(unit, ..) => Subject::Unit(*unit),
-            Incident::Ordered(..) => Subject::Orders,
-            Incident::Raised(alarm) | Incident::Over(alarm) | Incident::Acknowledged(alarm) => match alarm {
-                Alarm::HoldSafe(unit)
-                | Alarm::Degraded(unit)
-                | Alarm::Stale(unit)
-                | Alarm::Silent(unit)
-                | Alarm::TrackLost(unit, ..)
-                | Alarm::ClockRuns(unit) => Subject::Unit(*unit),
-                Alarm::LinkDown(peer) | Alarm::SessionLost(peer) => Subject::Peer(*peer),
-                Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => Subject::Orders,
-            },
+            Incident::Mode(unit, ..) | Incident::TrackEnded(unit, ..) | Incident::Stale(unit, _) => {
+                Subject::Unit(*unit)
+            }
+            Incident::Link(peer, _) => Subject::Peer(*peer),
+            Incident::Ordered(..) | Incident::Silenced => Subject::Orders,
+            Incident::Raised(alarm, ..)
+            | Incident::Over(alarm, _)
+            | Incident::Acknowledged(alarm, _)
+            | Incident::Shelved(alarm, ..)
+            | Incident::Returned(alarm, _) => subject_of(alarm),
         }
+    }
+}
+
+fn subject_of(alarm: &Alarm) -> Subject {
+    match alarm {
+        Alarm::HoldSafe(unit)
+        | Alarm::HeldElsewhere(unit)
+        | Alarm::Degraded(unit)
+        | Alarm::GuardLost(unit, _)
+        | Alarm::Contradicts(unit)
+        | Alarm::Claims(unit)
+        | Alarm::Stale(unit)
+        | Alarm::Silent(unit)
+        | Alarm::ContactDue(unit)
+        | Alarm::TrackLost(unit, ..)
+        | Alarm::TracksLost(unit)
+        | Alarm::ClockRuns(unit) => Subject::Unit(*unit),
+        Alarm::LinkDown(peer) | Alarm::SessionLost(peer) => Subject::Peer(*peer),
+        Alarm::GatewaySilent => Subject::Peer(PeerId::GATEWAY),
+        Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => Subject::Orders,
     }
 }
 

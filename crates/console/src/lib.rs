@@ -12,7 +12,9 @@ pub mod alarm;
 pub mod alarms;
 mod aloft;
 pub mod banner;
+pub mod causes;
 pub mod display;
+pub mod ended;
 pub mod eye;
 #[cfg(feature = "gui")]
 pub mod gui;
@@ -38,6 +40,7 @@ pub mod shown;
 pub mod sidecar;
 pub mod site;
 pub mod skew;
+pub mod sound;
 #[cfg(feature = "process")]
 pub mod source;
 pub mod text;

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
 use wire::command::ReportHash;
 use wire::id::{Boot, NodeId, PeerId, RecordId, UnitId};
-use wire::person::{Alarm, Order, Role};
+use wire::person::{Alarm, Order, Role, Shelf};
 use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedTrack};
@@ -20,6 +20,7 @@ use wire::time::{Age, Instant, PeerStamp, Span};
 use wire::trust::{Accepted, Bearer, SignedReport};
 
 use crate::age::{AgeLimits, Aged};
+use crate::alarm::ShownGroup;
 use crate::alarms::Alarms;
 use crate::hand::Hand;
 use crate::history::{History, Incident};
@@ -28,6 +29,7 @@ use crate::images::Gallery;
 use crate::life::{Commands, Giver};
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 use crate::skew::Skew;
+use crate::sound::Sound;
 use crate::trace::{Sample, Trace};
 
 /// Lost tracks of one unit that are kept; six times as many as it reports at once.
@@ -284,18 +286,32 @@ impl Model {
         (known.all, known.last) = (known.all.saturating_add(1), now);
     }
 
-    /// An alarm was taken note of; a track that it was about is gone from then on. False where there is no such alarm.
-    pub fn acknowledge(&mut self, now: Instant, alarm: &Alarm, since: Instant) -> bool {
-        if let Alarm::TrackLost(unit, boot, id) = alarm
-            && let Some((_, Some(heard))) = self.units.iter_mut().find(|(u, _)| u == unit)
-        {
-            heard.lost.kept.retain(|(owner, track, _)| (owner, track.id()) != (boot, *id));
+    /// An alarm, or a track that ended, was taken note of; tracks that it was about are gone from then on.
+    pub fn acknowledge(&mut self, now: Instant, alarm: &Alarm, since: Instant) {
+        let mut gone = self.alarms.tracks(alarm);
+        if let Alarm::TrackLost(unit, boot, id) = alarm {
+            gone.push((*unit, *boot, *id));
         }
-        let noted = self.alarms.acknowledge(alarm, since);
-        if noted {
-            self.history.note(now, Incident::Acknowledged(*alarm));
+        for (unit, heard) in &mut self.units {
+            let kept = heard.iter_mut().map(|heard| &mut heard.lost.kept);
+            kept.for_each(|kept| kept.retain(|(boot, track, _)| !gone.contains(&(*unit, *boot, track.id()))));
         }
-        noted
+        if let Some(group) = self.alarms.acknowledge(alarm, since) {
+            self.history.note(now, Incident::Acknowledged(group.cause, group.suite));
+        }
+    }
+
+    /// An alarm was put aside.
+    pub fn shelve(&mut self, now: Instant, group: &ShownGroup, shelf: Shelf) {
+        if self.alarms.shelve(now, &group.cause, group.since, shelf) {
+            self.history.note(now, Incident::Shelved(group.cause, group.suite, shelf));
+        }
+    }
+
+    /// The sound of the alarms raised so far was silenced.
+    pub fn silence(&mut self, now: Instant) {
+        self.alarms.silence(now);
+        self.history.note(now, Incident::Silenced);
     }
 
     /// An order was given.
@@ -315,7 +331,7 @@ impl Model {
     /// Raises the alarms of the picture, and adds them to it.
     pub fn watch(&mut self, shown: &mut Shown) {
         self.alarms.fold(shown, &mut self.history);
-        (shown.alarms, shown.alarms_more) = self.alarms.shown();
+        self.alarms.show(shown);
         (shown.past, shown.past_more) = self.history.shown();
     }
 
@@ -343,7 +359,8 @@ impl Model {
         });
         let links = self.fed.iter().filter_map(|fed| fed.changes(now, &self.limits));
         let prepared = self.hand.prepared().map(|prepared| prepared.until);
-        labels.chain(links).chain(self.commands.changes()).chain(prepared).min()
+        let alarms = self.alarms.changes(now);
+        labels.chain(links).chain(self.commands.changes()).chain(prepared).chain(alarms).min()
     }
 
     /// The picture to draw at `now`.
@@ -352,9 +369,8 @@ impl Model {
             heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard, gallery))
         };
         let refusals = self.refusals.iter();
-        let (alarms, alarms_more) = self.alarms.shown();
         let (past, past_more) = self.history.shown();
-        Shown {
+        let mut shown = Shown {
             at: now,
             started: self.station.started,
             operator: self.station.operator,
@@ -382,13 +398,18 @@ impl Model {
             losses: self.losses.iter().map(|(peer, n)| (*peer, n.total)).filter(|(_, n)| *n > 0).collect(),
             commands: self.commands.shown(),
             revocable: self.station.revocable.clone(),
-            alarms,
-            alarms_more,
+            alarms: Vec::new(),
+            alarms_more: 0,
+            alarms_in_hour: 0,
+            alarm_flood: false,
+            sound: Sound::default(),
             past,
             past_more,
             prepared: self.hand.prepared(),
             answers: self.hand.answers(),
-        }
+        };
+        self.alarms.show(&mut shown);
+        shown
     }
 
     fn shown_link(&self, now: Instant, peer: PeerId, link: &Link) -> Option<ShownLink> {

@@ -51,10 +51,10 @@ pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
             changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause()));
         }
     }
-    let known = |alarm: &Alarm| before.alarms.iter().any(|shown| shown.alarm == *alarm);
-    let is_mode_alarm = |alarm: &Alarm| matches!(alarm, Alarm::HoldSafe(_) | Alarm::Degraded(_));
-    let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !is_mode_alarm(&shown.alarm));
-    changes.extend(raised.map(|shown| alarm::words(&shown.alarm)));
+    let known = |cause: &Alarm| before.alarms.iter().any(|group| group.cause == *cause);
+    let tells_mode = |cause: &Alarm| matches!(cause, Alarm::HoldSafe(_) | Alarm::Degraded(_) | Alarm::GuardLost(..));
+    let raised = after.alarms.iter().filter(|group| !known(&group.cause) && !tells_mode(&group.cause));
+    changes.extend(raised.map(|group| alarm::words(&group.cause, group.suite, true)));
     let new = after.commands.iter().filter(|command| before.command(&command.intent).is_none());
     changes.extend(new.map(|command| {
         let giver = command.by.words();

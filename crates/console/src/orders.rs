@@ -52,6 +52,14 @@ impl Console {
                 self.model.acknowledge(now, &alarm, since);
                 None
             }
+            Consequence::Shelve(group, shelf) => {
+                self.model.shelve(now, &group, shelf);
+                None
+            }
+            Consequence::Silence => {
+                self.model.silence(now);
+                None
+            }
         });
         self.model.hand().answer(Answer { serial, at: now, act, outcome });
         let (command, refused) = (outcome.ok().flatten(), outcome.err());

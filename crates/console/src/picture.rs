@@ -9,9 +9,10 @@ use wire::report::ReportedTrack;
 use wire::time::{Instant, Span};
 
 use crate::age::{AgeLimits, Labelled};
-use crate::alarm;
+use crate::alarm::ShownGroup;
 use crate::shown::{Shown, ShownUnit};
 use crate::skew::Rate;
+use crate::sound::LIMIT_AN_HOUR;
 use crate::text::{life, names, word};
 
 /// Raised when a field changes its meaning or goes.
@@ -61,20 +62,40 @@ pub(crate) fn line(shown: &Shown) -> String {
             "answered_ms": command.times.answered.map(ago),
             "effect_ms": command.times.effect.map(ago),
         })).collect::<Value>(),
-        "alarms": shown.alarms.iter().map(|of| json!({
-            "priority": of.priority.name(),
-            "says": alarm::words(&of.alarm),
-            "since_ms": ago(of.since),
-            "standing": of.standing,
-            "acknowledged": of.acknowledged,
-        })).collect::<Value>(),
+        "alarms": shown.alarms.iter().map(|of| alarm(shown.at, of)).collect::<Value>(),
         "alarms_more": shown.alarms_more,
+        "alarms_in_hour": shown.alarms_in_hour,
+        "alarms_limit": LIMIT_AN_HOUR,
+        "alarm_flood": shown.alarm_flood,
+        "sound": {
+            "motif": shown.sound.motif.map(|(priority, _)| priority.name()),
+            "silenced_ms": shown.sound.silenced_until.map(|until| left(until.since(shown.at))),
+        },
         "prepared": shown.prepared.map(|order| json!({
             "order": order.order.name(),
             "left_ms": left(order.until.since(shown.at)),
         })),
     })
     .to_string()
+}
+
+/// An alarm with what it led to. What is over is told as it was.
+fn alarm(now: Instant, of: &ShownGroup) -> Value {
+    let ago = |time: Instant| ms(now.since(time));
+    json!({
+        "priority": of.priority.name(),
+        "says": of.words(),
+        "first_ms": ago(of.first),
+        "since_ms": ago(of.since),
+        "times": of.times,
+        "standing": of.standing,
+        "acknowledged": of.acknowledged,
+        "hold_stands": of.hold_stands,
+        "shelved_ms": of.shelved_until.map(|until| left(until.since(now))),
+        "led_to": of.led_to.iter().map(|(at, what)| json!({ "says": what.words(), "since_ms": ago(*at) }))
+            .collect::<Value>(),
+        "led_more": of.led_more,
+    })
 }
 
 /// Ages at which one freshness label gives way to the next; null where values do not age, which is no result of the

@@ -13,7 +13,7 @@ use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::motion::ReportedMotion;
-use wire::person::Role;
+use wire::person::{Alarm, Role};
 use wire::policy::Waived;
 use wire::refusal::Reason;
 use wire::report::{ReportedAuthority, ReportedContact, ReportedTrack};
@@ -23,12 +23,13 @@ use wire::time::{Instant, Span};
 
 use crate::act::{Answer, Prepared};
 use crate::age::{AgeLimits, Labelled};
-use crate::alarm::ShownAlarm;
+use crate::alarm::{LedTo, ShownGroup};
 use crate::history::Past;
 use crate::images::Images;
 use crate::intent::Basis;
 use crate::life::ShownCommand;
 use crate::skew::Rate;
+use crate::sound::Sound;
 use crate::trace::Trace;
 
 /// State that a unit reports.
@@ -233,10 +234,16 @@ pub struct Shown {
     pub commands: Vec<ShownCommand>,
     /// Identities that the operator can have revoked, and whether that was requested.
     pub revocable: Vec<(NodeId, bool)>,
-    /// Alarms, the most urgent first.
-    pub alarms: Vec<ShownAlarm>,
+    /// Alarms, one group a cause: those put aside last, the most urgent first.
+    pub alarms: Vec<ShownGroup>,
     /// Alarms for which there was no room.
     pub alarms_more: u32,
+    /// Alarms raised in the last hour; the limit is [`crate::sound::LIMIT_AN_HOUR`].
+    pub alarms_in_hour: u32,
+    /// True if more alarms come than a person can read: then only the most urgent are open.
+    pub alarm_flood: bool,
+    /// What of them is to be heard.
+    pub sound: Sound,
     /// Events at this display, oldest first.
     pub past: Arc<VecDeque<Past>>,
     /// Number of events no longer kept.
@@ -274,6 +281,16 @@ impl Shown {
     /// The unit, if it has been heard.
     pub fn unit(&self, unit: UnitId) -> Option<&ShownUnit> {
         self.units.iter().find(|shown| shown.unit == unit)
+    }
+
+    /// True if an alarm is about this track that its unit no longer reports; if not, that it ended is an event.
+    pub fn asks_about(&self, unit: UnitId, track: &LostTrack) -> bool {
+        let id = track.track.get().0.id;
+        let about = |led: &LedTo| matches!(led, LedTo::TrackEnded(of, ended, _) if (*of, *ended) == (unit, id));
+        self.alarms.iter().any(|group| {
+            group.cause == Alarm::TrackLost(unit, track.boot, id)
+                || group.led_to.iter().any(|(at, led)| *at == track.since && about(led))
+        })
     }
 
     /// The command, if it is still kept.

@@ -13,10 +13,11 @@ use wire::time::{Instant, Span};
 
 use crate::act::Answer;
 use crate::age::Labelled;
-use crate::alarm::{self, ShownAlarm};
+use crate::alarm::ShownGroup;
 use crate::aloft;
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit};
+use crate::sound::LIMIT_AN_HOUR;
 
 /// The text of `shown`.
 pub fn lines(shown: &Shown) -> String {
@@ -50,10 +51,7 @@ pub fn lines(shown: &Shown) -> String {
         let name = "cut, or taken by another connection; orders away from safe that were under way are void";
         line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {name}"));
     }
-    shown.alarms.iter().for_each(|alarm| alarm_line(&mut text, shown.at, alarm));
-    if shown.alarms_more > 0 {
-        line(&mut text, format_args!("alarm    and {} more, for which there was no room", shown.alarms_more));
-    }
+    alarm_lines(&mut text, shown);
     shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
     if let Some(prepared) = &shown.prepared {
         let left = prepared.until.since(shown.at).0 / 1_000_000;
@@ -66,12 +64,41 @@ pub fn lines(shown: &Shown) -> String {
     text
 }
 
-fn alarm_line(text: &mut String, time: Instant, shown: &ShownAlarm) {
-    let ago = ago(time.since(shown.since));
-    let suffix = if shown.standing { "" } else { ", over" };
-    let noted = if shown.acknowledged { ", acknowledged" } else { "" };
-    let (priority, words) = (shown.priority.name(), alarm::words(&shown.alarm));
-    line(text, format_args!("alarm    {priority:<6} {words}, {ago:.1} s ago{suffix}{noted}"));
+/// The alarms with what they led to, and how many there were. In a flood, what is not urgent is only counted.
+fn alarm_lines(text: &mut String, shown: &Shown) {
+    let (open, folded): (Vec<_>, Vec<_>) = shown.alarms.iter().partition(|group| group.unfolded(shown.alarm_flood));
+    open.iter().for_each(|group| alarm_line(text, shown.at, group));
+    if !folded.is_empty() {
+        line(text, format_args!("alarm    and {} less urgent, folded away in a flood of alarms", folded.len()));
+    }
+    if shown.alarms_more > 0 {
+        line(text, format_args!("alarm    and {} more, for which there was no room", shown.alarms_more));
+    }
+    let shelved = shown.alarms.iter().filter(|group| group.shelved_until.is_some()).count();
+    let silenced = shown
+        .sound
+        .silenced_until
+        .map_or(String::new(), |until| format!(", sound silenced for {} s", until.since(shown.at).0 / 1_000_000));
+    let raised = shown.alarms_in_hour;
+    line(text, format_args!("alarms   {raised} in this hour, limit {LIMIT_AN_HOUR}, {shelved} shelved{silenced}"));
+}
+
+fn alarm_line(text: &mut String, time: Instant, group: &ShownGroup) {
+    let since = ago(time.since(group.first));
+    let suffix = if group.standing { "" } else { ", over" };
+    let noted = if group.acknowledged { ", acknowledged" } else { "" };
+    let times = if group.times > 1 { format!(", {} times", group.times) } else { String::new() };
+    let shelved = group
+        .shelved_until
+        .map_or(String::new(), |until| format!(", shelved for {} s", until.since(time).0 / 1_000_000));
+    let (priority, words) = (group.priority.name(), group.words());
+    line(text, format_args!("alarm    {priority:<6} {words}, {since:.1} s ago{times}{suffix}{noted}{shelved}"));
+    for (at, led_to) in &group.led_to {
+        line(text, format_args!("                led to {}, {:.1} s ago", led_to.words(), ago(time.since(*at))));
+    }
+    if group.led_more > 0 {
+        line(text, format_args!("                led to {} more", group.led_more));
+    }
 }
 
 fn link(link: &ShownLink) -> String {

@@ -15,6 +15,7 @@ use eframe::{App, CreationContext, Frame, NativeOptions};
 use link::clock::trace_us;
 use wire::time::Span;
 
+use super::bell::Bell;
 use super::layout::{Layouts, MAX_SAVED};
 use super::{ConsoleWindow, Picture, Wish, theme};
 use crate::shown::Shown;
@@ -68,6 +69,7 @@ struct Program {
     window: ConsoleWindow,
     source: Box<dyn Source>,
     newest: Option<Arc<Shown>>,
+    bell: Bell,
     /// Time of its making, on egui's clock, seconds.
     made: f64,
     /// Time of the last act that was not taken, on the same clock.
@@ -101,7 +103,21 @@ impl Program {
         }
         // What is never touched is never written.
         let kept = window.layouts_mut().saved().unwrap_or_default();
-        Self { window, source, newest: None, made: 0.0, untaken: None, drawn, layout, kept, looked: 0.0, zoomed: false }
+        let bell = Bell::new();
+        window.set_bell(bell.rings());
+        Self {
+            window,
+            source,
+            newest: None,
+            bell,
+            made: 0.0,
+            untaken: None,
+            drawn,
+            layout,
+            kept,
+            looked: 0.0,
+            zoomed: false,
+        }
     }
 
     /// Keeps the layouts, where they are others than are kept. A run may end without asking the window.
@@ -178,6 +194,7 @@ impl App for Program {
         // A paused recording shows one picture.
         let lain = if tape.is_some() { Span::ZERO } else { lain(now, self.made) };
         let shown = Shown::clone(&shown).older(lain);
+        self.bell.ring(&shown);
         let sidecar = tape.as_ref().map(|_| self.source.sidecar(shown.at));
         let untaken = self.untaken.is_some_and(|since| now - since < UNTAKEN_FOR);
         let beside = self.source.beside();

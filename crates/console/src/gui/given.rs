@@ -76,6 +76,8 @@ fn answers(ui: &mut Ui, shown: &Shown) {
             Some(Act::Now(order) | Act::Prepare(order) | Act::Confirm(order, _)) => words::order(&order),
             Some(Act::Withdraw) => "disarm".to_owned(),
             Some(Act::Acknowledge(..)) => "acknowledge".to_owned(),
+            Some(Act::Shelve(..)) => "shelve".to_owned(),
+            Some(Act::Silence) => "silence the sound".to_owned(),
             None => "an act".to_owned(),
         };
         let text = format!("{name}: {}, {}", refusal.message(), words::event_time(shown, answer.at));

@@ -13,6 +13,7 @@ pub mod theme;
 
 mod alarms;
 mod banner;
+mod bell;
 mod command;
 mod compare;
 mod context;
@@ -123,6 +124,11 @@ impl ConsoleWindow {
         &mut self.layouts
     }
 
+    /// Says whether alarms can be heard here: the alarms pane tells it.
+    pub fn set_bell(&mut self, rings: bool) {
+        self.view_state.alarms.bell = rings;
+    }
+
     /// Draws a notice that no picture has come yet; returns the person's requests.
     pub fn wait(&mut self, ui: &mut Ui) -> Vec<Wish> {
         let text = format!("Waiting for the console's core. F1 holds {}.", self.view_state.unit);
@@ -137,6 +143,7 @@ impl ConsoleWindow {
         self.view_state.note(shown);
         command::no_repeats(ui);
         command::keys(ui, &mut self.view_state, shown, &mut wishes);
+        alarms::keys(ui, shown, &mut wishes);
         let palette = Palette::current(ui);
         let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
         let window = ui.ctx().content_rect().width();

@@ -6,6 +6,7 @@ use wire::mode::Guard;
 use wire::person::Order;
 use wire::settings::Settings;
 
+use super::alarms::AlarmView;
 use super::layout::Pane;
 use super::map::Camera;
 use super::sidecar::Textures;
@@ -29,12 +30,10 @@ pub(super) struct ViewState {
     pub(super) reason: String,
     /// Number of the act that prepared the order.
     prepared: Option<u64>,
-    /// Search text for alarms and history.
+    /// Search text for the history.
     pub(super) search: String,
-    /// True if the history is shown in place of alarms.
-    pub(super) past: bool,
-    /// True if alarms that were acknowledged are shown.
-    pub(super) acknowledged: bool,
+    /// The alarms pane's own.
+    pub(super) alarms: AlarmView,
     /// True if the evidence panel is shown.
     pub(super) sidecar: bool,
     /// Images of the track that the order rests on.
@@ -64,8 +63,7 @@ impl ViewState {
             reason: String::new(),
             prepared: None,
             search: String::new(),
-            past: false,
-            acknowledged: true,
+            alarms: AlarmView::default(),
             sidecar: true,
             images: Textures::default(),
             sort: Sort::default(),

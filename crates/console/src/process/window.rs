@@ -125,7 +125,7 @@ fn differs(last: &Shown, now: &Shown) -> bool {
     };
     faces(last) != faces(now)
         || (&last.alarms, &last.commands, &last.prepared) != (&now.alarms, &now.commands, &now.prepared)
-        || last.answers != now.answers
+        || (&last.answers, last.sound) != (&now.answers, now.sound)
 }
 
 /// The person at the window: gives each act its own number.

@@ -1,7 +1,8 @@
 //! Acts of a person: requests to the gateway, and refusals, by name.
 
 use config::suite::Suite;
-use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
+use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Shelf, Unable};
+use console::alarm::Priority;
 use console::history::{Incident, MAX_PAST};
 use console::life::Life;
 use wire::codec::Text;
@@ -216,9 +217,10 @@ fn role_permits_its_own_acts_only() {
 fn viewer_neither_signs_nor_acknowledges() {
     let mut bench = Bench::seating(Role::View);
     bench.reports(Mode::HoldSafe, Span::ms(100));
-    let alarm = bench.console.shown(bench.now).alarms[0];
-    for act in [HOLD, Act::Prepare(RESUME), confirm(RESUME), Act::Withdraw, Act::Acknowledge(alarm.alarm, alarm.since)]
-    {
+    let alarm = bench.console.shown(bench.now).alarms[0].clone();
+    let shelve = Act::Shelve(alarm.cause, alarm.since, Shelf::Minute, Text::new("known"));
+    let noted = [Act::Acknowledge(alarm.cause, alarm.since), shelve, Act::Silence];
+    for act in [HOLD, Act::Prepare(RESUME), confirm(RESUME), Act::Withdraw].into_iter().chain(noted) {
         assert_eq!(bench.act(act), Err(Unable::Role));
     }
     bench.pass(Span::s(3));
@@ -310,35 +312,10 @@ fn dropped_track_stays_until_noted_or_back() {
     let repeated = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
     bench.heard(&repeated, Span::ms(20));
     let alarm = Alarm::TrackLost(UnitId::A, Boot(1), TrackId(4));
-    let since = bench.console.shown(bench.now).alarms.iter().find(|shown| shown.alarm == alarm).unwrap().since;
+    let since = lost(&bench)[0].since;
     assert_eq!(bench.act(Act::Acknowledge(alarm, since + Span(1))), Err(Unable::NoAlarm), "another occurrence");
     assert_eq!(bench.act(Act::Acknowledge(alarm, since)), Ok(None));
     assert_eq!(lost(&bench), []);
-    assert!(bench.console.shown(bench.now).alarms.iter().all(|shown| shown.alarm != alarm));
-}
-
-/// An alarm that begins again has to be acknowledged again.
-#[test]
-fn alarm_stays_until_over_and_acknowledged() {
-    let mut bench = Bench::seating(Role::Operate);
-    let alarms = |bench: &Bench| bench.console.shown(bench.now).alarms;
-    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
-    assert_eq!(alarms(&bench), []);
-    bench.feed(&Feed::Session(PeerId::UNIT_A, false));
-    let down = alarms(&bench)[0];
-    assert_eq!((down.alarm, down.standing, down.acknowledged), (Alarm::LinkDown(PeerId::UNIT_A), true, false));
-    bench.act(Act::Acknowledge(down.alarm, down.since)).unwrap();
-    assert!(alarms(&bench)[0].acknowledged, "noted, and still so");
-    bench.pass(Span::ms(5));
-    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
-    assert_eq!(alarms(&bench), []);
-    bench.feed(&Feed::Session(PeerId::UNIT_A, false));
-    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
-    let alarm = alarms(&bench)[0];
-    assert_eq!((alarm.standing, alarm.acknowledged), (false, false), "over, and not noted");
-    bench.act(Act::Acknowledge(alarm.alarm, alarm.since)).unwrap();
-    bench.pass(Span::ms(1));
-    assert_eq!(alarms(&bench).iter().filter(|shown| shown.alarm == alarm.alarm).count(), 0);
 }
 
 #[test]
@@ -347,16 +324,16 @@ fn history_keeps_order_and_drops_the_oldest() {
     bench.reports(Mode::Ready, Span::ms(100));
     bench.reports(Mode::Degraded, Span::ms(100));
     let degraded = Alarm::Degraded(UnitId::A);
-    let raised = bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == degraded).unwrap();
+    let raised = bench.console.shown(bench.now).alarms.into_iter().find(|group| group.cause == degraded).unwrap();
     bench.act(Act::Acknowledge(degraded, raised.since)).unwrap();
     bench.reports(Mode::Ready, Span::ms(100));
     let mode = |mode| Incident::Mode(UnitId::A, mode, Cause::Start, Suite::Scene);
     let incidents = [
         mode(Mode::Degraded),
-        Incident::Raised(degraded),
-        Incident::Acknowledged(degraded),
+        Incident::Raised(degraded, Suite::Scene, Priority::Medium),
+        Incident::Acknowledged(degraded, Suite::Scene),
         mode(Mode::Ready),
-        Incident::Over(degraded),
+        Incident::Over(degraded, Suite::Scene),
     ];
     let past = bench.console.shown(bench.now).past;
     let about: Vec<Incident> =
@@ -379,7 +356,7 @@ fn history_keeps_order_and_drops_the_oldest() {
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.past.len(), MAX_PAST);
     assert!(shown.past.iter().all(|past| past.what != incidents[2]), "of itself the oldest goes");
-    let links = shown.past.iter().filter(|past| matches!(past.what, Incident::Raised(Alarm::LinkDown(_)))).count();
+    let links = shown.past.iter().filter(|past| matches!(past.what, Incident::Link(..))).count();
     assert!(links > MAX_PAST / 8, "{links}");
 }
 
@@ -388,7 +365,7 @@ fn history_keeps_order_and_drops_the_oldest() {
 fn alarm_on_a_past_event_ends_when_noted() {
     let mut bench = Bench::seating(Role::Operate);
     let listed = |bench: &Bench, wanted: Alarm| {
-        bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == wanted)
+        bench.console.shown(bench.now).alarms.into_iter().find(|group| group.cause == wanted)
     };
     let command = bench.act(HOLD).unwrap().expect("a command");
     bench.pass(Span::s(1));

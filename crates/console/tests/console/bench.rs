@@ -106,6 +106,12 @@ impl Bench {
         Self::from_console(Console::new(setup, ConsoleConfig { eye, ..config }, START).unwrap())
     }
 
+    /// A console with a person and these units, which writes no text: for long times.
+    pub(crate) fn quiet(units: &[UnitId]) -> Self {
+        let (setup, config) = making(units, Policy::default(), Role::Supervise, Vec::new(), Self::revocations());
+        Self::from_console(Console::new(setup, ConsoleConfig { text: false, ..config }, START).unwrap())
+    }
+
     fn from_console(console: Console) -> Self {
         let mut bench = Self {
             console,

@@ -4,7 +4,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "tests pick out the events that they look at")]
 
 mod acts;
-#[expect(dead_code, reason = "the window's tests use the rest of it")]
+mod alarms;
 mod bench;
 mod display;
 mod images;

@@ -5,9 +5,13 @@ use std::collections::BTreeSet;
 
 use console::act::{Act, Alarm, MAX_ANSWERS, Order, Role, Unable};
 use console::age::Labelled;
+use console::alarm::{LedTo, MAX_LED_TO, Priority, ShownGroup};
+use console::alarms::MAX_ALARMS;
+use console::history::Incident;
 use console::life::{ACK_WITHIN, Life, MAX_COMMANDS};
 use console::model::MAX_LOST;
 use console::shown::{Shown, ShownUnit};
+use console::sound::SILENCED_FOR;
 use proptest::prelude::*;
 use wire::codec;
 use wire::command::{CommandKind, IntentHash};
@@ -39,8 +43,8 @@ macro_rules! after_every_move {
 
 fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
     for shown in &step.after.alarms {
-        let is_event = matches!(shown.alarm, Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_));
-        prop_assert!(!is_event || !step.world.noted(&shown.alarm), "{shown:?}");
+        let is_event = matches!(shown.cause, Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_));
+        prop_assert!(!is_event || !step.world.noted(&shown.cause), "{shown:?}");
     }
     Ok(())
 }
@@ -265,23 +269,27 @@ after_every_move! {
     }
 
     every_alarm_condition_is_listed(step) {
-        let alarm = |alarm: Alarm| step.after.alarms.iter().any(|shown| shown.alarm == alarm);
+        let alarm = |cause: Alarm| step.after.alarms.iter().any(|group| group.cause == cause);
         // As of the last look.
         if matches!(step.moved, Move::Gap(_)) {
             return Ok(());
         }
         for unit in &step.after.units {
             let (state, freshness) = unit.state.get();
-            prop_assert!(state.mode != Mode::HoldSafe || alarm(Alarm::HoldSafe(unit.unit)));
+            let held = step.after.alarms.iter().any(|group| group.hold_stands && group.priority == Priority::High);
+            prop_assert!(state.mode != Mode::HoldSafe || (held && alarm(Alarm::HoldSafe(unit.unit))));
             prop_assert!(state.mode != Mode::Degraded || alarm(Alarm::Degraded(unit.unit)));
-            prop_assert!(freshness != Freshness::Stale || alarm(Alarm::Stale(unit.unit)));
             prop_assert!(freshness != Freshness::Lost || alarm(Alarm::Silent(unit.unit)));
             for lost in &unit.lost {
-                prop_assert!(alarm(Alarm::TrackLost(unit.unit, lost.boot, lost.track.get().0.id)));
+                let track = lost.track.get().0;
+                let event = Incident::TrackEnded(unit.unit, track.id, track.class);
+                let noted = step.after.past.iter().any(|past| (past.at, past.what) == (lost.since, event));
+                prop_assert!(noted || step.after.past_more > 0, "{lost:?}");
             }
         }
         for given in step.after.commands.iter().filter(|command| command.life == Life::NotAcknowledged) {
-            prop_assert!(alarm(Alarm::NotAcknowledged(given.id)) || step.world.noted(&Alarm::NotAcknowledged(given.id)));
+            let cause = Alarm::NotAcknowledged(given.id);
+            prop_assert!(alarm(cause) || led_to(step.after, LedTo::NotAcknowledged(given.id)) || step.world.noted(&cause));
         }
     }
 
@@ -289,12 +297,24 @@ after_every_move! {
         noted_once(step)?;
     }
 
-    alarms_leave_only_when_acknowledged(step) {
-        for before in step.before.alarms.iter().filter(|alarm| !alarm.acknowledged) {
-            let after = step.after.alarms.iter().find(|after| after.alarm == before.alarm);
-            let noted = matches!(step.act, Some(Act::Acknowledge(alarm, since)) if (alarm, since) == (before.alarm, before.since));
-            let raised = after.is_some_and(|after| !after.acknowledged);
+    urgent_alarms_leave_only_when_acknowledged(step) {
+        let urgent = |group: &&ShownGroup| group.priority == Priority::High && !group.acknowledged;
+        for before in step.before.alarms.iter().filter(urgent) {
+            let after = step.after.alarms.iter().find(|after| after.cause == before.cause);
+            let noted = matches!(step.act, Some(Act::Acknowledge(cause, since)) if (cause, since) == (before.cause, before.since));
+            // An order to a unit that turns out to be silent is a consequence of that.
+            let absorbed = matches!(before.cause, Alarm::NotAcknowledged(id) if led_to(step.after, LedTo::NotAcknowledged(id)));
+            let raised = after.is_some_and(|after| !after.acknowledged) || absorbed;
             prop_assert!(raised || (noted && step.world.role > Role::View), "{before:?} to {after:?}");
+        }
+    }
+
+    sound_stops_only_by_an_act_or_with_its_cause(step) {
+        let loud = |group: &&ShownGroup| group.open() && group.unfolded(step.after.alarm_flood);
+        let least = step.after.alarms.iter().filter(loud).map(|group| group.priority).min();
+        match step.after.sound.silenced_until {
+            None => prop_assert_eq!(step.after.sound.motif.map(|(priority, _)| priority), least),
+            Some(until) => prop_assert!(until.since(step.after.at) <= SILENCED_FOR),
         }
     }
 
@@ -321,6 +341,8 @@ after_every_move! {
         let shown = step.after;
         prop_assert!(shown.answers.len() <= MAX_ANSWERS && shown.commands.len() <= MAX_COMMANDS);
         prop_assert!(shown.units.iter().all(|unit| unit.lost.len() <= MAX_LOST && unit.tracks.len() <= 8));
+        prop_assert!(shown.alarms.len() <= MAX_ALARMS);
+        prop_assert!(shown.alarms.iter().all(|group| group.led_to.len() <= MAX_LED_TO));
     }
 
     every_act_is_answered_and_reported(step) {
@@ -360,6 +382,11 @@ after_every_move! {
             prop_assert_eq!(step.after, &retraced.shown(step.after.at));
         }
     }
+}
+
+/// True if some alarm tells of this consequence, or has no more room for any.
+fn led_to(shown: &Shown, what: LedTo) -> bool {
+    shown.alarms.iter().any(|group| group.led_more > 0 || group.led_to.iter().any(|(_, led)| *led == what))
 }
 
 /// The unit as shown, and the report behind it.

@@ -1,7 +1,7 @@
 //! Everything that can happen to a console, in one sequence of moves: arrivals, gaps, replays, forgeries, jumps of
 //! clocks and boots, gateway statements, answers, and a person's acts. `properties` holds the checks after each move.
 
-use console::act::{Act, Alarm, Order, Role};
+use console::act::{Act, Alarm, Order, Role, Shelf};
 use console::shown::Shown;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
@@ -53,6 +53,11 @@ pub(crate) enum Does {
     Withdraw,
     /// Takes note of one of the alarms.
     Note(usize),
+    /// Takes note of the oldest track that ended.
+    NoteTrack,
+    /// Puts one of the alarms aside.
+    Shelve(usize),
+    Silence,
     Revoke,
     Garbage(Vec<u8>),
     /// The last act once more, under the same number: a key that repeats.
@@ -162,6 +167,9 @@ fn does() -> impl Strategy<Value = Does> {
         1 => kind().prop_map(Does::ConfirmUnprepared),
         1 => Just(Does::Withdraw),
         4 => (0usize..8).prop_map(Does::Note),
+        2 => Just(Does::NoteTrack),
+        2 => (0usize..8).prop_map(Does::Shelve),
+        1 => Just(Does::Silence),
         1 => Just(Does::Revoke),
         1 => prop::collection::vec(any::<u8>(), 0..200).prop_map(Does::Garbage),
         2 => Just(Does::Again),
@@ -453,7 +461,17 @@ impl World {
             Does::Confirm(with) => Act::Confirm(shown.prepared?.order, if *with { reason } else { Text::new("") }),
             Does::ConfirmUnprepared(kind) => Act::Confirm(command(kind), reason),
             Does::Withdraw => Act::Withdraw,
-            Does::Note(which) => shown.alarms.get(*which).map(|alarm| Act::Acknowledge(alarm.alarm, alarm.since))?,
+            Does::Note(which) => shown.alarms.get(*which).map(|group| Act::Acknowledge(group.cause, group.since))?,
+            Does::NoteTrack => {
+                let unit = shown.unit(UnitId::A)?;
+                let lost = unit.lost.first()?;
+                Act::Acknowledge(Alarm::TrackLost(UnitId::A, lost.boot, lost.track.get().0.id), lost.since)
+            }
+            Does::Shelve(which) => {
+                let group = shown.alarms.get(*which)?;
+                Act::Shelve(group.cause, group.since, Shelf::Minute, reason)
+            }
+            Does::Silence => Act::Silence,
             Does::Revoke => Act::Prepare(Order::Revoke(NodeId::OPERATOR_2)),
             Does::Garbage(bytes) => {
                 self.bench.give(&Input::Act { bytes: bytes.clone() });

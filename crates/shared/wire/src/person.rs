@@ -10,7 +10,8 @@ use strum::{EnumCount, VariantArray};
 use crate::codec::Text;
 use crate::command::CommandKind;
 use crate::id::{Boot, CommandId, NodeId, PeerId, TrackId, UnitId};
-use crate::time::Instant;
+use crate::mode::Guard;
+use crate::time::{Instant, Span};
 
 /// Longest encoded act, bytes.
 pub const MAX_ACT: usize = 160;
@@ -61,6 +62,47 @@ pub enum Act {
     /// Take note of an alarm that was raised at this time of the console's clock.
     #[n(4)]
     Acknowledge(#[n(0)] Alarm, #[n(1)] Instant),
+    /// Put the alarm that was raised at this time aside for a while. The reason must not be empty.
+    #[n(5)]
+    Shelve(#[n(0)] Alarm, #[n(1)] Instant, #[n(2)] Shelf, #[n(3)] Text<64>),
+    /// Silence the sound of the alarms raised so far, for two minutes.
+    #[n(6)]
+    Silence,
+}
+
+/// Time for which an alarm may be put aside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
+pub enum Shelf {
+    /// One minute.
+    #[n(0)]
+    Minute,
+    /// Ten minutes.
+    #[n(1)]
+    TenMinutes,
+    /// Half an hour.
+    #[n(2)]
+    HalfHour,
+}
+
+impl Shelf {
+    /// Every one, the shortest first.
+    pub const ALL: [Shelf; 3] = [Shelf::Minute, Shelf::TenMinutes, Shelf::HalfHour];
+
+    /// Length of the time.
+    pub fn span(self) -> Span {
+        Span::s(60 * self.minutes())
+    }
+
+    /// The time in minutes.
+    pub fn minutes(self) -> u64 {
+        match self {
+            Shelf::Minute => 1,
+            Shelf::TenMinutes => 10,
+            Shelf::HalfHour => 30,
+        }
+    }
 }
 
 /// An act with its number at the window, from 1 and rising: none is carried out twice.
@@ -74,7 +116,8 @@ pub struct Numbered {
     pub act: Act,
 }
 
-/// Alarms that an operator has to acknowledge.
+/// Causes of alarms that an operator has to acknowledge. Some of them raise none by themselves any more; they stay for
+/// the recordings that name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Alarm {
@@ -108,6 +151,27 @@ pub enum Alarm {
     /// The unit's clock runs faster or slower against the console's than ages of its reports allow for.
     #[n(9)]
     ClockRuns(#[n(0)] UnitId),
+    /// The unit's claims about itself contradict each other, as another unit found.
+    #[n(10)]
+    Contradicts(#[n(0)] UnitId),
+    /// The unit claims the place of another one, as another unit found.
+    #[n(11)]
+    Claims(#[n(0)] UnitId),
+    /// A guard of the unit failed, and with it the unit's mode.
+    #[n(12)]
+    GuardLost(#[n(0)] UnitId, #[n(1)] Guard),
+    /// The unit is in HOLD_SAFE by an order that was not given at this console.
+    #[n(13)]
+    HeldElsewhere(#[n(0)] UnitId),
+    /// The unit is not heard although a contact was due by its plan.
+    #[n(14)]
+    ContactDue(#[n(0)] UnitId),
+    /// Several tracks of the unit ended at once.
+    #[n(15)]
+    TracksLost(#[n(0)] UnitId),
+    /// Nothing is heard from the gateway, nor of any unit.
+    #[n(16)]
+    GatewaySilent,
 }
 
 /// Rights of a person at this console. A lock against mistakes, not against attackers: unit, gateway and broker check
@@ -186,6 +250,12 @@ pub enum Unable {
     /// The order leads towards safe, which takes one step.
     #[n(11)]
     OneStep,
+    /// The alarm is about a HOLD_SAFE that stands, which cannot be put aside.
+    #[n(12)]
+    HoldStands,
+    /// No alarm sounds.
+    #[n(13)]
+    NoSound,
 }
 
 impl Unable {
@@ -207,6 +277,8 @@ impl Unable {
             Unable::NoAlarm => "no such alarm stands any more",
             Unable::Over => "the run is over",
             Unable::OneStep => "towards safe: do it, without preparing it",
+            Unable::HoldStands => "HOLD_SAFE stands: its alarm cannot be shelved",
+            Unable::NoSound => "no alarm sounds",
         }
     }
 }

@@ -20,7 +20,7 @@ use wire::id::{
 use wire::measured::Measured;
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::motion::{Attitude, Motion, ReportedMotion, Spatial};
-use wire::person::{self, Alarm, Numbered, Unable};
+use wire::person::{self, Alarm, Numbered, Shelf, Unable};
 use wire::policy::{Check, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedAuthority, ReportedContact, ReportedTrack};
@@ -1036,6 +1036,10 @@ fn acts() -> Vec<Named> {
     let hold = Order::Command(UnitId::A, CommandKind::Hold);
     let configure = Order::Command(UnitId::B, CommandKind::Configure(VALUES));
     let noted = |alarm| numbered(Act::Acknowledge(alarm, Instant(1_000_000)));
+    let shelved = |shelf| {
+        let clock = Alarm::ClockRuns(UnitId::B);
+        numbered(Act::Shelve(clock, Instant(1_000_000), shelf, Text::new("the receiver is exchanged")))
+    };
     vec![
         named!("hold", Numbered, numbered(Act::Now(hold))),
         named!("prepare-revocation", Numbered, numbered(Act::Prepare(Order::Revoke(NodeId::OPERATOR_2)))),
@@ -1051,6 +1055,17 @@ fn acts() -> Vec<Named> {
         named!("noted-session-lost", Numbered, noted(Alarm::SessionLost(PeerId::GATEWAY))),
         named!("noted-not-acknowledged", Numbered, noted(Alarm::NotAcknowledged(COMMAND))),
         named!("noted-refused", Numbered, noted(Alarm::CommandRefused(COMMAND))),
+        named!("noted-contradicts", Numbered, noted(Alarm::Contradicts(UnitId::C))),
+        named!("noted-claims", Numbered, noted(Alarm::Claims(UnitId::C))),
+        named!("noted-guard-lost", Numbered, noted(Alarm::GuardLost(UnitId::A, Guard::TimeBase))),
+        named!("noted-held-elsewhere", Numbered, noted(Alarm::HeldElsewhere(UnitId::A))),
+        named!("noted-contact-due", Numbered, noted(Alarm::ContactDue(UnitId::A))),
+        named!("noted-tracks-lost", Numbered, noted(Alarm::TracksLost(UnitId::A))),
+        named!("noted-gateway-silent", Numbered, noted(Alarm::GatewaySilent)),
+        named!("shelve-a-minute", Numbered, shelved(Shelf::Minute)),
+        named!("shelve-ten-minutes", Numbered, shelved(Shelf::TenMinutes)),
+        named!("shelve-half-an-hour", Numbered, shelved(Shelf::HalfHour)),
+        named!("silence", Numbered, numbered(Act::Silence)),
     ]
 }
 
