@@ -318,6 +318,7 @@ pub(crate) fn site() -> Site {
         looped: true,
         blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
         relief: Some(hills()),
+        scale_m: None,
     }
 }
 

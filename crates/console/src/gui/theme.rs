@@ -53,6 +53,10 @@ pub struct Palette {
     pub mark: Color32,
     /// On a block filled with a saturated colour or with `strong`.
     pub on_block: Color32,
+    /// The way that a unit has come; carries no text.
+    pub trail: Color32,
+    /// Marks of what is normal; carries no text.
+    pub quiet: Color32,
 }
 
 impl Palette {
@@ -72,6 +76,8 @@ impl Palette {
         advice: Color32::from_rgb(0xF0, 0xE4, 0x42),
         mark: Color32::from_rgb(0x56, 0xB4, 0xE9),
         on_block: Color32::from_rgb(0x10, 0x12, 0x14),
+        trail: Color32::from_rgb(0x8C, 0x95, 0x9E),
+        quiet: Color32::from_rgb(0x6E, 0x77, 0x80),
     };
 
     /// For a bright room.
@@ -90,6 +96,8 @@ impl Palette {
         advice: Color32::from_rgb(0x40, 0x33, 0x02),
         mark: Color32::from_rgb(0x00, 0x4C, 0x7D),
         on_block: Color32::from_rgb(0xFF, 0xFF, 0xFF),
+        trail: Color32::from_rgb(0x6B, 0x73, 0x7B),
+        quiet: Color32::from_rgb(0x6F, 0x77, 0x7F),
     };
 
     /// The one in use.

@@ -49,6 +49,8 @@ pub(super) struct ViewState {
     pub(super) sort: Sort,
     /// The visible part of the map.
     pub(super) camera: Option<Camera>,
+    /// True if the map keeps the chosen unit in view.
+    pub(super) follow: bool,
     /// Ages of shown reports, by unit, oldest first.
     pub(super) ages: BTreeMap<UnitId, VecDeque<(Instant, Span)>>,
 }
@@ -70,6 +72,7 @@ impl ViewState {
             images: Textures::default(),
             sort: Sort::default(),
             camera: None,
+            follow: true,
             ages: BTreeMap::new(),
         }
     }
@@ -85,8 +88,13 @@ impl ViewState {
 
     /// The values of an order to configure the chosen unit: as edited, else those in force.
     pub(super) fn settings(&self, shown: &Shown) -> Settings {
-        let now = || shown.unit(self.unit).map(|unit| unit.settings(&shown.bounds));
-        self.values.or_else(now).unwrap_or(Settings::from_bounds(&shown.bounds))
+        self.values.unwrap_or_else(|| self.in_force(shown))
+    }
+
+    /// The values in force at the chosen unit, or the platform's own.
+    pub(super) fn in_force(&self, shown: &Shown) -> Settings {
+        let unit = shown.unit(self.unit);
+        unit.map_or(Settings::from_bounds(&shown.bounds), |unit| unit.settings(&shown.bounds))
     }
 
     /// Clears the chosen order: it is dropped, or under way.
