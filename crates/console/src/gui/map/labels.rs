@@ -1,15 +1,15 @@
 //! Placing labels: eight places at five distances around a symbol, with a leader from the second distance on.
 //!
-//! A label lies on no symbol and on no other label. It keeps off trails, routes and fences too, unless there is no
-//! other place. Where both lines find no room the second one goes, then the label, which is counted. What a label says
+//! A label lies on no symbol and on no other label. It keeps off trails, routes, fences and passed objects too, unless
+//! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. What a label says
 //! is left to `words`, drawing it to `paint`.
 
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 /// Distances from the symbol, in its own reach.
-const DISTANCES: [f32; 5] = [1.0, 1.8, 3.0, 4.5, 6.5];
+const DISTANCES: [f32; 5] = [1.0, 2.2, 3.8, 6.0, 9.0];
 /// Further distances for what must have a label.
-const FURTHER: [f32; 4] = [9.0, 12.5, 17.0, 23.0];
+const FURTHER: [f32; 4] = [12.5, 17.0, 23.0, 31.0];
 /// Directions to the places, the best first.
 const PLACES: [Vec2; 8] = [
     vec2(1.0, 0.0),
@@ -66,7 +66,7 @@ pub(super) struct Obstacles {
     pub(super) area: Rect,
     /// Symbols and labels, which no label ever lies on.
     pub(super) solid: Vec<Rect>,
-    /// Trails, routes, fences and leaders, which a label lies on where there is no other place.
+    /// Trails, routes, fences, leaders and passed objects, which a label lies on where there is no other place.
     pub(super) lines: Vec<[Pos2; 2]>,
 }
 

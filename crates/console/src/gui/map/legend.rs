@@ -46,7 +46,7 @@ pub(super) fn axes(painter: &Painter, palette: &Palette, site: &Site, view: &Vie
     let write = |at: Pos2, align: Align2, text: String| painter.text(at, align, text, font.clone(), palette.weak);
     let corner = view.rect.right_bottom() + vec2(0.0, 3.0);
     let east = write(corner, Align2::RIGHT_TOP, format!("{unit} east"));
-    let north = write(view.rect.left_top() - vec2(6.0, 2.0), Align2::RIGHT_TOP, format!("{unit} N"));
+    let north = write(view.rect.left_top() - vec2(6.0, 2.0), Align2::RIGHT_TOP, "north".to_owned());
     for x in plan::lines(view, 0, step) {
         let at = pos2(view.position([x as f32 * step, 0.0]).x, corner.y);
         if at.x > view.rect.left() + 8.0 && at.x < east.left() - 24.0 {
@@ -69,6 +69,7 @@ enum Sample {
     Dots,
     Circle,
     Extent,
+    North,
     Sign(Shape),
 }
 
@@ -120,10 +121,11 @@ fn entries(palette: &Palette, site: &Site, shown: &Shown, contours: Option<f32>)
     let fenced = site.fence.len() > 2;
     let all = [
         (true, Sample::Line(4.0), palette.text, "trail, 10 s thick".to_owned()),
+        (true, Sample::North, palette.text, "north up".to_owned()),
         (fenced, Sample::Dashes, palette.text, "fence".to_owned()),
         (fenced, Sample::Dots, palette.text, "stops before".to_owned()),
         (!site.route.is_empty(), Sample::Line(1.4), palette.quiet, "route".to_owned()),
-        (true, Sample::Circle, palette.text, format!("may be, at {:.1} m/s", fastest(shown))),
+        (true, Sample::Circle, palette.text, format!("possible place, {:.1} m/s", fastest(shown))),
         (true, Sample::Sign(Shape::Cross), palette.weak, "out of view".to_owned()),
         (true, Sample::Extent, palette.trail, "extent at most".to_owned()),
         (true, Sample::Line(2.0), palette.strong, format!("ahead: {AHEAD_S:.0} s")),
@@ -145,6 +147,7 @@ fn paint_sample(painter: &Painter, sample: Sample, left: Pos2, color: Color32) {
         Sample::Extent => {
             painter.circle(middle, 8.0, color.gamma_multiply(super::paint::EXTENT), Stroke::new(1.0, color));
         }
+        Sample::North => painter.arrow(middle + vec2(0.0, 9.0), vec2(0.0, -18.0), Stroke::new(1.5, color)),
         Sample::Sign(shape) => shape.draw(painter, middle, 10.0, color),
     }
 }
@@ -158,26 +161,32 @@ fn scale(painter: &Painter, palette: &Palette, site: &Site, view: &View, row: Re
     for end in ends {
         painter.line_segment([end - vec2(0.0, 5.0), end + vec2(0.0, 5.0)], stroke);
     }
-    let text = format!("{} {}, north up", words::coordinate(site, step), words::axis_unit(site));
+    let text = format!("{} {}", words::coordinate(site, step), words::axis_unit(site));
     let at = ends[1] + vec2(8.0, 0.0);
     painter.text(at, Align2::LEFT_CENTER, text, FontId::proportional(SMALL), palette.text).right() + ENTRIES
 }
 
+/// Buttons: what stands on them, their width, and their name for screen readers.
+const BUTTONS: [(&str, f32, &str); 4] = [
+    ("Follow", 72.0, "follow the chosen unit"),
+    ("Fit", 32.0, "fit the map"),
+    ("−", 26.0, "zoom out"),
+    ("+", 26.0, "zoom in"),
+];
+
 /// The buttons at the right end of the row; where they begin.
 fn buttons(ui: &mut Ui, view_state: &mut ViewState, view: &mut View, row: Rect) -> f32 {
-    let all = [
-        ("Follow", 58.0, "follow the chosen unit"),
-        ("Fit", 34.0, "fit the map"),
-        ("−", 28.0, "zoom out"),
-        ("+", 28.0, "zoom in"),
-    ];
-    let begin = row.right() - all.iter().map(|(_, wide, _)| wide + 4.0).sum::<f32>() + 4.0;
+    let begin = row.right() - BUTTONS.iter().map(|(_, wide, _)| wide + 4.0).sum::<f32>() + 4.0;
     let mut x = begin;
-    for (at, (sign, wide, says)) in all.into_iter().enumerate() {
+    let on = view_state.follow;
+    let palette = Palette::current(ui);
+    for (at, (sign, wide, says)) in BUTTONS.into_iter().enumerate() {
+        let follows = at == 0 && on;
         let place = Rect::from_min_size(pos2(x, row.top()), vec2(wide, row.height()));
-        let button = Button::new(RichText::new(sign).size(SMALL)).selected(at == 0 && view_state.follow);
-        let button = ui.put(place, button);
-        let on = view_state.follow;
+        let text = RichText::new(if follows { "Following" } else { sign }).size(SMALL);
+        let text = if follows { text.color(palette.strong) } else { text };
+        let edge = if follows { palette.strong } else { palette.edge };
+        let button = ui.put(place, Button::new(text).stroke(Stroke::new(1.0, edge)));
         button.widget_info(|| match at {
             0 => WidgetInfo::selected(Role::Button, true, on, says),
             _ => WidgetInfo::labeled(Role::Button, true, says),

@@ -122,13 +122,13 @@ fn obstacles(site: &Site, view: &View, trails: &[Trail], dimension: Option<&Dime
 fn notes([units, tracks]: [usize; 2], crowded: bool) -> Vec<String> {
     let mut notes = Vec::new();
     if units > 0 {
-        notes.push(format!("{units} units without a label"));
+        notes.push(format!("{units} units unlabelled"));
     }
     if tracks > 0 {
-        notes.push(format!("{tracks} labels left out"));
+        notes.push(format!("{tracks} unlabelled"));
     }
     if crowded {
-        notes.push("circles of units and the chosen track only".to_owned());
+        notes.push("circles of units only".to_owned());
     }
     notes
 }

@@ -34,6 +34,9 @@ const BOLD: f32 = 0.55;
 /// Place of a unit's state beside its symbol, points.
 const STATE: Vec2 = vec2(15.0, -15.0);
 
+/// Places on the line of a distance beside which its label is tried.
+const SHARES: [f32; 5] = [0.5, 0.65, 0.35, 0.8, 0.2];
+
 /// The distance of the chosen unit to the fence.
 pub(super) struct Dimension {
     /// The unit and the nearest place of the fence.
@@ -160,11 +163,16 @@ pub(super) fn labels(
         }
         None => false,
     };
+    // Beside its line the distance reads best, so it goes first where that is possible.
+    let beside = |dimension: &&Dimension| {
+        SHARES.into_iter().all(|share| !put(measure(painter, palette, dimension, Some(share))))
+    };
+    let unplaced = dimension.filter(beside);
     for thing in things.iter().rev().filter(|thing| thing.is_unit()).filter(inside) {
         left_out[0] += usize::from(!put(laid(painter, palette, thing)));
     }
-    if let Some(dimension) = dimension {
-        put(measure(painter, palette, dimension));
+    if let Some(dimension) = unplaced {
+        put(measure(painter, palette, dimension, None));
     }
     let tracks = things.iter().rev().filter(|thing| !thing.is_unit() && (!thing.is_passed() || thing.chosen));
     for thing in tracks.filter(inside) {
@@ -186,6 +194,11 @@ fn solid(things: &[Thing], obstacles: &mut Obstacles) {
             let rect = Rect::from_center_size(center, Vec2::splat(2.0 * half));
             obstacles.solid.extend(Some(rect).filter(|rect| rect.intersects(area)));
         };
+        if thing.is_passed() && !thing.chosen {
+            let corner = Vec2::splat(thing.half());
+            obstacles.add_path(&[thing.at - corner, thing.at + corner]);
+            continue;
+        }
         add(thing.at, thing.half());
         if let Of::Unit(mark) = thing.of {
             if state(&mark).is_some() {
@@ -209,14 +222,16 @@ fn laid(painter: &Painter, palette: &Palette, thing: &Thing) -> Laid {
     }
     let reach = if thing.is_unit() || thing.chosen { Reach::Further } else { Reach::Usual };
     let sizes = lines.iter().map(|line| line.size() + vec2(BOLD, 0.0)).collect();
-    Laid { wanted: Wanted { at: thing.at, half: thing.half(), sizes, reach }, lines, strong: thing.is_unit() }
+    Laid { wanted: Wanted { at: thing.at, half: thing.outer(), sizes, reach }, lines, strong: thing.is_unit() }
 }
 
-fn measure(painter: &Painter, palette: &Palette, dimension: &Dimension) -> Laid {
+/// The label of a distance, beside a place on its line, or anywhere.
+fn measure(painter: &Painter, palette: &Palette, dimension: &Dimension, beside: Option<f32>) -> Laid {
     let color = if dimension.tone == Tone::Normal { palette.strong } else { dimension.tone.color(palette) };
     let galley = painter.layout_no_wrap(dimension.text.clone(), FontId::proportional(BASE), color);
-    let at = dimension.ends[0].lerp(dimension.ends[1], 0.5);
-    let wanted = Wanted { at, half: 3.0, sizes: vec![galley.size()], reach: Reach::Further };
+    let at = dimension.ends[0].lerp(dimension.ends[1], beside.unwrap_or(0.5));
+    let reach = if beside.is_some() { Reach::Beside } else { Reach::Further };
+    let wanted = Wanted { at, half: 3.0, sizes: vec![galley.size()], reach };
     Laid { wanted, lines: vec![galley], strong: false }
 }
 

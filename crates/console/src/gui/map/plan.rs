@@ -19,7 +19,7 @@ const LEAST_STEP: f32 = 56.0;
 /// Most lines of the grid in each direction.
 const MAX_LINES: usize = 200;
 /// Opacity of contours.
-const CONTOURS: f32 = 0.5;
+const CONTOURS: f32 = 0.4;
 /// Distance of the dots of the line before the fence, points.
 const DOTS: f32 = 6.0;
 

@@ -88,7 +88,18 @@ impl Thing {
             (Of::Track { .. }, false) => 8.0,
         }
     }
+
+    /// Half of the side of all that is drawn at its place, points, as far as its label keeps off that.
+    pub(super) fn outer(&self) -> f32 {
+        match self.of {
+            Of::Track { half, .. } if self.freshness < Freshness::Lost => self.half().max(half.min(MOST_OUTER)),
+            Of::Track { .. } | Of::Unit(_) => self.half(),
+        }
+    }
 }
+
+/// The largest extent that a label keeps off, points.
+const MOST_OUTER: f32 = 36.0;
 
 /// The platform's greatest speed, m/s.
 pub(super) fn fastest(shown: &Shown) -> f32 {
@@ -129,14 +140,22 @@ fn track_thing(
 ) -> Thing {
     let (track, of) = labelled.get();
     let freshness = if passed { Freshness::Lost } else { of };
-    let (tone, shape, _) = marks::track(of, passed);
+    let (tone, shape) = match (passed, unit.is_out_of_contact()) {
+        (true, _) => (Tone::Weak, Shape::Cross),
+        (false, true) => (Tone::Weak, Shape::Ring),
+        (false, false) => {
+            let (tone, shape, _) = marks::track(of, false);
+            (tone, shape)
+        }
+    };
+    let may_be = if unit.is_out_of_contact() { 0.0 } else { may_be(shown, view, labelled.age(), freshness) };
     let id = (unit.unit, track.id);
     // The extent is the greatest that perception takes for the class, in any direction: a report states no heading.
     let half = view.long(f32::from(track.class.largest_mm()[0]) / 2000.0);
     Thing {
         at: view.position(place(track.x_mm, track.y_mm)),
-        may_be: may_be(shown, view, labelled.age(), freshness),
-        tone: if passed { Tone::Weak } else { tone },
+        may_be,
+        tone,
         shape,
         label: words::track(view_state, shown, unit, labelled, passed),
         freshness,

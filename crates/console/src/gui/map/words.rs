@@ -104,6 +104,7 @@ pub(super) fn track(
     let sure = if super::unsure(unit, track, shown) || chosen { format!(" {sure:.2}") } else { String::new() };
     let second = match freshness {
         _ if passed => format!("out of view {}", seconds(labelled.age())),
+        _ if unit.is_out_of_contact() => format!("was here, {}", at_most(labelled.age())),
         Freshness::Fresh => at_most(labelled.age()),
         Freshness::Late => format!("LATE {}", at_most(labelled.age())),
         Freshness::Stale => format!("STALE {}", at_most(labelled.age())),
