@@ -41,6 +41,24 @@ pub(crate) const SCENES: [Scene; 16] = [
     ("between-contacts", between_contacts),
 ];
 
+/// Scenes of more than a minute, which not every test makes.
+pub(crate) const LONG: [Scene; 1] = [("patrol", patrol)];
+
+/// Two units have driven for more than a minute, one of them around; for four seconds nothing was heard of it.
+pub(crate) fn patrol() -> Yard {
+    let mut yard = nominal();
+    let a = yard.actor(UnitId::A);
+    (a.speed_mm_s, a.turn_mrad) = (1_900, 10);
+    let b = yard.actor(UnitId::B);
+    (b.speed_mm_s, b.turn_mrad) = (900, -8);
+    yard.run(Span::s(30));
+    yard.actor(UnitId::A).heard = false;
+    yard.run(Span::s(4));
+    yard.actor(UnitId::A).heard = true;
+    yard.run(Span::s(29));
+    yard
+}
+
 /// Two units drive; the mission was enabled a while ago.
 pub(crate) fn nominal() -> Yard {
     let mut yard = Yard::new();

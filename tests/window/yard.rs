@@ -39,6 +39,8 @@ pub(crate) struct Actor {
     pub(crate) tracks: Vec<ReportedTrack>,
     pub(crate) pose: Pose,
     pub(crate) speed_mm_s: i32,
+    /// Its turn to the left in each period, mrad.
+    pub(crate) turn_mrad: i16,
     /// True if it says anything.
     pub(crate) heard: bool,
     /// Peer of the session that brings its reports.
@@ -235,6 +237,7 @@ impl Actor {
             tracks: tracks(first, place),
             pose: Pose { x_mm: place.0, y_mm: place.1, yaw_mrad: (position * 900) as i16 },
             speed_mm_s: 1400,
+            turn_mrad: 0,
             heard: true,
             via: unit.peer(),
             obeys: true,
@@ -253,6 +256,8 @@ impl Actor {
         let yaw = f64::from(self.pose.yaw_mrad) / 1000.0;
         self.pose.x_mm += (f64::from(step) * libm::cos(yaw)) as i32;
         self.pose.y_mm += (f64::from(step) * libm::sin(yaw)) as i32;
+        let turned = f64::from(self.pose.yaw_mrad + self.turn_mrad) / 1000.0;
+        self.pose.yaw_mrad = (libm::atan2(libm::sin(turned), libm::cos(turned)) * 1000.0) as i16;
         Report {
             mode: self.mode,
             cause: self.cause,
@@ -328,6 +333,7 @@ pub(crate) fn site() -> Site {
         looped: true,
         blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
         relief: Some(hills()),
+        scale_m: None,
     }
 }
 

@@ -31,6 +31,10 @@ pub struct Site {
     /// Heights of the ground, where it was surveyed.
     #[serde(default)]
     pub relief: Option<Relief>,
+    /// Metres on the ground for each metre of the map, where that is not one: a satellite's map is of the places that
+    /// its payload looks at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_m: Option<f32>,
 }
 
 impl Site {
@@ -44,6 +48,7 @@ impl Site {
         }
         self.blocks.truncate(MAX_POINTS);
         self.blocks.retain(|block| finite(&block.at) && finite(&block.half) && block.yaw.is_finite());
+        self.scale_m = self.scale_m.filter(|scale| scale.is_finite() && *scale > 0.0);
         self
     }
 }

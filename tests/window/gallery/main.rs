@@ -48,7 +48,7 @@ impl Take {
     /// Take of a scene's name, with `+replay` or `+behind` and words for the looks.
     fn new(name: &str) -> Self {
         let scene = name.split('+').next().unwrap_or_default();
-        let make = scenes::SCENES.iter().find(|(text, _)| *text == scene).map(|(_, make)| make);
+        let make = scenes::SCENES.iter().chain(&scenes::LONG).find(|(text, _)| *text == scene).map(|(_, make)| make);
         let yard = make.unwrap_or_else(|| panic!("no scene `{scene}`"))();
         let mut film = yard.film.clone();
         let mut tape = None;

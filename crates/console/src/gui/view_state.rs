@@ -50,6 +50,8 @@ pub(super) struct ViewState {
     pub(super) open: Option<Pane>,
     /// Images of the chosen track.
     pub(super) video: Textures,
+    /// True if the map keeps the chosen unit in view.
+    pub(super) follow: bool,
 }
 
 impl ViewState {
@@ -72,6 +74,7 @@ impl ViewState {
             whole_run: false,
             open: None,
             video: Textures::default(),
+            follow: true,
         }
     }
 
@@ -87,8 +90,13 @@ impl ViewState {
 
     /// The values of an order to configure the chosen unit: as edited, else those in force.
     pub(super) fn settings(&self, shown: &Shown) -> Settings {
-        let now = || shown.unit(self.unit).map(|unit| unit.settings(&shown.bounds));
-        self.values.or_else(now).unwrap_or(Settings::from_bounds(&shown.bounds))
+        self.values.unwrap_or_else(|| self.in_force(shown))
+    }
+
+    /// The values in force at the chosen unit, or the platform's own.
+    pub(super) fn in_force(&self, shown: &Shown) -> Settings {
+        let unit = shown.unit(self.unit);
+        unit.map_or(Settings::from_bounds(&shown.bounds), |unit| unit.settings(&shown.bounds))
     }
 
     /// Clears the chosen order: it is dropped, or under way.

@@ -413,7 +413,16 @@ pub(crate) fn site(topology: &Topology) -> Site {
         looped: mission.looped,
         blocks: mission.obstacles.iter().map(block).collect(),
         relief: topology.world().map(|world| survey(&world.scene)),
+        scale_m: scale(topology),
     }
+}
+
+/// Metres on the ground for a metre of the map, on a platform that looks at a region from an orbit.
+fn scale(topology: &Topology) -> Option<f32> {
+    topology.members.iter().find_map(|member| {
+        let MemberRole::Perception(config) = &member.role else { return None };
+        config.sky.as_ref().map(|sky| sky.pass.scale_m as f32)
+    })
 }
 
 /// The ground within the fence and a little beyond, as surveyed before the mission.

@@ -1,0 +1,245 @@
+//! Placing labels: eight places at five distances around a symbol, with a leader from the second distance on.
+//!
+//! A label lies on no symbol and on no other label. It keeps off trails, routes, fences and passed objects too, unless
+//! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. What a label says
+//! is left to `words`, drawing it to `paint`.
+
+use eframe::egui::{Pos2, Rect, Vec2, vec2};
+
+/// Distances from the symbol, in its own reach.
+const DISTANCES: [f32; 5] = [1.0, 2.2, 3.8, 6.0, 9.0];
+/// Further distances for what must have a label.
+const FURTHER: [f32; 4] = [12.5, 17.0, 23.0, 31.0];
+/// Directions to the places, the best first.
+const PLACES: [Vec2; 8] = [
+    vec2(1.0, 0.0),
+    vec2(-1.0, 0.0),
+    vec2(0.0, -1.0),
+    vec2(0.0, 1.0),
+    vec2(0.8, -0.8),
+    vec2(0.8, 0.8),
+    vec2(-0.8, -0.8),
+    vec2(-0.8, 0.8),
+];
+/// Room around a label, points.
+const ROOM: Vec2 = vec2(3.0, 1.0);
+
+/// A label that looks for a place.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted {
+    /// Middle of the symbol.
+    pub(super) at: Pos2,
+    /// Half of the symbol's side, points.
+    pub(super) half: f32,
+    /// Sizes of the lines, one or two.
+    pub(super) sizes: Vec<Vec2>,
+    /// Distances that are tried.
+    pub(super) reach: Reach,
+}
+
+/// Distances from the symbol at which a label looks for a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// The first alone: without a leader.
+    Beside,
+    /// All five.
+    Usual,
+    /// Further ones too, rather than no label.
+    Further,
+}
+
+/// The place of a label.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placed {
+    /// The label's lines.
+    pub(super) rect: Rect,
+    /// Number of lines that have room.
+    pub(super) lines: usize,
+    /// Ends of the line to the symbol, of a label that is not beside it.
+    pub(super) leader: Option<[Pos2; 2]>,
+}
+
+/// Everything that labels keep off.
+#[derive(Clone, Debug)]
+pub(super) struct Obstacles {
+    /// The area that a label keeps within.
+    pub(super) area: Rect,
+    /// Symbols and labels, which no label ever lies on.
+    pub(super) solid: Vec<Rect>,
+    /// Trails, routes, fences, leaders and passed objects, which a label lies on where there is no other place.
+    pub(super) lines: Vec<[Pos2; 2]>,
+}
+
+impl Obstacles {
+    /// Adds the line through these points.
+    pub(super) fn add_path(&mut self, points: &[Pos2]) {
+        let area = self.area;
+        let ends = points.windows(2).map(|pair| [pair[0], pair[1]]);
+        self.lines.extend(ends.filter(|ends| crosses(*ends, area)));
+    }
+
+    /// Finds a place and takes it; none if there is no room.
+    pub(super) fn place(&mut self, wanted: &Wanted) -> Option<Placed> {
+        let reach = wanted.half * 1.25 + 1.0;
+        let all = wanted.sizes.len();
+        let (near, further): (&[f32], &[f32]) = match wanted.reach {
+            Reach::Beside => (&DISTANCES[..1], &[]),
+            Reach::Usual => (&DISTANCES, &[]),
+            Reach::Further => (&DISTANCES, &FURTHER),
+        };
+        let ways = [(all, false), (1, false), (all, true), (1, true)];
+        let usual = ways.into_iter().map(|(lines, over)| (lines, over, near));
+        let rest = ways[1..].iter().map(|(lines, over)| (*lines, *over, further));
+        let found = usual.chain(rest).find_map(|(lines, over, distances)| {
+            let size = extent(&wanted.sizes[..lines]);
+            let mut places = distances.iter().flat_map(|far| PLACES.iter().map(move |to| (*far, *to * reach * *far)));
+            places
+                .find_map(|(far, offset)| self.fits(wanted, offset, size, far > 1.0, over))
+                .map(|(rect, leader)| Placed { rect, lines, leader })
+        })?;
+        self.solid.push(found.rect.expand2(ROOM));
+        self.lines.extend(found.leader);
+        Some(found)
+    }
+
+    /// The label with its leader, if it is free there.
+    fn fits(
+        &self,
+        wanted: &Wanted,
+        offset: Vec2,
+        size: Vec2,
+        far: bool,
+        over: bool,
+    ) -> Option<(Rect, Option<[Pos2; 2]>)> {
+        let share = |along: f32| {
+            if along > 0.1 {
+                0.0
+            } else if along < -0.1 {
+                1.0
+            } else {
+                0.5
+            }
+        };
+        let corner = wanted.at + offset - vec2(share(offset.x), share(offset.y)) * size;
+        let rect = Rect::from_min_size(corner, size);
+        let taken = rect.expand2(ROOM);
+        let free = self.area.contains_rect(taken)
+            && !self.solid.iter().any(|solid| solid.intersects(taken))
+            && (over || !self.lines.iter().any(|line| crosses(*line, taken)));
+        if !free {
+            return None;
+        }
+        let leader = far.then(|| leader(wanted, rect));
+        let crossed = |solid: &&Rect| !solid.contains(wanted.at) && leader.is_some_and(|line| crosses(line, **solid));
+        if self.solid.iter().any(|solid| crossed(&solid)) { None } else { Some((rect, leader)) }
+    }
+}
+
+/// The line from a symbol's edge to the nearest side of its label.
+fn leader(wanted: &Wanted, rect: Rect) -> [Pos2; 2] {
+    let end = wanted.at.clamp(rect.min - ROOM, rect.max + ROOM);
+    let to = (end - wanted.at).normalized();
+    [wanted.at + to * wanted.half, end]
+}
+
+fn extent(sizes: &[Vec2]) -> Vec2 {
+    sizes.iter().fold(Vec2::ZERO, |all, size| vec2(all.x.max(size.x), all.y + size.y))
+}
+
+/// True if a part of the line lies in the rectangle.
+fn crosses([from, to]: [Pos2; 2], rect: Rect) -> bool {
+    let (mut first, mut last) = (0.0_f32, 1.0_f32);
+    for (start, along, low, high) in
+        [(from.x, to.x - from.x, rect.min.x, rect.max.x), (from.y, to.y - from.y, rect.min.y, rect.max.y)]
+    {
+        if along == 0.0 {
+            if start < low || start > high {
+                return false;
+            }
+            continue;
+        }
+        let (one, two) = ((low - start) / along, (high - start) / along);
+        (first, last) = (first.max(one.min(two)), last.min(one.max(two)));
+    }
+    first <= last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn obstacles() -> Obstacles {
+        let area = Rect::from_min_size(Pos2::ZERO, vec2(560.0, 420.0));
+        Obstacles { area, solid: Vec::new(), lines: Vec::new() }
+    }
+
+    fn wanted(x: f32, y: f32, lines: usize) -> Wanted {
+        Wanted { at: Pos2::new(x, y), half: 10.0, sizes: vec![vec2(80.0, 18.0); lines], reach: Reach::Usual }
+    }
+
+    /// Symbols in a spiral, as many as a crowd has.
+    fn crowd(of: usize) -> Vec<Wanted> {
+        let spiral = (0..of).map(|n| {
+            let (sin, cos) = libm::sincosf(n as f32 * 2.4);
+            let far = 14.0 * libm::sqrtf(n as f32);
+            wanted(280.0 + far * cos, 210.0 + far * sin, 2)
+        });
+        spiral.collect()
+    }
+
+    #[test]
+    fn no_label_lies_on_another_or_on_a_symbol() {
+        for of in [1, 8, 40, 200] {
+            let mut obstacles = obstacles();
+            let all = crowd(of);
+            obstacles.solid.extend(all.iter().map(|one| Rect::from_center_size(one.at, Vec2::splat(20.0))));
+            let placed: Vec<Placed> = all.iter().filter_map(|one| obstacles.place(one)).collect();
+            assert!(placed.len() >= of.min(12), "{of}: {}", placed.len());
+            for (at, one) in placed.iter().enumerate() {
+                assert!(obstacles.area.contains_rect(one.rect));
+                assert!(placed[..at].iter().all(|other| !other.rect.intersects(one.rect)), "{of}: {one:?}");
+                assert!(obstacles.solid[..of].iter().all(|symbol| !symbol.intersects(one.rect)), "{of}: {one:?}");
+                let crossed = |line| placed[..at].iter().any(|other| crosses(line, other.rect.shrink(1.0)));
+                assert!(!one.leader.is_some_and(crossed), "{of}: a leader runs over a label");
+            }
+        }
+    }
+
+    #[test]
+    fn a_label_gives_up_its_second_line_then_its_distance_to_lines() {
+        let mut free = obstacles();
+        let beside = free.place(&wanted(280.0, 210.0, 2)).unwrap();
+        assert_eq!((beside.lines, beside.leader), (2, None));
+        let mut low = obstacles();
+        low.area = Rect::from_center_size(Pos2::new(280.0, 210.0), vec2(300.0, 24.0));
+        assert_eq!(low.place(&wanted(280.0, 210.0, 2)).map(|placed| placed.lines), Some(1));
+        let mut lined = low.clone();
+        lined.solid.clear();
+        lined.lines.push([Pos2::new(0.0, 210.0), Pos2::new(560.0, 210.0)]);
+        assert!(lined.place(&wanted(280.0, 210.0, 2)).is_some(), "there is no other place than on the line");
+        let mut none = obstacles();
+        none.solid.push(none.area);
+        assert_eq!(none.place(&wanted(280.0, 210.0, 2)), None);
+    }
+
+    #[test]
+    fn a_label_keeps_off_lines_and_gets_a_leader() {
+        let mut obstacles = obstacles();
+        for side in [-34.0, 0.0, 34.0] {
+            obstacles.add_path(&[Pos2::new(0.0, 210.0 + side), Pos2::new(560.0, 210.0 + side)]);
+        }
+        let placed = obstacles.place(&wanted(280.0, 210.0, 2)).unwrap();
+        assert!(placed.leader.is_some() && placed.lines == 2, "{placed:?}");
+        assert!(obstacles.lines[..3].iter().all(|line| !crosses(*line, placed.rect)));
+    }
+
+    #[test]
+    fn what_must_have_a_label_finds_one_further_away() {
+        let mut obstacles = obstacles();
+        obstacles.solid.push(Rect::from_center_size(Pos2::new(280.0, 210.0), vec2(300.0, 300.0)));
+        let one = wanted(280.0, 210.0, 2);
+        assert_eq!(obstacles.place(&one), None);
+        assert_eq!(obstacles.place(&Wanted { reach: Reach::Beside, ..one.clone() }), None);
+        assert!(obstacles.place(&Wanted { reach: Reach::Further, ..one.clone() }).is_some());
+    }
+}
