@@ -10,12 +10,13 @@ use results::campaign::InputDigest;
 use results::campaign::draw;
 use results::campaign::partition::Partition;
 use results::report::{RareObject, RareQuestion, rare_table};
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::NoGuest;
 use runner::lines::LineFault;
 use runner::numbered::Numbered;
 use runner::plan::{PlanOptions, Planned};
-use runner::{Context, out, plan};
+use runner::{Context, out, own_arguments, plan};
 use scenario::{Settings, Variation};
 use search::rare::{Event, MAX_LEVELS, Plan, Question, Repetition};
 use serde::Serialize;
@@ -99,8 +100,19 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("rare", &object)?;
     } else {
-        out::say(format_args!("{}", rare_table(&object)));
+        out::show(rare_table(&object));
     }
+    let (seen, trials) = (object.seen(), object.stages.iter().map(|stage| stage.tried).sum::<u64>());
+    let found = if seen { format!("estimate {:.2e}", object.estimate) } else { "event not seen".to_owned() };
+    let closing = Closing::new(context).part(found).part(format!("{trials} trials"));
+    let folder = args.out.as_ref().map_or_else(|| context.free_folder("estimate"), |out| out.display().to_string());
+    let cell = args.cell.as_ref().map(|cell| ["--cell", cell]);
+    let explain = ["inspect", "explain", &args.scenario, "--all"].into_iter().chain(cell.into_iter().flatten());
+    let other = match args.out {
+        Some(_) => context.citation_of(Path::new(&folder)),
+        None => context.own_command(&own_arguments(&["--out", &folder])),
+    };
+    closing.print([context.command(explain), other]);
     Ok(if object.seen() { Exit::Fine } else { Exit::NoEvidence })
 }
 
