@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::trial::{Outcome, Outcomes, Trial};
 use parallel::progress::duration;
-use recording::RunFolder;
+use recording::{Checked, RunFolder};
 use results::mode::Mode;
 use results::report::{CampaignRow, MatrixRun, ReferenceRow, width};
 
@@ -20,6 +20,8 @@ const COUNTED: [Outcome; 6] =
     [Outcome::GuestFailed, Outcome::Invalid, Outcome::Late, Outcome::FalseTrip, Outcome::Undetected, Outcome::Stuck];
 /// Recordings that are verified at the end of a command, at most.
 const MOST_VERIFIED: usize = 32;
+/// Time below which a summary has tenths of seconds.
+const SHORT_S: f64 = 120.0;
 /// Space between the commands of a line.
 const GAP: &str = "   ";
 /// Word before the commands.
@@ -93,25 +95,29 @@ impl<'a> Closing<'a> {
         self
     }
 
-    /// Verifies the recordings in these folders, and adds the result.
+    /// Verifies the recordings in these folders, and adds the result; that there is none, too.
     ///
     /// # Errors
     /// When one cannot be read at all.
     pub fn verified(self, folders: &[PathBuf]) -> Result<Self, Failure> {
-        if self.context.json || folders.is_empty() {
+        if self.context.json {
             return Ok(self);
         }
-        let first = &folders[..folders.len().min(MOST_VERIFIED)];
-        let mut broken = 0;
-        for folder in first {
-            broken += usize::from(!checked::open_run(RunFolder::new(folder))?.verification().holds);
-        }
-        let text = match (broken, folders.len() - first.len()) {
-            (0, 0) => "evidence verified".to_owned(),
-            (0, _) => format!("evidence of {} of {} recordings verified", first.len(), folders.len()),
-            (_, _) => format!("evidence INVALID in {broken} of {}", first.len()),
-        };
-        Ok(self.part(text))
+        let first = folders.iter().take(MOST_VERIFIED).map(|folder| checked::open_run(RunFolder::new(folder)));
+        let checked: Vec<Checked> = first.collect::<Result<_, _>>()?;
+        Ok(self.checked(&checked.iter().collect::<Vec<_>>(), folders.len()))
+    }
+
+    /// Adds the result of these verifications, of so many recordings.
+    #[must_use]
+    pub fn checked(self, read: &[&Checked], recordings: usize) -> Self {
+        let broken = read.iter().filter(|run| !run.verification().holds).count();
+        self.part(match (read.len(), broken) {
+            (0, _) => "no evidence kept".to_owned(),
+            (n, 0) if n == recordings => "evidence verified".to_owned(),
+            (n, 0) => format!("evidence of {n} of {recordings} recordings verified"),
+            (n, broken) => format!("evidence INVALID in {broken} of {n}"),
+        })
     }
 
     /// Prints the summary, and the commands to go on with, each as [`Context::command`] makes it.
@@ -120,7 +126,8 @@ impl<'a> Closing<'a> {
             return;
         }
         let took_us = link::clock::trace_us().saturating_sub(self.context.started_us);
-        self.parts.push(duration((took_us as f64 / 1e5).round() / 10.0));
+        let seconds = took_us as f64 / 1e6;
+        self.parts.push(if seconds < SHORT_S { format!("{seconds:.1} s") } else { duration(seconds) });
         out::show(joined(&self.parts, " · ", width()).join("\n"));
         let lines = joined(&next, GAP, width().saturating_sub(NEXT.len()));
         out::say(format_args!("{NEXT}{}", lines.join(&format!("\n{}", " ".repeat(NEXT.len())))));
@@ -159,7 +166,7 @@ fn ended(rows: &str, all: &[Ended]) -> Vec<String> {
 }
 
 /// The texts beside each other, as many as `width` takes; a longer one has its own line.
-fn joined(texts: &[String], between: &str, width: usize) -> Vec<String> {
+pub fn joined(texts: &[String], between: &str, width: usize) -> Vec<String> {
     let size = |text: &str| text.chars().count();
     let mut lines: Vec<String> = Vec::new();
     for text in texts {
@@ -187,6 +194,12 @@ impl Context {
         } else {
             self.command(["inspect", "explain", &recording, "--all"])
         }
+    }
+
+    /// The command that explains a simulated trial of a scenario, of its first cell where none is named.
+    pub fn explain_of(&self, scenario: &str, cell: Option<&str>) -> String {
+        let cell = cell.map(|cell| ["--cell", cell]);
+        self.command(["inspect", "explain", "--all", scenario].into_iter().chain(cell.into_iter().flatten()))
     }
 
     /// The command that makes a page of the results in a folder.

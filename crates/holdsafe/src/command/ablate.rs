@@ -138,16 +138,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn close(context: &Context, ablation: &Ablation, dir: &Path) {
     let through = |check: &CheckRow| check.attacks.iter().filter(|row| row.gain.lets_through()).count();
     let worth = ablation.checks.iter().filter(|check| through(check) > 0).count();
-    let checks = format!("{worth} of {} checks alone stop an attack of {}", ablation.checks.len(), ablation.attacks);
+    let checks = format!("{worth} of {} checks needed alone", ablation.checks.len());
     let Defects { n, found, .. } = ablation.defects;
     let worst = ablation.checks.iter().filter(|check| through(check) > 0).max_by_key(|check| through(check));
     let attack = worst.and_then(|check| Some((check, check.attacks.iter().find(|row| row.gain.lets_through())?)));
-    let other = attack.map_or_else(
-        || context.citation_of(dir),
-        |(check, row)| {
-            context.command(["ablate", &row.scenario, "--only", &check.check, "--trials", "3", "--hours", "0"])
-        },
-    );
+    let folder = context.free_folder("ablation");
+    let alone = |(check, row): (&CheckRow, &AttackRow)| {
+        let terms = ["--trials", "3", "--hours", "0", "--out", &folder];
+        context.command(["ablate", &row.scenario, "--only", &check.check].into_iter().chain(terms))
+    };
+    let other = attack.map_or_else(|| context.citation_of(dir), alone);
     let closing = Closing::new(context).part(checks).part(format!("{found} of {n} seeded defects noticed"));
     closing.print([context.report_of(dir), other]);
 }

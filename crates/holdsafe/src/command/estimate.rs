@@ -16,7 +16,7 @@ use runner::guest_options::NoGuest;
 use runner::lines::LineFault;
 use runner::numbered::Numbered;
 use runner::plan::{PlanOptions, Planned};
-use runner::{Context, out, own_arguments, plan};
+use runner::{Context, out, plan};
 use scenario::{Settings, Variation};
 use search::rare::{Event, MAX_LEVELS, Plan, Question, Repetition};
 use serde::Serialize;
@@ -105,14 +105,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (seen, trials) = (object.seen(), object.stages.iter().map(|stage| stage.tried).sum::<u64>());
     let found = if seen { format!("estimate {:.2e}", object.estimate) } else { "event not seen".to_owned() };
     let closing = Closing::new(context).part(found).part(format!("{trials} trials"));
-    let folder = args.out.as_ref().map_or_else(|| context.free_folder("estimate"), |out| out.display().to_string());
-    let cell = args.cell.as_ref().map(|cell| ["--cell", cell]);
-    let explain = ["inspect", "explain", &args.scenario, "--all"].into_iter().chain(cell.into_iter().flatten());
-    let other = match args.out {
-        Some(_) => context.citation_of(Path::new(&folder)),
-        None => context.own_command(&own_arguments(&["--out", &folder])),
-    };
-    closing.print([context.command(explain), other]);
+    let (explain, folder) =
+        (context.explain_of(&args.scenario, args.cell.as_deref()), context.free_folder("estimated"));
+    let run = ["run", &args.scenario, "--trials", "1", "--out", &folder];
+    closing
+        .print([explain, context.command(run.into_iter().chain(args.cell.iter().flat_map(|cell| ["--cell", cell])))]);
     Ok(if object.seen() { Exit::Fine } else { Exit::NoEvidence })
 }
 

@@ -8,9 +8,9 @@ use std::path::PathBuf;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use results::mode::Mode;
-use results::report::{RunObject, RunsObject, run_table};
+use results::report::{RunObject, RunsObject, run_table, width};
 use runner::batch::Batch;
-use runner::closing::{Closing, Ran, next_of_runs};
+use runner::closing::{Closing, Ran, joined, next_of_runs};
 use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::GuestOptions;
@@ -202,7 +202,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let recordings: Vec<PathBuf> = ran.iter().flat_map(Ran::recordings).collect();
     let next = next_of_runs(context, &ran, out.as_deref());
     finish(context, engine, runs, out.as_deref())?;
-    Closing::new(context).ended("cells", &ended).verified(&recordings)?.part(not_kept(args)).print(next);
+    Closing::new(context).ended("cells", &ended).verified(&recordings)?.print(next);
     Ok(exit)
 }
 
@@ -220,15 +220,10 @@ fn one_window(args: &Args, plans: &[(Scenario, Vec<Planned>)]) -> Result<(), Fai
     Err(Failure::new(Exit::Usage, format!("--console opens a window on one trial: {reason}")))
 }
 
-/// A line on evidence that is gone with the run.
-fn not_kept(args: &Args) -> &'static str {
-    if args.out.is_some() { "" } else { "evidence not kept" }
-}
-
 /// Digest of a trial's recording, to be noted by the user.
 fn told_of(trial: &Trial) -> Option<String> {
     let cell = trial.cell.as_ref().map(|cell| format!("{cell}, ")).unwrap_or_default();
-    Some(format!("  {}  {cell}seed {}", trial.held.as_ref()?, trial.seed))
+    Some(joined(&[trial.held.clone()?, format!("{cell}seed {}", trial.seed)], "  ", width()).join("\n  "))
 }
 
 fn finish(

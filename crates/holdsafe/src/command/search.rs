@@ -184,7 +184,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let trials = format!("{} trials", object.hunt.trials);
     let found = match object.findings.len() {
         0 => "nothing found".to_owned(),
-        n => format!("UNEXPECTED {n}: found-1 is {}", object.findings[0].outcome.name()),
+        n => format!("{n} found, the first {}", object.findings[0].outcome.name()),
     };
     Closing::new(context).part(trials).part(found).print(next(context, args, &object, &dir));
     Ok(if object.findings.is_empty() { Exit::Fine } else { Exit::Unexpected })
@@ -192,7 +192,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// A finding run again and explained; without any the page, and what to cite.
 fn next(context: &Context, args: &Args, object: &SearchObject, dir: &Path) -> [String; 2] {
-    let Some(first) = object.findings.first() else { return [context.report_of(dir), context.citation_of(dir)] };
+    let Some(first) = object.findings.first() else {
+        return [context.report_of(dir), context.explain_of(&args.scenario, args.cell.as_deref())];
+    };
     let file = dir.join(format!("{}.toml", first.name));
     let policy = if args.waive.is_empty() { args.policy.clone() } else { Some(dir.join(POLICY_FILE)) };
     let seed = object.seed.to_string();

@@ -69,7 +69,8 @@ fn coloured(text: &str) -> String {
         let (before, from) = rest.split_at(start);
         let (word, after) = from.split_at(from.find(|c| !part_of_word(c)).unwrap_or(from.len()));
         out.push_str(before);
-        match Colour::of_word(word).filter(|_| !is_none(after)) {
+        let is_outcome = !is_none(after) && !is_only_named(&out, after);
+        match Colour::of_word(word).filter(|_| is_outcome) {
             Some(colour) => out.extend([colour.code(), word, "\x1b[0m"]),
             None => out.push_str(word),
         }
@@ -83,9 +84,24 @@ fn is_none(after: &str) -> bool {
     after.strip_prefix(" 0").is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
+/// True if a class is named, and nothing ended in it: as expected, or in a list of names.
+fn is_only_named(before: &str, after: &str) -> bool {
+    let is_listed = after.strip_prefix(", ").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_uppercase()));
+    let ends = ["expected ", " or "].iter().any(|word| before.ends_with(word));
+    ends || is_listed || [" or ", ";"].iter().any(|word| after.starts_with(word))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn class_that_is_only_named_has_no_colour() {
+        for text in ["Worse is: DEGRADED, HOLD_SAFE, LATE, UNSAFE; as", "REJECTED, expected DEGRADED or UNDETECTED"] {
+            assert_eq!(coloured(text), text);
+        }
+        assert_eq!(coloured("LATE, expected DEGRADED"), "\x1b[1;31mLATE\x1b[0m, expected DEGRADED");
+    }
 
     #[test]
     fn only_counted_classes_that_were_not_contained_have_colour() {

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressState, ProgressStyle, WeakProgressBar};
 
-use crate::paint::{Stream, is_dumb, painted};
+use crate::paint::{Colour, Stream, is_dumb, painted};
 
 /// Time after which the line is drawn anew where no step ends.
 const TICK: Duration = Duration::from_millis(500);
@@ -29,8 +29,8 @@ pub enum Talk {
     Normal,
 }
 
-/// Trials by class: the rank of the class, the gravest first, and its name.
-type Counts = BTreeMap<(usize, &'static str), u64>;
+/// Trials by class: what its colour asks for, its rank among those, and its name.
+type Counts = BTreeMap<(u8, usize, &'static str), u64>;
 
 /// The progress of one batch; shared by its threads. The line goes with the last of its owners.
 #[derive(Debug)]
@@ -77,11 +77,12 @@ impl Progress {
         Self::of_bar(self.bar.clone(), weight)
     }
 
-    /// One trial ended in the class of this name. Classes are shown in the order of their ranks.
+    /// One trial ended in the class of this name. Those that ask for attention stand first, where a narrow terminal cuts nothing off, and then
+    /// the others, each in the order of their ranks.
     pub fn count(&self, rank: usize, class: &'static str) {
         let Some(bar) = &self.bar else { return };
         let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
-        *counts.entry((rank, class)).or_default() += 1;
+        *counts.entry((urgency(class), rank, class)).or_default() += 1;
         bar.set_message(painted(&listed(&counts), Stream::Stderr));
     }
 
@@ -142,23 +143,30 @@ fn shown(template: &str, total: usize) -> ProgressBar {
 fn write_left(state: &ProgressState, line: &mut dyn Write) {
     if state.pos() > 0 {
         // There is no remedy for a line that takes no text.
-        let _undrawn = write!(line, ", {} left", duration(state.eta().as_secs_f64().round()));
+        let _undrawn = write!(line, ", {} left", duration(state.eta().as_secs_f64()));
     }
 }
 
-/// A duration in one or two units; a fraction of a second is shown where there is one.
+/// A duration in one or two units, to the second.
 pub fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
-        0..120 if seconds.fract() == 0.0 => format!("{whole} s"),
-        0..120 => format!("{seconds:.1} s"),
+        0..120 => format!("{whole} s"),
         120..7_200 => format!("{} min {} s", whole / 60, whole % 60),
         7_200.. => format!("{} h {} min", whole / 3_600, whole / 60 % 60),
     }
 }
 
+fn urgency(class: &str) -> u8 {
+    match Colour::of_word(class) {
+        Some(Colour::Alarm) => 0,
+        Some(Colour::Caution) => 1,
+        None => 2,
+    }
+}
+
 fn listed(counts: &Counts) -> String {
-    counts.iter().map(|((_, class), n)| format!("{class} {n}")).collect::<Vec<_>>().join(", ")
+    counts.iter().map(|((_, _, class), n)| format!("{class} {n}")).collect::<Vec<_>>().join(", ")
 }
 
 fn short(label: &str) -> String {
@@ -186,15 +194,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn classes_are_listed_gravest_first() {
-        let counts = Counts::from([((5, "HOLD_SAFE"), 20), ((0, "UNSAFE"), 1)]);
-        assert_eq!(listed(&counts), "UNSAFE 1, HOLD_SAFE 20");
+    fn classes_that_ask_for_attention_stand_first() {
+        let counts: Counts = [(5, "HOLD_SAFE"), (8, "UNDETECTED"), (2, "INVALID"), (0, "UNSAFE")]
+            .map(|(rank, class)| ((urgency(class), rank, class), 3))
+            .into();
+        assert_eq!(listed(&counts), "UNSAFE 3, UNDETECTED 3, INVALID 3, HOLD_SAFE 3");
     }
 
     #[test]
     fn duration_has_units_of_its_size() {
-        let texts = [0.04, 12.4, 12.0, 200.0, 7_300.0].map(duration);
-        assert_eq!(texts, ["0.0 s", "12.4 s", "12 s", "3 min 20 s", "2 h 1 min"]);
+        let texts = [0.04, 12.4, 200.0, 7_300.0].map(duration);
+        assert_eq!(texts, ["0 s", "12 s", "3 min 20 s", "2 h 1 min"]);
     }
 
     #[test]

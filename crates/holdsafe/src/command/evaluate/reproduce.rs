@@ -220,7 +220,8 @@ fn show(context: &Context, reproduced: &Reproduced) {
         reproduced.otherwise.len()
     ));
     let differing = reproduced.otherwise.first().map(|row| context.own_command(&row.reproduce));
-    let first = differing.unwrap_or_else(|| context.command(["evaluate", "--quick"]));
+    let first =
+        differing.unwrap_or_else(|| context.command(["evaluate", "--quick", "--out", &context.free_folder("quick")]));
     let text = match reproduced.otherwise.len() + reproduced.gone.len() {
         0 => "every run as committed".to_owned(),
         n => format!("UNEXPECTED {n}"),

@@ -81,12 +81,9 @@ pub(super) fn finish(context: &Context, args: &Args, dir: &Path, judged: &[Judge
     out::say(format_args!("the whole table is in {}, the result in {RESULT} beside it", dir.join(TABLE).display()));
     let repeat = repeat_line(judged);
     repeat.iter().for_each(out::show);
-    let unexpected = judged.iter().find_map(|judged| judged.unexpected.as_ref());
-    let other = match (unexpected, repeat) {
-        (Some(trial), _) => context.own_command(&trial.reproduce),
-        (None, Some(_)) => context.own_command(&own_arguments(&[])),
-        (None, None) => context.citation_of(dir),
-    };
+    let odd = |judged: &Judged| Some(context.own_command(&judged.unexpected.as_ref()?.reproduce));
+    let again = repeat.map(|_| context.own_command(&own_arguments(&[])));
+    let other = judged.iter().find_map(odd).or(again).unwrap_or_else(|| context.citation_of(dir));
     let ended: Vec<Ended> = judged.iter().map(|judged| Ended::from(&judged.row)).collect();
     Closing::new(context).ended("rows", &ended).print([context.report_of(dir), other]);
     Ok(exit(judged))

@@ -60,13 +60,12 @@ fn close(context: &Context, args: &Args, (holds, valid): (bool, bool), outcome: 
         (false, _) => "INVALID: the evidence does not hold",
     };
     let run = args.run.to_string_lossy();
-    let unverified = (!valid).then_some("--unverified");
     let verb = |words: &[&'static str]| {
-        let words = words.iter().copied().chain([run.as_ref()]).chain(unverified);
-        context.command(["inspect"].into_iter().chain(words))
+        let unverified = (!valid).then_some("--unverified");
+        context.command(words.iter().copied().chain([run.as_ref()]).chain(unverified))
     };
     let class = outcome.map(|outcome| format!("ended {}", outcome.name())).unwrap_or_default();
-    Closing::new(context).part(text).part(class).print([verb(&["explain", "--all"]), verb(&["replay"])]);
+    Closing::new(context).part(text).part(class).print([verb(&["inspect", "explain", "--all"]), verb(&["report"])]);
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {

@@ -124,19 +124,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// Summary, and the evidence behind the page.
 fn close(context: &Context, args: &Args, read: &[&Checked], files: usize) {
-    let broken = read.iter().filter(|run| !run.verification().holds).count();
-    let evidence = match (read.len(), broken) {
-        (0, _) => "no recording".to_owned(),
-        (n, 0) => format!("evidence of {n} recordings verified"),
-        (n, broken) => format!("evidence INVALID in {broken} of {n}"),
-    };
     let given = args.given.first().map(|path| path.to_string_lossy()).unwrap_or_default();
     let run = read.iter().find(|run| run.invalid().is_some()).or(read.first());
     let first = run.map_or_else(
         || context.command(["report", &given, "--junit", "junit.xml"]),
         |run| context.command(["inspect", "verify", &run.path().to_string_lossy()]),
     );
-    let closing = Closing::new(context).part(format!("files written: {files}")).part(evidence);
+    let closing = Closing::new(context).part(format!("files written: {files}")).checked(read, read.len());
     closing.print([first, context.command(["report", &given, "--figures", "figures"])]);
 }
 
