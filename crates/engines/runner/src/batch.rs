@@ -263,8 +263,8 @@ impl Batch<'_> {
 
 /// Shows a finished trial: a step, and its class.
 pub fn count(progress: &Progress, trial: &Trial) {
-    progress.count(trial.outcome as usize, trial.outcome.name());
     progress.step();
+    progress.count(trial.outcome as usize, trial.outcome.name());
 }
 
 /// Runs one trial of a variation with `setup`. Its CPU time includes attempts that the host spoilt.

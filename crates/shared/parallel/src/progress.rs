@@ -47,7 +47,10 @@ impl Progress {
         // Work without a step is no progress: everything was there already.
         let bar =
             (total > 0 && is_shown(talk)).then(|| shown("{prefix} {bar:12} {pos}/{len}{left}  {wide_msg}", total));
-        bar.iter().for_each(|bar| bar.set_prefix(short(label)));
+        bar.iter().for_each(|bar| {
+            bar.set_prefix(short(label));
+            bar.enable_steady_tick(TICK);
+        });
         Self::of_bar(bar, 1)
     }
 
@@ -83,7 +86,10 @@ impl Progress {
         let Some(bar) = &self.bar else { return };
         let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         *counts.entry((urgency(class), rank, class)).or_default() += 1;
-        bar.set_message(painted(&listed(&counts), Stream::Stderr));
+        // A text in place of the steps comes with the counts when it is shown.
+        if bar.length().is_some_and(|steps| steps > 0) {
+            bar.set_message(painted(&listed(&counts), Stream::Stderr));
+        }
     }
 
     /// One step is done.
@@ -135,16 +141,17 @@ fn shown(template: &str, total: usize) -> ProgressBar {
     }
     let bar = bar.with_finish(ProgressFinish::AndClear);
     *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.downgrade());
-    bar.enable_steady_tick(TICK);
     bar
 }
 
-/// The estimated time left; nothing before the first step, which estimates it.
+/// The estimated time left, or the time so far before the first step, which estimates it.
 fn write_left(state: &ProgressState, line: &mut dyn Write) {
-    if state.pos() > 0 {
-        // There is no remedy for a line that takes no text.
-        let _undrawn = write!(line, ", {} left", duration(state.eta().as_secs_f64()));
-    }
+    let (time, what) = match state.pos() {
+        0 => (state.elapsed(), "so far"),
+        _ => (state.eta(), "left"),
+    };
+    // There is no remedy for a line that takes no text.
+    let _undrawn = write!(line, ", {} {what}", duration(time.as_secs_f64()));
 }
 
 /// A duration in one or two units, to the second.
