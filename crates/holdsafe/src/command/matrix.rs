@@ -192,13 +192,11 @@ fn keep(context: &Context, args: &Args, parts: &[Part], shelves: &[Vec<Shelf>]) 
 /// Place of a variation: the index of its part, and its index in that part.
 type Place = (usize, usize);
 
-/// Runs what is missing; gives the exit code, the line that repeats the first trial that was not expected, and all runs.
-fn all(
-    context: &Context,
-    args: &Args,
-    parts: &[Part],
-    shelves: &[Vec<Shelf>],
-) -> Result<(Exit, Option<String>, BTreeMap<Place, MatrixRun>), Failure> {
+/// The exit code, the line that repeats the first trial that was not expected, and all runs.
+type Outcomes = (Exit, Option<String>, BTreeMap<Place, MatrixRun>);
+
+/// Runs what is missing.
+fn all(context: &Context, args: &Args, parts: &[Part], shelves: &[Vec<Shelf>]) -> Result<Outcomes, Failure> {
     let missing = |(part, shelves): (&Part, &Vec<Shelf>)| {
         shelves.iter().map(|shelf| shelf.missing(context.seed, part.n)).sum::<usize>()
     };
