@@ -8,6 +8,8 @@ mod boards;
 mod bus;
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/closings.rs"]
+mod closings;
 #[path = "command/contradictions.rs"]
 mod contradictions;
 #[path = "command/detectors.rs"]

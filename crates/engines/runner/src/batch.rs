@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use evidence::FateName;
-use evidence::trial::{Outcome, Trial};
+use evidence::trial::{Outcome, Outcomes, Trial};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 use parallel::progress::{Progress, Stop, Talk};
@@ -15,6 +15,7 @@ use results::mode::Mode;
 use results::report::{AcceptedRate, RunObject, Summary};
 use scenario::{Scenario, Setup};
 
+use super::closing::Ended;
 use super::engine;
 use super::failure::{Exit, Failure};
 use super::out;
@@ -84,7 +85,7 @@ impl Batch<'_> {
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         on_threads(self.threads(), &jobs, stop, |job| {
             let trial = self.run_one(job, stop)?;
-            progress.step();
+            count(progress, &trial);
             Ok(trial)
         })
     }
@@ -98,7 +99,7 @@ impl Batch<'_> {
         progress: &Progress,
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
-        self.run_kept_each(shelves, threads, |_, _| progress.step(), stop)
+        self.run_kept_each(shelves, threads, |_, trial| count(progress, trial), stop)
     }
 
     /// Runs the batch as [`Batch::run_kept`] does; `done` gets each trial that has run, with its number in this batch.
@@ -131,7 +132,7 @@ impl Batch<'_> {
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
         let held = self.shelved(shelves).filter(|place| holds(place.number) && self.finished(place).is_none());
-        self.run_missing(&held.collect::<Vec<_>>(), threads, |_, _| progress.step(), stop)
+        self.run_missing(&held.collect::<Vec<_>>(), threads, |_, trial| count(progress, trial), stop)
     }
 
     /// Number of the trials that are not finished.
@@ -200,6 +201,13 @@ impl Batch<'_> {
         jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::check_unused(&folder)))
     }
 
+    /// Folder of the recording that was kept of a trial of this batch.
+    pub fn recording(&self, trial: &Trial) -> Option<PathBuf> {
+        trial.held.as_ref()?;
+        let planned = self.planned.iter().find(|planned| planned.variation.cell == trial.cell)?;
+        self.folder(&Job { planned, seed: trial.seed, keep: true })
+    }
+
     /// Folder of a trial's recording, if it is kept. The stacks leave none.
     fn folder(&self, job: &Job<'_>) -> Option<PathBuf> {
         let variation = &job.planned.variation;
@@ -251,6 +259,12 @@ impl Batch<'_> {
         }
         Ok(trial)
     }
+}
+
+/// Shows a finished trial: a step, and its class.
+pub fn count(progress: &Progress, trial: &Trial) {
+    progress.step();
+    progress.count(trial.outcome as usize, trial.outcome.name());
 }
 
 /// Runs one trial of a variation with `setup`. Its CPU time includes attempts that the host spoilt.
@@ -311,30 +325,53 @@ fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
 }
 
+/// The variations, each with the classes that it accepts below a rate.
+fn rates<'p>(planned: &'p [Planned], trials: &[Trial]) -> Vec<(&'p Planned, Vec<AcceptedRate>)> {
+    planned.iter().map(|planned| (planned, accepted(planned, trials))).collect()
+}
+
+/// The trials that were not expected, each with its variation.
+pub fn odd<'t, 'p>(planned: &'p [Planned], trials: &'t [Trial]) -> Vec<(&'t Trial, &'p Planned)> {
+    let rates = rates(planned, trials);
+    let variation_of = |trial: &Trial| rates.iter().find(|(p, _)| p.variation.cell == trial.cell);
+    let unexpected = |trial: &Trial, planned: &Planned, rates: &[AcceptedRate]| {
+        let unexpected = trial.outcome.is_unexpected(&planned.variation.scenario.expected);
+        (unexpected && !AcceptedRate::covers(rates, trial.outcome)) || is_believed(planned.sabotage, trial.receipt)
+    };
+    let each = trials.iter().filter_map(|trial| Some((trial, variation_of(trial)?)));
+    each.filter(|(trial, (planned, rates))| unexpected(trial, planned, rates))
+        .map(|(trial, (planned, _))| (trial, *planned))
+        .collect()
+}
+
+/// How the trials of each variation ended.
+pub fn ended(planned: &[Planned], trials: &[Trial]) -> Vec<Ended> {
+    let odd = odd(planned, trials);
+    let of = |planned: &Planned| {
+        let cell = &planned.variation.cell;
+        let mut outcomes = Outcomes::new();
+        let own_trials = trials.iter().filter(|trial| trial.cell == *cell);
+        own_trials.for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
+        let unexpected = odd.iter().filter(|(trial, _)| trial.cell == *cell).count() as u64;
+        let is_stated = !planned.variation.scenario.expected.is_empty() || unexpected > 0;
+        Ended { outcomes, unexpected: is_stated.then_some(unexpected) }
+    };
+    planned.iter().map(of).collect()
+}
+
 /// Prints every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
 pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     const MAX_PRINTED: usize = 10;
-    let rates: Vec<(&Planned, Vec<AcceptedRate>)> =
-        planned.iter().map(|planned| (planned, accepted(planned, trials))).collect();
-    let variation_of = |trial: &Trial| rates.iter().find(|(p, _)| p.variation.cell == trial.cell);
-    let odd: Vec<(&Trial, &Planned)> = trials
-        .iter()
-        .filter_map(|trial| Some((trial, variation_of(trial)?)))
-        .filter(|(trial, (planned, rates))| {
-            let unexpected = trial.outcome.is_unexpected(&planned.variation.scenario.expected);
-            (unexpected && !AcceptedRate::covers(rates, trial.outcome)) || is_believed(planned.sabotage, trial.receipt)
-        })
-        .map(|(trial, (planned, _))| (trial, *planned))
-        .collect();
-    rates.iter().flat_map(|(_, rates)| rates).filter_map(AcceptedRate::line).for_each(|line| link::note!("{line}"));
+    let (rates, odd) = (rates(planned, trials), odd(planned, trials));
+    rates.iter().flat_map(|(_, rates)| rates).filter_map(AcceptedRate::line).for_each(out::note);
     for (trial, planned) in odd.iter().take(MAX_PRINTED) {
         let reasons = reasons(trial);
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
-        link::note!("{}{reasons}, expected {}", trial.outcome.name(), expected.join(" or "));
-        link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));
+        out::note(format_args!("{}{reasons}, expected {}", trial.outcome.name(), expected.join(" or ")));
+        out::note(format_args!("reproduce: {}", reproduce(mode, planned, trial.seed)));
     }
     if odd.len() > MAX_PRINTED {
-        link::note!("and {} more", odd.len() - MAX_PRINTED);
+        out::note(format_args!("and {} more", odd.len() - MAX_PRINTED));
     }
     if trials.is_empty() {
         Exit::NoEvidence

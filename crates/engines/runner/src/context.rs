@@ -24,6 +24,8 @@ pub struct Context {
     pub root: Option<PathBuf>,
     /// The user's request to stop.
     pub stop: Stop,
+    /// Start of the command on the clock of traces, microseconds; for the terminal only.
+    pub started_us: u64,
     /// SHA-256 over the sources of the program.
     pub program: &'static str,
     /// Files that the program brings, for where no directory has them.
@@ -99,6 +101,20 @@ impl Context {
         Ok(above.join("runs"))
     }
 
+    /// A command of this program to go on with, quoted for a shell: the program as it was called, and the root where it was named.
+    pub fn command<'a>(&self, words: impl IntoIterator<Item = &'a str>) -> String {
+        let words: Vec<String> = words.into_iter().map(quoted).collect();
+        self.own_command(&words.join(" "))
+    }
+
+    /// As [`Context::command`], of arguments that are quoted already; a line of `holdsafe …` may be given too.
+    pub fn own_command(&self, arguments: &str) -> String {
+        let arguments = arguments.strip_prefix("holdsafe ").unwrap_or(arguments);
+        let program = std::env::args_os().next().unwrap_or_else(|| "holdsafe".into());
+        let root = self.root.as_ref().map(|root| format!(" --root {}", quoted(&root.to_string_lossy())));
+        format!("{} {arguments}{}", quoted(&program.to_string_lossy()), root.unwrap_or_default())
+    }
+
     /// The scenario in this file, which may extend the shipped ones.
     ///
     /// # Errors
@@ -121,6 +137,17 @@ impl Context {
 /// The command line of this process, quoted for a shell.
 pub fn own_line() -> String {
     std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
+}
+
+/// The arguments of this process with `more` behind them, quoted for a shell; without a root, which a next command names anyway.
+pub fn own_arguments(more: &[&str]) -> String {
+    let mut words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(place) = words.iter().position(|word| word == "--root") {
+        words.drain(place..words.len().min(place + 2));
+    }
+    words.retain(|word| !word.starts_with("--root="));
+    words.extend(more.iter().map(|word| (*word).to_owned()));
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// One argument of a command line, quoted for a shell.

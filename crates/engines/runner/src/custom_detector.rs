@@ -13,6 +13,7 @@ use perception::stages::Stages;
 use scenario::load_labels;
 
 use super::failure::{Exit, Failure};
+use super::quoted;
 use config::platform::Sensors;
 
 /// The options that name a custom detector.
@@ -42,7 +43,8 @@ impl DetectorOptions {
         let refused = |error: &dyn std::fmt::Display| {
             Failure::new(Exit::Usage, format!("--detector {}: {error}", file.display()))
         };
-        let options = format!(" --detector {} --labels {}", file.display(), labels.display());
+        let shell = |path: &Path| quoted(&path.to_string_lossy());
+        let options = format!(" --detector {} --labels {}", shell(file), shell(labels));
         let labels = load_labels(labels)?;
         let mut model = process::pin(file).map_err(|e| refused(&e))?;
         if let Some(sha256) = labels.sha256 {

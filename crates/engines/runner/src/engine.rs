@@ -24,6 +24,7 @@ use wire::id::NodeId;
 use wire::person::{Act, Role};
 
 use super::error::EngineError;
+use super::out;
 use super::plan::Planned;
 
 /// Replay of one core's input journal.
@@ -158,7 +159,7 @@ fn live_trial(
             .map_err(EngineError::failed)?;
         // A journal that cannot be thinned stays whole: that costs room only.
         if let Err(error) = replays::thin_journals(folder, &run.replays, setup.frames) {
-            link::note!("{}: input journals stay whole: {error}", folder.path().display());
+            out::note(format_args!("{}: input journals stay whole: {error}", folder.path().display()));
         }
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
@@ -176,9 +177,9 @@ fn live_trial(
     }
     if let (Some(folder), Some(anchors_sha256)) = (&folder, &trial.held) {
         let (ms, place) = (run.evidence.duration / 1000, folder.path().display());
-        link::note!(
+        out::note(format_args!(
             "stopped at {ms} ms; sealed as far as it came: {place}, whose held.json has SHA-256 {anchors_sha256}"
-        );
+        ));
     }
     Err(EngineError::Stopped)
 }

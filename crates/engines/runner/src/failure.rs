@@ -1,9 +1,9 @@
 //! Failure of a command: exit code, one message, the one line that reproduces it.
 
 use std::fmt;
-use std::io::IsTerminal;
 
 use evidence::SCHEMA_VERSION;
+use parallel::paint::{Stream, takes_colours};
 use recording::RecordingError;
 use scenario::{ProblemRow, Problems};
 use serde::Serialize;
@@ -114,11 +114,6 @@ impl Failure {
     }
 }
 
-/// True if stderr takes colours: a terminal does, unless `NO_COLOR` is set to anything (<https://no-color.org>).
-pub fn colour() -> bool {
-    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
-}
-
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
@@ -129,7 +124,7 @@ impl std::error::Error for Failure {}
 
 impl From<Problems> for Failure {
     fn from(problems: Problems) -> Self {
-        let message = problems.render(colour());
+        let message = problems.render(takes_colours(Stream::Stderr));
         Self { problems: problems.rows(), ..Self::new(Exit::Usage, message) }
     }
 }

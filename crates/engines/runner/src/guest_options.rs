@@ -10,6 +10,7 @@ use guest::{Conduct, Guest, Program};
 use scenario::{Problem, Problems};
 
 use super::failure::{Exit, Failure};
+use super::quoted;
 
 /// Name of the guest without a file: a naive follower of the route, which the program `holdsafe` is too, as a service.
 pub const FOLLOWER: &str = "follower";
@@ -68,7 +69,7 @@ impl GuestOptions {
 /// The command line options that name a guest.
 pub fn options(file: &Path, conduct: Conduct) -> String {
     let bare = if conduct == Conduct::Bare { " --bare" } else { "" };
-    format!(" --autonomy {}{bare}", file.display())
+    format!(" --autonomy {}{bare}", quoted(&file.to_string_lossy()))
 }
 
 /// The guest of a file, or the one that is built in.

@@ -5,9 +5,10 @@
 
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::SignalFd;
-use parallel::progress::Stop;
+use parallel::progress::{Stop, beside};
 
 use crate::failure::Exit;
+use crate::out;
 
 /// Starts to watch; to be called before any other thread exists, since later threads inherit the blocked signals.
 pub(crate) fn watch() -> Stop {
@@ -37,9 +38,10 @@ pub(crate) fn watch() -> Stop {
 fn wait(descriptor: &SignalFd, stop: &Stop) {
     loop {
         match descriptor.read_signal() {
-            Ok(Some(_)) if stop.is_requested() => std::process::exit(i32::from(Exit::Interrupted.code())),
+            // The line of progress does not stay behind.
+            Ok(Some(_)) if stop.is_requested() => beside(|| std::process::exit(i32::from(Exit::Interrupted.code()))),
             Ok(Some(_)) => {
-                link::note!("stopping; once more to end at once");
+                out::note("stopping; once more to end at once");
                 stop.ask();
             }
             Ok(None) => {}

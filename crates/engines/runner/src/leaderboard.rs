@@ -151,7 +151,7 @@ impl PlannedRow {
                     trial
                 }
             };
-            progress.step();
+            batch::count(progress, &trial);
             Ok(trial)
         })
     }

@@ -7,12 +7,13 @@
 //! writes the run directory; `protected` keeps reports out of recordings and results. `trial_store`, `unfinished` and `lines` (each line with
 //! a digest: `chain`) resume an interrupted command, `parts` and `numbered` share one among machines. `checked` opens recorded runs for a
 //! command, and `claims` compares each with the results around it. `recorded` gives a run in the twin the form of a recorded one.
-//! `leaderboard` makes rows of guests.
+//! `leaderboard` makes rows of guests. `closing` ends a command with a summary and with commands to go on with.
 
 pub mod batch;
 mod chain;
 pub mod checked;
 pub mod claims;
+pub mod closing;
 mod context;
 pub mod custom_detector;
 pub mod engine;
@@ -37,4 +38,4 @@ pub mod start;
 pub mod trial_store;
 mod unfinished;
 
-pub use context::{Context, Root, own_line, quoted};
+pub use context::{Context, Root, own_arguments, own_line, quoted};

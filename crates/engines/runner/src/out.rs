@@ -3,6 +3,7 @@
 //! Recordings of single trials (MCAP, input journals) are put below it by the engines.
 
 use std::collections::BTreeMap;
+use std::fmt::{Arguments, Display};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,8 +11,9 @@ use std::path::{Path, PathBuf};
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use guest::Program;
-use link::files;
-pub use link::terminal::say;
+use link::{files, terminal};
+use parallel::paint::{Stream, painted};
+use parallel::progress::beside;
 use perception::brought::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
@@ -209,6 +211,21 @@ pub fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Fail
         writeln!(file, "{line}")?;
     }
     Ok(file.flush()?)
+}
+
+/// Writes a line to stdout, with the line of progress out of its way.
+pub fn say(line: Arguments<'_>) {
+    beside(|| terminal::say(line));
+}
+
+/// Writes a text of results to stdout, its classes in their colours where that takes them.
+pub fn show(text: impl Display) {
+    say(format_args!("{}", painted(&text.to_string(), Stream::Stdout)));
+}
+
+/// Writes a remark to stderr, its classes in their colours where that takes them, with the line of progress out of its way.
+pub fn note(line: impl Display) {
+    beside(|| terminal::note(format_args!("{}", painted(&line.to_string(), Stream::Stderr))));
 }
 
 /// Prints a result as one JSON object on stdout, with the name of its kind.

@@ -14,6 +14,7 @@ use super::Context;
 use super::custom_detector::LoadedDetector;
 use super::failure::{Exit, Failure};
 use super::guest_options::LoadedGuest;
+use super::quoted;
 
 /// Remedy for a name that is near to no scenario's.
 const LIST: &str = "`holdsafe scenario list` prints the shipped ones";
@@ -346,7 +347,7 @@ fn platform(setup: &Setup) -> String {
 fn command_line(options: &PlanOptions, cell: Option<&str>) -> String {
     let mut line = String::new();
     if let Some(policy) = &options.policy {
-        line.push_str(&format!(" --policy {}", policy.display()));
+        line.push_str(&format!(" --policy {}", quoted(&policy.to_string_lossy())));
     }
     if let Some(platform) = &options.platform {
         line.push_str(&format!(" --platform {}", platform.name));

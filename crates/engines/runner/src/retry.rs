@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use super::failure::Failure;
+use super::out;
 use evidence::trial::Trial;
 use live::OVERSLEPT_US;
 use scenario::Setup;
@@ -42,12 +43,12 @@ pub fn retried(
         if let Some(directory) = &setup.run_dir {
             put_aside(directory, spoilt.len())?;
         }
-        link::note!(
+        out::note(format_args!(
             "seed {seed}: the host overslept, or kept a service waiting for a core, by {ms:.0} ms, at most {} ms are allowed; repeated, {} of at most {}",
             OVERSLEPT_US / 1000,
             spoilt.len(),
             setup.retries
-        );
+        ));
     }
 }
 

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgAction, FromArgMatches};
-use parallel::progress::Talk;
+use parallel::paint::{Stream, takes_colours};
+use parallel::progress::{Talk, beside};
 
-use crate::failure::{Exit, Failure, colour};
+use crate::failure::{Exit, Failure};
 use crate::shipped::{Shipped, ShippedFile};
 use crate::{Context, interrupt};
 
@@ -46,6 +47,7 @@ impl Common {
             talk: if self.quiet { Talk::Quiet } else { Talk::Normal },
             root: self.root,
             stop: interrupt::watch(),
+            started_us: link::clock::trace_us(),
             program,
             shipped: Shipped::new(files),
         }
@@ -107,6 +109,19 @@ fn usage(error: &clap::Error, json: bool) -> Exit {
     Failure::new(Exit::Usage, text.trim_start_matches("error: ")).report(true)
 }
 
+/// Stderr, with the line of progress out of the way of a line of the log.
+struct LogLine;
+
+impl std::io::Write for LogLine {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        beside(|| std::io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        std::io::stderr().flush()
+    }
+}
+
 fn start_log(common: &Common) {
     let level = match (common.quiet, common.verbose) {
         (true, _) => "error",
@@ -117,8 +132,8 @@ fn start_log(common: &Common) {
     };
     let filter = tracing_subscriber::EnvFilter::try_from_default_env();
     let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
-    let started =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colour()).try_init();
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(|| LogLine);
+    let started = log.with_ansi(takes_colours(Stream::Stderr)).try_init();
     if started.is_err() {
         tracing::debug!("a log writer was there already");
     }

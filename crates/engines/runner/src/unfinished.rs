@@ -66,11 +66,11 @@ fn has_complete(folder: &Path) -> bool {
 
 /// Moves a complete recording aside, and reports it.
 fn move_aside(folder: &Path, aside: &Path) -> Result<(), Failure> {
-    link::note!(
+    out::note(format_args!(
         "{}: a complete recording of an earlier start, in whose place another comes, is now {}",
         folder.display(),
         aside.display()
-    );
+    ));
     Ok(fs::rename(folder, aside)?)
 }
 

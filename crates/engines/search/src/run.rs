@@ -184,6 +184,7 @@ impl SearchConfig {
                 return Err(SearchError::Stopped);
             }
             let tried = self.try_sequence(sequence);
+            tried.iter().for_each(|tried| progress.count(tried.trial.outcome as usize, tried.trial.outcome.name()));
             progress.step();
             tried
         })

@@ -7,14 +7,15 @@
 //! changes a decision when it is waived.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use evidence::ablation::{Gain, Switch};
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::Progress;
 use results::mode::Mode;
-use results::report::{Ablation, AttackRow, CheckRow, Compared, Overlap, Quiet, Summary, ablation_table};
+use results::report::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Summary, ablation_table};
 use runner::batch::Batch;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::NoGuest;
 use runner::parts::Parts;
@@ -127,9 +128,28 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("ablation", &ablation)?;
     } else {
-        out::say(format_args!("{}", ablation_table(&ablation)));
+        out::show(ablation_table(&ablation));
     }
+    close(context, &ablation, &dir);
     Ok(exit)
+}
+
+/// Summary, and the check that lets most through.
+fn close(context: &Context, ablation: &Ablation, dir: &Path) {
+    let through = |check: &CheckRow| check.attacks.iter().filter(|row| row.gain.lets_through()).count();
+    let worth = ablation.checks.iter().filter(|check| through(check) > 0).count();
+    let checks = format!("{worth} of {} checks needed alone", ablation.checks.len());
+    let Defects { n, found, .. } = ablation.defects;
+    let worst = ablation.checks.iter().filter(|check| through(check) > 0).max_by_key(|check| through(check));
+    let attack = worst.and_then(|check| Some((check, check.attacks.iter().find(|row| row.gain.lets_through())?)));
+    let folder = context.free_folder("ablation");
+    let alone = |(check, row): (&CheckRow, &AttackRow)| {
+        let terms = ["--trials", "3", "--hours", "0", "--out", &folder];
+        context.command(["ablate", &row.scenario, "--only", &check.check].into_iter().chain(terms))
+    };
+    let other = attack.map_or_else(|| context.citation_of(dir), alone);
+    let closing = Closing::new(context).part(checks).part(format!("{found} of {n} seeded defects noticed"));
+    closing.print([context.report_of(dir), other]);
 }
 
 fn switches(args: &Args) -> Result<Vec<Switch>, Failure> {

@@ -15,6 +15,7 @@ use std::process::{Command, Stdio};
 use assess::Terms;
 use assess::map::MAX_MAP;
 use runner::Context;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 
 use confined::Request;
@@ -66,6 +67,33 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Some(file) => scene::write(file, |to| confine(context, &request, &recording, to)),
         None => confine(context, &request, &recording, Stdio::inherit()),
     }
+    .inspect(|exit| close(context, args, *exit))
+}
+
+/// The last lines: what was read or written, and its route in the closed loop. A first map has none, it is a file.
+fn close(context: &Context, args: &Args, exit: Exit) {
+    let Some(map) = &args.map else { return };
+    let map = map.to_string_lossy();
+    let files: Vec<_> = args.files.iter().map(|file| file.to_string_lossy()).collect();
+    let assess = |more: &[&str]| {
+        let words = ["assess"].into_iter().chain(files.iter().map(AsRef::as_ref)).chain(more.iter().copied());
+        context.command(words)
+    };
+    let (text, next) = match (&args.scenario, exit) {
+        (Some(file), Exit::Fine) => {
+            let file = file.to_string_lossy();
+            let next = [context.command(["scenario", "check", &file]), context.command(["run", &file])];
+            ("a scenario of its route is written", next)
+        }
+        (None, Exit::Fine) => {
+            let scene = assess(&["--map", &map, "--scenario", "driven.toml"]);
+            ("judged in the open loop", [scene, assess(&["--map", &map, "--json"])])
+        }
+        (None, Exit::NoEvidence) => ("nothing was judged", [assess(&["--guess"]), assess(&["--map", &map, "--json"])]),
+        // A recording or a map that cannot be used has its reason on stderr.
+        (_, _) => return,
+    };
+    Closing::new(context).part(text).print(next);
 }
 
 /// Starts this program again as the one that parses, which writes the result to `to`; gives its exit code.
@@ -74,8 +102,13 @@ fn confine(context: &Context, request: &Request, recording: &[files::Named], to:
     let mut line = serde_json::to_vec(request).map_err(Failure::internal)?;
     line.push(b'\n');
     let mut command = Command::new(program);
-    let colour = std::env::var_os("NO_COLOR").map(|value| ("NO_COLOR", value));
-    command.args(["service", confined::NAME]).env_clear().envs(colour).stdin(Stdio::piped()).stdout(to);
+    let screen = ["NO_COLOR", "TERM", "COLUMNS"].map(|name| std::env::var_os(name).map(|value| (name, value)));
+    command
+        .args(["service", confined::NAME])
+        .env_clear()
+        .envs(screen.into_iter().flatten())
+        .stdin(Stdio::piped())
+        .stdout(to);
     let mut child = command.spawn().map_err(Failure::internal)?;
     if let Some(mut pipe) = child.stdin.take() {
         // A parser that ends before it has read everything breaks the pipe: its status has the reason.

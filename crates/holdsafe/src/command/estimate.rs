@@ -10,6 +10,7 @@ use results::campaign::InputDigest;
 use results::campaign::draw;
 use results::campaign::partition::Partition;
 use results::report::{RareObject, RareQuestion, rare_table};
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::NoGuest;
 use runner::lines::LineFault;
@@ -99,8 +100,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("rare", &object)?;
     } else {
-        out::say(format_args!("{}", rare_table(&object)));
+        out::show(rare_table(&object));
     }
+    let (seen, trials) = (object.seen(), object.stages.iter().map(|stage| stage.tried).sum::<u64>());
+    let found = if seen { format!("estimate {:.2e}", object.estimate) } else { "event not seen".to_owned() };
+    let closing = Closing::new(context).part(found).part(format!("{trials} trials"));
+    let (explain, folder) =
+        (context.explain_of(&args.scenario, args.cell.as_deref()), context.free_folder("estimated"));
+    let run = ["run", &args.scenario, "--trials", "1", "--out", &folder];
+    closing
+        .print([explain, context.command(run.into_iter().chain(args.cell.iter().flat_map(|cell| ["--cell", cell])))]);
     Ok(if object.seen() { Exit::Fine } else { Exit::NoEvidence })
 }
 

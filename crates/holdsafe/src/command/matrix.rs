@@ -12,6 +12,7 @@ use results::catalogue::{Catalogue, ThreatRow};
 use results::mode::Mode;
 use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
 use runner::batch::Batch;
+use runner::closing::{Closing, Ended};
 use runner::failure::{Exit, Failure};
 use runner::guest_options::GuestOptions;
 use runner::parts::Parts;
@@ -102,15 +103,22 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         tell_kept(context, &dir)?;
         return Ok(Exit::Fine);
     }
-    let (mut exit, runs) = all(context, args, &parts, &shelves)?;
+    let (mut exit, odd, runs) = all(context, args, &parts, &shelves)?;
     let rows = rows.iter().map(|row| MatrixRow::new(row, row_runs(row, &parts, &runs))).collect();
     let matrix = Matrix::new(context.seed, shelf.build(), rows);
     out::write_result(&dir, "matrix.json", "matrix", &matrix)?;
     if context.json {
         out::print_json("matrix", &matrix)?;
     } else {
-        out::say(format_args!("{}", matrix_table(&matrix)));
+        out::show(matrix_table(&matrix));
     }
+    let ended: Vec<Ended> = runs.values().map(Ended::from).collect();
+    let layers = dir.join("navigator");
+    let other = odd.map_or_else(
+        || context.command(["report", &dir.to_string_lossy(), "--navigator", &layers.to_string_lossy()]),
+        |line| context.own_command(&line),
+    );
+    Closing::new(context).ended("runs", &ended).print([context.report_of(&dir), other]);
     if runs.values().all(|run| run.summary.n == 0) {
         exit = batch::graver(exit, Exit::NoEvidence);
     }
@@ -184,20 +192,21 @@ fn keep(context: &Context, args: &Args, parts: &[Part], shelves: &[Vec<Shelf>]) 
 /// Place of a variation: the index of its part, and its index in that part.
 type Place = (usize, usize);
 
-fn all(
-    context: &Context,
-    args: &Args,
-    parts: &[Part],
-    shelves: &[Vec<Shelf>],
-) -> Result<(Exit, BTreeMap<Place, MatrixRun>), Failure> {
+/// The exit code, the line that repeats the first trial that was not expected, and all runs.
+type Outcomes = (Exit, Option<String>, BTreeMap<Place, MatrixRun>);
+
+/// Runs what is missing.
+fn all(context: &Context, args: &Args, parts: &[Part], shelves: &[Vec<Shelf>]) -> Result<Outcomes, Failure> {
     let missing = |(part, shelves): (&Part, &Vec<Shelf>)| {
         shelves.iter().map(|shelf| shelf.missing(context.seed, part.n)).sum::<usize>()
     };
     let progress = Progress::new("matrix", parts.iter().zip(shelves).map(missing).sum(), context.talk);
-    let (mut exit, mut runs) = (Exit::Fine, BTreeMap::new());
+    let (mut exit, mut first_odd, mut runs) = (Exit::Fine, None, BTreeMap::new());
     for (p, (part, shelves)) in parts.iter().zip(shelves).enumerate() {
         let trials = part.batch(context.seed).run_kept(shelves, part.threads(args), &progress, &context.stop)?;
         exit = batch::graver(exit, batch::judge(part.mode, &part.planned, &trials));
+        let odd = batch::odd(&part.planned, &trials);
+        first_odd = first_odd.or(odd.first().map(|(trial, one)| batch::reproduce(part.mode, one, trial.seed)));
         for (v, planned) in part.planned.iter().enumerate() {
             let own_trials: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
             let (variation, setup) = (&planned.variation, &planned.setup);
@@ -205,7 +214,7 @@ fn all(
         }
     }
     progress.finish();
-    Ok((exit, runs))
+    Ok((exit, first_odd, runs))
 }
 
 /// The runs of a row.

@@ -8,14 +8,15 @@ use std::path::PathBuf;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use results::mode::Mode;
-use results::report::{RunObject, RunsObject, run_table};
+use results::report::{RunObject, RunsObject, run_table, width};
 use runner::batch::Batch;
+use runner::closing::{Closing, Ran, joined, next_of_runs};
 use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::GuestOptions;
 use runner::plan::{Chosen, PlanOptions, Planned};
 use runner::retry::Retries;
-use runner::{Context, batch, out, plan, probe};
+use runner::{Context, batch, out, plan, probe, quoted};
 use scenario::{Confinement, FRAMES, Hosts, Scenario};
 use serde::Serialize;
 use wire::person::Role;
@@ -144,7 +145,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             of.setup.hosts = args.hosts;
             of.setup.window = args.console.then_some(args.role);
             let live = if args.live { " --live" } else { "" };
-            of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));
+            let name = plan::is_path(name).then(|| quoted(name));
+            of.command = name.map(|name| format!("holdsafe run {name} --trials 1{live}{}", of.options));
         }
         plans.push((scenario, planned));
     }
@@ -194,7 +196,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let folded = batch::fold(scenario, mode, context.seed, planned, trials);
         runs.push(RunObject { platform: args.platform.clone(), ..folded });
     }
+    let each = args.scenarios.iter().zip(&batches).zip(&runs);
+    let ran: Vec<Ran<'_>> = each.map(|((scenario, batch), run)| Ran { scenario, batch, trials: &run.trials }).collect();
+    let ended: Vec<_> = ran.iter().flat_map(|ran| batch::ended(ran.batch.planned, ran.trials)).collect();
+    let recordings: Vec<PathBuf> = ran.iter().flat_map(Ran::recordings).collect();
+    let next = next_of_runs(context, &ran, out.as_deref());
     finish(context, engine, runs, out.as_deref())?;
+    Closing::new(context).ended("cells", &ended).verified(&recordings)?.print(next);
     Ok(exit)
 }
 
@@ -214,7 +222,8 @@ fn one_window(args: &Args, plans: &[(Scenario, Vec<Planned>)]) -> Result<(), Fai
 
 /// Digest of a trial's recording, to be noted by the user.
 fn told_of(trial: &Trial) -> Option<String> {
-    Some(format!("recording of seed {}: held.json has SHA-256 {}", trial.seed, trial.held.as_ref()?))
+    let cell = trial.cell.as_ref().map(|cell| format!("{cell}, ")).unwrap_or_default();
+    Some(joined(&[trial.held.clone()?, format!("{cell}seed {}", trial.seed)], "  ", width()).join("\n  "))
 }
 
 fn finish(
@@ -225,13 +234,14 @@ fn finish(
 ) -> Result<(), Failure> {
     if !context.json {
         for run in &runs {
-            out::say(format_args!("{}", run_table(run)));
+            out::show(run_table(run));
         }
-        runs.iter()
-            .flat_map(|run| &run.trials)
-            .filter_map(told_of)
-            .take(MAX_TOLD)
-            .for_each(|text| out::say(format_args!("{text}")));
+        let told: Vec<String> = runs.iter().flat_map(|run| &run.trials).filter_map(told_of).collect();
+        if !told.is_empty() {
+            let all = if told.len() > MAX_TOLD { "; result.json has all" } else { "" };
+            out::say(format_args!("to be noted: SHA-256 of held.json of each recording{all}"));
+            told.iter().take(MAX_TOLD).for_each(|line| out::say(format_args!("{line}")));
+        }
     }
     if runs.len() == 1
         && let Some(run) = runs.pop()

@@ -7,9 +7,10 @@ use std::io::Write;
 use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
+use parallel::paint::{Stream, takes_colours};
 use runner::failure::{Exit, Failure};
 use runner::plan::PlanOptions;
-use runner::{Context, engine, failure, out, plan};
+use runner::{Context, engine, out, plan};
 use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
 use topology::needs_rendering;
@@ -87,7 +88,7 @@ fn check(context: &Context, names: &[String], platform: bool) -> Result<Exit, Fa
         let problems = if platform { scenario::load_platform(file).err() } else { problems_of(context, file)? };
         let name = file.display().to_string();
         if let (Some(problems), false) = (&problems, context.json) {
-            link::note!("{}", problems.render(failure::colour()).trim_end());
+            link::note!("{}", problems.render(takes_colours(Stream::Stderr)).trim_end());
         } else if !context.json {
             out::say(format_args!("{name}: fine"));
         }

@@ -13,12 +13,13 @@ use parallel::progress::Progress;
 use results::campaign::partition::Partition;
 use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::NoGuest;
 use runner::optimizer::{self, Optimizer};
 use runner::plan::PlanOptions;
 use runner::search_config::{SearchNames, stopped_or_unfit, unfit};
-use runner::{Context, engine, out, plan};
+use runner::{Context, engine, out, plan, quoted};
 use scenario::{Name, Setup};
 use search::{
     AttackSequence, Cause, FoundSequence, Moments, Proposer, RunConfig, RunResult, SearchConfig, Shrunk, Source,
@@ -178,9 +179,29 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("search", &object)?;
     } else {
-        out::say(format_args!("{}", search_table(&object)));
+        out::show(search_table(&object));
     }
+    let trials = format!("{} trials", object.hunt.trials);
+    let found = match object.findings.len() {
+        0 => "nothing found".to_owned(),
+        n => format!("{n} found, the first {}", object.findings[0].outcome.name()),
+    };
+    Closing::new(context).part(trials).part(found).print(next(context, args, &object, &dir));
     Ok(if object.findings.is_empty() { Exit::Fine } else { Exit::Unexpected })
+}
+
+/// A finding run again and explained; without any the page, and what to cite.
+fn next(context: &Context, args: &Args, object: &SearchObject, dir: &Path) -> [String; 2] {
+    let Some(first) = object.findings.first() else {
+        return [context.report_of(dir), context.explain_of(&args.scenario, args.cell.as_deref())];
+    };
+    let file = dir.join(format!("{}.toml", first.name));
+    let policy = if args.waive.is_empty() { args.policy.clone() } else { Some(dir.join(POLICY_FILE)) };
+    let seed = object.seed.to_string();
+    let words = ["inspect", "explain", &file.to_string_lossy(), "--all", "--seed", &seed].map(str::to_owned);
+    let policy = policy.map(|policy| ["--policy".to_owned(), policy.to_string_lossy().into_owned()]);
+    let words: Vec<String> = words.into_iter().chain(policy.into_iter().flatten()).collect();
+    [context.own_command(&first.reproduce), context.command(words.iter().map(String::as_str))]
 }
 
 /// The policy with the checks of `--waive` waived, beside the findings.
@@ -221,8 +242,8 @@ fn finding(
     let text = scenario.to_file(&parsed).map_err(Failure::internal)?;
     std::fs::write(&file, text)?;
     let policy = match (&args.policy, args.waive.is_empty()) {
-        (_, false) => format!(" --policy {}", dir.join(POLICY_FILE).display()),
-        (Some(policy), true) => format!(" --policy {}", policy.display()),
+        (_, false) => format!(" --policy {}", quoted(&dir.join(POLICY_FILE).to_string_lossy())),
+        (Some(policy), true) => format!(" --policy {}", quoted(&policy.to_string_lossy())),
         (None, true) => String::new(),
     };
     let rendered = if args.rendered { " --rendered" } else { "" };
@@ -239,7 +260,11 @@ fn finding(
         margins: shrunk.margins.clone(),
         stopped_by: stopped_by(args, config, &shrunk.sequence)?,
         live: None,
-        reproduce: format!("holdsafe run {} --trials 1 --seed {}{rendered}{policy}", file.display(), config.seed),
+        reproduce: format!(
+            "holdsafe run {} --trials 1 --seed {}{rendered}{policy}",
+            quoted(&file.to_string_lossy()),
+            config.seed
+        ),
     })
 }
 
@@ -262,7 +287,7 @@ fn confirm(
     for _ in 0..args.confirm {
         let trial = engine::trial(Mode::Live, &scenario, &setup, config.seed, &context.stop)?;
         confirmed.take(trial.outcome, args.find.contains(&trial.outcome));
-        progress.step();
+        runner::batch::count(&progress, &trial);
     }
     progress.finish();
     Ok(confirmed)

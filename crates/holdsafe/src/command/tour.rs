@@ -211,7 +211,7 @@ impl Tour<'_> {
     fn add_row(&mut self, row: Row) {
         self.exit = batch::graver(self.exit, row.exit());
         if let Some(complaint) = row.complaint() {
-            self.progress.hide_while(|| link::note!("{complaint}"));
+            out::note(complaint);
         }
         self.rows.push(row);
     }
@@ -274,7 +274,7 @@ impl Tour<'_> {
 
     fn print(&self, lines: &[String]) {
         if !self.context.json {
-            self.progress.hide_while(|| lines.iter().for_each(|line| out::say(format_args!("{line}"))));
+            lines.iter().for_each(out::show);
         }
     }
 

@@ -41,7 +41,7 @@ pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use explain::stage_name;
 pub use explain::{ExplainObject, diagram, explained, explained_in_seconds, kept_out};
 pub use guest::{Comparison, ComparisonRow, ComparisonTotal, GuestChecked, comparison_table};
-pub use layout::{Table, wrap_labelled};
+pub use layout::{Table, width, wrap_labelled};
 pub use live::BenchLive;
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
 pub use mission::{MissionSummary, ProgressSummary};

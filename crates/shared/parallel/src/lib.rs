@@ -1,5 +1,7 @@
-//! Parallel work on many items, on several threads; results in the order of the items, independent of threads.
+//! Parallel work on many items, on several threads; results in the order of the items, independent of threads. `progress` shows how far it
+//! came, `paint` colours its classes.
 
+pub mod paint;
 pub mod progress;
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -104,7 +104,7 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
     if *json {
         out::print_json("assess", &object)?;
     } else {
-        out::say(format_args!("{}", assess_table(&object).trim_end()));
+        out::show(assess_table(&object).trim_end());
     }
     Ok(if object.judged_s > 0.0 { Exit::Fine } else { Exit::NoEvidence })
 }

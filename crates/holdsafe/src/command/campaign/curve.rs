@@ -9,11 +9,12 @@ use evidence::trial::Trial;
 use results::mode::Mode;
 use results::report::{CurveLine, CurveObject, CurvePoint, curve_table, svg};
 use runner::batch::Batch;
+use runner::closing::Closing;
 use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::GuestOptions;
 use runner::plan::{PlanOptions, Planned};
-use runner::{Context, batch, out, plan, probe};
+use runner::{Context, batch, out, own_arguments, plan, probe};
 use scenario::Curve;
 
 #[derive(Debug, clap::Args)]
@@ -93,8 +94,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("curve", &object)?;
     } else {
-        out::say(format_args!("{}", curve_table(&object)));
+        out::show(curve_table(&object));
     }
+    let ended = batch::ended(&all, &trials);
+    let folder = out.clone().unwrap_or_else(|| PathBuf::from(context.free_folder(scenario.name.as_str())));
+    let first = match out {
+        Some(dir) => context.citation_of(&dir),
+        None => context.own_command(&own_arguments(&["--out", &folder.to_string_lossy()])),
+    };
+    Closing::new(context).ended("points", &ended).print([first, context.report_of(&folder)]);
     Ok(exit)
 }
 

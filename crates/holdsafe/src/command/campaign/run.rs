@@ -13,7 +13,8 @@ use results::campaign::Plan;
 use results::campaign::claim::Claim;
 use results::campaign::partition::Partition;
 use results::campaign::row::TrialRow;
-use results::report::{CampaignObject, Fold, campaign_table};
+use results::report::{CampaignObject, ClaimVerdicts, Fold, campaign_table};
+use runner::closing::{Closing, Ended};
 use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::GuestOptions;
@@ -157,7 +158,7 @@ fn all(
             return Ok(());
         }
         batch::each(jobs, missing.len(), &context.stop, |k| {
-            let row = one(context, plan, planned, missing[k])?;
+            let row = one(context, plan, planned, missing[k], &progress)?;
             known.journal.add(plan, &row)?;
             progress.step();
             Ok(())
@@ -165,7 +166,13 @@ fn all(
     }
 }
 
-fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Result<TrialRow, Failure> {
+fn one(
+    context: &Context,
+    plan: &Plan,
+    planned: &[Planned],
+    number: u64,
+    progress: &Progress,
+) -> Result<TrialRow, Failure> {
     let (v, i) = plan.place(number);
     let planned = planned.get(v).ok_or_else(|| Failure::internal("a trial without a variation"))?;
     let drawn = plan.drawn(v, i);
@@ -173,6 +180,7 @@ fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Resu
     let variation = Variation { cell: planned.variation.cell.clone(), scenario };
     let planned = Planned { variation, command: Some(plan.command(v, i)), ..planned.clone() };
     let trial = batch::trial(planned.mode(), &planned, &planned.setup, plan.seed(i), &context.stop)?;
+    progress.count(trial.outcome as usize, trial.outcome.name());
     Ok(TrialRow::from_trial(number, &trial))
 }
 
@@ -238,11 +246,26 @@ pub(super) fn print_result(context: &Context, dir: &Path, campaign: &CampaignObj
     if context.json {
         return out::print_json("campaign", campaign);
     }
-    out::say(format_args!("{}{}{}", campaign_table(campaign), unexpected_line(campaign), dir.display()));
+    out::show(format_args!("{}{}{}", campaign_table(campaign), unexpected_line(campaign), dir.display()));
     if !table::IS_BUILT {
         link::note!("{}", table::LEFT_OUT);
     }
+    let ended: Vec<Ended> = campaign.rows.iter().map(Ended::from).collect();
+    let repeated = campaign.rows.iter().find_map(|row| row.reproduce.as_ref()).map(|line| context.own_command(line));
+    let other = repeated.unwrap_or_else(|| context.citation_of(dir));
+    let closing = Closing::new(context).ended("variations", &ended).part(claim_line(campaign));
+    closing.print([context.report_of(dir), other]);
     Ok(())
+}
+
+/// Verdicts on the claim, and trials that are missing.
+fn claim_line(campaign: &CampaignObject) -> String {
+    let claim = campaign.claim.as_ref().map(|claims| {
+        let ClaimVerdicts { shown, refuted, open, .. } = claims;
+        format!("claim shown {shown}, refuted {refuted}, open {open}")
+    });
+    let lacking = (!campaign.complete).then(|| format!("{} of {} trials", campaign.trials, campaign.planned));
+    claim.into_iter().chain(lacking).collect::<Vec<_>>().join(" · ")
 }
 
 /// A line on unexpected trials beside a claim that is shown, which decides the exit code alone.

@@ -154,8 +154,9 @@ mod tests {
     fn recordings_of_the_evaluation_have_places_of_their_own() {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (Talk::Quiet, Stop::default());
-        let (json, seed, seed_is_named, shipped) = (false, 1, false, Shipped::default());
-        let context = Context { json, seed, seed_is_named, talk, root: Some(root), stop, program: "", shipped };
+        let (json, seed, seed_is_named, shipped, started_us) = (false, 1, false, Shipped::default(), 0);
+        let root = Some(root);
+        let context = Context { json, seed, seed_is_named, talk, root, stop, started_us, program: "", shipped };
         let parts = plan_parts(&context, &Args::default()).unwrap();
         let mut places = BTreeSet::new();
         for part in &parts {

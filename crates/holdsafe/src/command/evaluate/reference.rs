@@ -173,7 +173,7 @@ impl Evaluation<'_> {
         let (mode, out) = (part.mode(), part.recordings(self.dir));
         let (batch, shelves) = (self.batch(mode, &part.simulated, &out), self.open_shelves(mode, &part.simulated)?);
         let (has_run, each_s) = (batch.missing(&shelves) > 0, self.expect_seconds(mode, part));
-        let count = |_, _: &Trial| self.count_one(mode, each_s);
+        let count = |_, trial: &Trial| self.count_one(mode, each_s, trial);
         let trials = batch.run_kept_each(&shelves, batch.threads(), count, &self.context.stop)?;
         self.write_trials(part, mode, &trials)?;
         // Trials come by variation and then by seed.
@@ -190,7 +190,7 @@ impl Evaluation<'_> {
         let (batch, shelves) = (self.batch(Mode::Live, &live, self.dir), self.open_shelves(Mode::Live, &live)?);
         let count = |number: u64, trial: &Trial| {
             let Some((part, planned)) = chosen.get(number as usize) else { return };
-            self.count_one(Mode::Live, self.expect_seconds(Mode::Live, part));
+            self.count_one(Mode::Live, self.expect_seconds(Mode::Live, part), trial);
             let row = Judged::new(part, planned, Mode::Live, std::slice::from_ref(trial)).row;
             // The others have the line of their simulated trials.
             if part.simulated.is_empty() || !row.is_as_expected() {
@@ -212,7 +212,8 @@ impl Evaluation<'_> {
     }
 
     /// Counts a trial that has run, and shows the remaining time.
-    fn count_one(&self, mode: Mode, expected_s: f64) {
+    fn count_one(&self, mode: Mode, expected_s: f64, trial: &Trial) {
+        self.progress.count(trial.outcome as usize, trial.outcome.name());
         let mut remaining = self.remaining();
         remaining.share(mode).finish(expected_s, clock::trace_us());
         let show = || format!("evaluate: {}, {} left", remaining.describe_finished(), remaining.describe_time());
@@ -223,7 +224,7 @@ impl Evaluation<'_> {
     fn print_line(&self, rows: &[ReferenceRow]) {
         let rows: Vec<&ReferenceRow> = rows.iter().collect();
         if let Some(first) = rows.first().filter(|_| !self.context.json) {
-            self.progress.hide_while(|| out::say(format_args!("{}", scenario_line(&first.scenario, &rows))));
+            out::show(scenario_line(&first.scenario, &rows));
         }
     }
 

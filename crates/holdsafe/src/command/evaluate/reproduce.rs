@@ -6,6 +6,7 @@ use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::reproduction::{Again, Reference, References};
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::plan::{PlanOptions, Planned};
 use runner::{Context, Root, engine, out, plan};
@@ -98,7 +99,7 @@ pub(super) fn run(context: &Context, args: &Reproduce) -> Result<Exit, Failure> 
         if reproduced.otherwise.is_empty() && reproduced.gone.is_empty() { Exit::Fine } else { Exit::Unexpected };
     match context.json {
         true => out::print_json("reproduce", &reproduced)?,
-        false => show(&reproduced),
+        false => show(context, &reproduced),
     }
     Ok(exit)
 }
@@ -187,35 +188,43 @@ fn label(scenario: &str, cell: Option<&str>) -> String {
     cell.map_or_else(|| scenario.to_owned(), |cell| format!("{scenario} {cell}"))
 }
 
-fn show(reproduced: &Reproduced) {
+fn show(context: &Context, reproduced: &Reproduced) {
     for row in &reproduced.otherwise {
         let name = label(&row.scenario, row.cell.as_deref());
         match (&row.then, &row.again) {
             (Some(then), Some(Again::Parted { second, now })) => {
                 let classes = format!("{} then, {} now", then.outcome.name(), row.now.outcome.name());
-                out::say(format_args!(
+                out::show(format_args!(
                     "{name}: decides otherwise from its second {second} on ({classes}); there it now decides"
                 ));
                 for decided in now.iter().take(PRINTED) {
                     let event = serde_json::to_string(&decided.event).unwrap_or_default();
-                    out::say(format_args!("  {:.3} s  {event}", decided.at_us as f64 / 1e6));
+                    out::show(format_args!("  {:.3} s  {event}", decided.at_us as f64 / 1e6));
                 }
                 if now.len() > PRINTED {
-                    out::say(format_args!("  and {} more", now.len() - PRINTED));
+                    out::show(format_args!("  and {} more", now.len() - PRINTED));
                 }
             }
             (Some(then), _) => {
                 let (then, now) = (then.outcome.name(), row.now.outcome.name());
-                out::say(format_args!("{name}: decides the same and is judged otherwise: {then} then, {now} now"));
+                out::show(format_args!("{name}: decides the same and is judged otherwise: {then} then, {now} now"));
             }
-            (None, _) => out::say(format_args!("{name}: has no reference")),
+            (None, _) => out::show(format_args!("{name}: has no reference")),
         }
-        link::note!("reproduce: {}", row.reproduce);
+        out::note(format_args!("reproduce: {}", row.reproduce));
     }
-    reproduced.gone.iter().for_each(|name| out::say(format_args!("{name}: has a reference and is not shipped")));
+    reproduced.gone.iter().for_each(|name| out::show(format_args!("{name}: has a reference and is not shipped")));
     let Reproduced { runs, same, same_decisions, architecture, seed, .. } = reproduced;
-    out::say(format_args!(
+    out::show(format_args!(
         "{runs} runs, seed {seed}, {architecture}: {same} with the same log, {same_decisions} with the same decisions in another log, {} otherwise",
         reproduced.otherwise.len()
     ));
+    let differing = reproduced.otherwise.first().map(|row| context.own_command(&row.reproduce));
+    let first =
+        differing.unwrap_or_else(|| context.command(["evaluate", "--quick", "--out", &context.free_folder("quick")]));
+    let text = match reproduced.otherwise.len() + reproduced.gone.len() {
+        0 => "every run as committed".to_owned(),
+        n => format!("UNEXPECTED {n}"),
+    };
+    Closing::new(context).part(text).part(format!("{runs} runs")).print([first, context.command(["scenario", "list"])]);
 }

@@ -5,9 +5,10 @@ use std::path::Path;
 use evidence::trial::{Outcome, Trial};
 use results::mode::Mode;
 use results::report::{AcceptedRate, Reference, ReferenceRow, latency_table, reference_table, scenario_line};
+use runner::closing::{Closing, Ended};
 use runner::failure::{Exit, Failure};
 use runner::plan::Planned;
-use runner::{Context, batch, out};
+use runner::{Context, batch, out, own_arguments};
 
 use super::Args;
 use super::parts::{FIRST, Part, QUICK_TRIALS};
@@ -66,25 +67,25 @@ pub(super) fn finish(context: &Context, args: &Args, dir: &Path, judged: &[Judge
     out::write_text(dir, TABLE, &table)?;
     let exceptions = [accepted_lines(judged), unexpected_lines(judged), spoilt_lines(judged)].concat();
     if context.json {
-        exceptions.iter().for_each(|line| link::note!("{line}"));
+        exceptions.iter().for_each(out::note);
         out::print_json("reference", &reference)?;
         return Ok(exit(judged));
     }
     if args.table {
-        out::say(format_args!("\n{}", table.trim_end()));
+        out::show(format_args!("\n{}", table.trim_end()));
     }
     out::say(format_args!(""));
-    exceptions.iter().for_each(|line| out::say(format_args!("{line}")));
-    out::say(format_args!("{}{}", paper_lines(&reference), paper_table(&reference)));
+    exceptions.iter().for_each(out::show);
+    out::show(format_args!("{}{}", paper_lines(&reference), paper_table(&reference)));
     out::say(format_args!("{}{}", quick_line(args), totals(context, judged)));
-    out::say(format_args!(
-        "the whole table is in {}, the result in {RESULT} beside it; `holdsafe report {}` makes a page of it",
-        dir.join(TABLE).display(),
-        dir.display()
-    ));
-    if let Some(line) = repeat_line(judged) {
-        out::say(format_args!("{line}"));
-    }
+    out::say(format_args!("the whole table is in {}, the result in {RESULT} beside it", dir.join(TABLE).display()));
+    let repeat = repeat_line(judged);
+    repeat.iter().for_each(out::show);
+    let odd = |judged: &Judged| Some(context.own_command(&judged.unexpected.as_ref()?.reproduce));
+    let again = repeat.map(|_| context.own_command(&own_arguments(&[])));
+    let other = judged.iter().find_map(odd).or(again).unwrap_or_else(|| context.citation_of(dir));
+    let ended: Vec<Ended> = judged.iter().map(|judged| Ended::from(&judged.row)).collect();
+    Closing::new(context).ended("rows", &ended).print([context.report_of(dir), other]);
     Ok(exit(judged))
 }
 
@@ -212,8 +213,9 @@ mod tests {
     fn row(trials: &[Trial]) -> Judged {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (parallel::progress::Talk::Quiet, parallel::progress::Stop::default());
-        let (json, seed, seed_is_named, shipped) = (false, 1, false, Shipped::default());
-        let context = Context { json, seed, seed_is_named, talk, root: Some(root), stop, program: "", shipped };
+        let (json, seed, seed_is_named, shipped, started_us) = (false, 1, false, Shipped::default(), 0);
+        let context =
+            Context { json, seed, seed_is_named, talk, root: Some(root), stop, started_us, program: "", shipped };
         let file = plan::file_of(&context, "loss").unwrap();
         let (scenario, simulated) = plan::plan(&context, &file, &PlanOptions::default()).unwrap();
         let part = Part { scenario, platform: None, simulated, live: Vec::new() };

@@ -4,11 +4,12 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use evidence::trial::Trial;
+use evidence::trial::{Outcome, Trial};
 use parallel::progress::{Progress, Talk};
 use results::mode::Mode;
-use results::report::{Apart, InWorlds, WorldsRow, worlds_table};
+use results::report::{Apart, InWorlds, Tally, WorldsRow, worlds_table};
 use runner::batch::{self, Batch};
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::plan::{self, Chosen, PlanOptions, Planned, Worlds, in_worlds};
 use runner::trial_store::TrialStore;
@@ -86,7 +87,7 @@ pub(super) fn run(context: &Context, requested: &Asked<'_>, out: Option<&Path>) 
     if context.json {
         out::print_json("worlds", &result)?;
     } else {
-        show(&result, &dir);
+        show(context, &result, &dir);
     }
     // What does not hold in worlds is the result, no failure of the command.
     Ok(if result.rows.is_empty() { Exit::NoEvidence } else { Exit::Fine })
@@ -206,8 +207,8 @@ impl Evaluation<'_> {
     }
 }
 
-fn show(result: &InWorlds, dir: &Path) {
-    out::say(format_args!("{}", worlds_table(result).trim_end()));
+fn show(context: &Context, result: &InWorlds, dir: &Path) {
+    out::show(worlds_table(result).trim_end());
     for line in result.rows.iter().filter_map(|row| row.reproduce.as_ref()) {
         out::say(format_args!("otherwise: {line}"));
     }
@@ -215,6 +216,12 @@ fn show(result: &InWorlds, dir: &Path) {
         out::say(format_args!("in its own scene only: {}: {}", apart.scenario, apart.why));
     }
     let n = result.worlds as usize * result.families.len();
-    out::say(format_args!("{}, each in {n} worlds", result.count()));
+    out::say(format_args!("each in {n} worlds"));
     out::say(format_args!("the table is in {}, the result in {RESULT} beside it", dir.join(TABLE).display()));
+    let unsafe_in = |tally: &Tally| tally.outcomes.get(&Outcome::Unsafe).copied().unwrap_or(0);
+    let worse: u64 = result.rows.iter().map(|row| unsafe_in(&row.own) + unsafe_in(&row.drawn)).sum();
+    let otherwise = result.rows.iter().find_map(|row| row.reproduce.as_ref());
+    let first = otherwise.map_or_else(|| context.command(["scenario", "list"]), |line| context.own_command(line));
+    let closing = Closing::new(context).part(result.count()).part(format!("UNSAFE {worse}"));
+    closing.print([first, context.citation_of(dir)]);
 }

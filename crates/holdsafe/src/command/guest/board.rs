@@ -10,6 +10,7 @@ use ::board::{Board, ProgramIdentity, ShownBoard};
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
 use runner::batch::reasons;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::{Context, leaderboard, out};
 use serde::Serialize;
@@ -106,9 +107,15 @@ fn write(context: &Context, file: &Path, board: &Board, added: usize) -> Result<
     if context.json {
         out::print_json("board-add", &AddedObject { schema_version: SCHEMA_VERSION, added, rows })?;
     } else {
-        out::say(format_args!("{}: {added} rows added, {rows} in all", file.display()));
+        let closing = Closing::new(context).part(format!("{}: {added} rows added, {rows} in all", file.display()));
+        closing.print([board_command(context, "show", file), board_command(context, "verify", file)]);
     }
     Ok(Exit::Fine)
+}
+
+/// A command about this leaderboard.
+fn board_command(context: &Context, verb: &str, file: &Path) -> String {
+    context.command(["guest", "board", verb, &file.to_string_lossy()])
 }
 
 fn show(context: &Context, file: &Path) -> Result<Exit, Failure> {
@@ -124,7 +131,7 @@ fn show(context: &Context, file: &Path) -> Result<Exit, Failure> {
 /// Reports the first trial in which the guest failed.
 fn note_failure(title: &str, trials: &[Trial]) {
     if let Some(trial) = trials.iter().find(|trial| trial.outcome == Outcome::GuestFailed) {
-        link::note!("{title}: the guest failed in the trial of seed {}{}", trial.seed, reasons(trial));
+        out::note(format_args!("{title}: the guest failed in the trial of seed {}{}", trial.seed, reasons(trial)));
     }
 }
 

@@ -10,6 +10,7 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Comparison, ComparisonRow, comparison_table};
 use runner::batch::Batch;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::guest_options::{self, LoadedGuest};
 use runner::plan::{PlanOptions, Planned};
@@ -50,6 +51,7 @@ pub(in crate::command) struct Args {
 /// One guest in one conduct with its variations.
 struct Part {
     guest: String,
+    file: PathBuf,
     conduct: Conduct,
     planned: Vec<Planned>,
 }
@@ -85,9 +87,31 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("guests", &comparison)?;
     } else {
-        out::say(format_args!("{}", comparison_table(&comparison)));
+        out::show(comparison_table(&comparison));
     }
+    close(context, args, &parts, &comparison);
     Ok(Exit::Fine)
+}
+
+/// Summary, and the first attack that harmed a guest, to be run with a recording.
+fn close(context: &Context, args: &Args, parts: &[Part], comparison: &Comparison) {
+    let of = |conduct: Conduct| {
+        let totals = comparison.totals.iter().filter(|total| total.conduct == conduct.name());
+        let (harmed, all) = totals.fold((0, 0), |(harmed, all), one| (harmed + one.harmed, all + one.variations));
+        format!("{} harmed in {harmed} of {all}", conduct.name())
+    };
+    let harmful = comparison.rows.iter().find(|row| row.harmful.hits > 0).or(comparison.rows.first());
+    let part = harmful.and_then(|row| Some((row, parts.iter().find(|part| part.guest == row.guest)?)));
+    let Some((row, part)) = part else { return };
+    let file = part.file.to_string_lossy();
+    let folder = context.free_folder(&row.scenario);
+    let mut run = vec!["run", &row.scenario, "--trials", "1", "--autonomy", &file, "--out", &folder];
+    run.extend((row.conduct == Conduct::Bare.name()).then_some("--bare"));
+    run.extend(args.live.then_some("--live"));
+    run.extend(row.cell.iter().flat_map(|cell| ["--cell", cell]));
+    run.extend(args.platform.iter().flat_map(|platform| ["--platform", platform]));
+    let closing = Closing::new(context).part(of(Conduct::Bare)).part(of(Conduct::Guarded));
+    closing.print([context.command(run), context.command(["guest", "check", &file])]);
 }
 
 fn row(part: &Part, planned: &Planned, trials: &[Trial]) -> ComparisonRow {
@@ -131,7 +155,7 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
             for scenario in &scenarios {
                 planned.extend(plan::of_scenario(context, scenario, &wanted)?);
             }
-            parts.push(Part { guest: name, conduct, planned });
+            parts.push(Part { guest: name, file: file.clone(), conduct, planned });
         }
     }
     Ok(parts)

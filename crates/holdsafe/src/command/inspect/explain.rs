@@ -80,7 +80,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Ok(exit);
     }
     for explanation in &explanations {
-        out::say(format_args!("{}", if args.diagram { diagram(explanation) } else { explained(explanation) }));
+        if args.diagram {
+            out::say(format_args!("{}", diagram(explanation)))
+        } else {
+            out::show(explained(explanation))
+        }
     }
     not.iter().for_each(|error| out::say(format_args!("{}", kept_out(error))));
     Ok(exit)

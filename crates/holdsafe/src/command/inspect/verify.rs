@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
+use evidence::trial::Outcome;
 use recording::find::find_one_run;
 use recording::verdict::recorded_class;
 use recording::verify::{VerifiedRun, verify_run};
 use recording::{RecordingError, RunFolder};
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::{Context, claims, out};
 use serde::Serialize;
@@ -50,6 +52,22 @@ fn unverified(run: &RunFolder, error: RecordingError) -> Failure {
     error.into()
 }
 
+/// Summary, and what the run shows or, of one that is no evidence, what is left in it.
+fn close(context: &Context, args: &Args, (holds, valid): (bool, bool), outcome: Option<Outcome>) {
+    let text = match (holds, valid) {
+        (true, true) => "the evidence holds",
+        (true, false) => "the evidence holds, of a trial that shows nothing",
+        (false, _) => "INVALID: the evidence does not hold",
+    };
+    let run = args.run.to_string_lossy();
+    let verb = |words: &[&'static str]| {
+        let unverified = (!valid).then_some("--unverified");
+        context.command(words.iter().copied().chain([run.as_ref()]).chain(unverified))
+    };
+    let class = outcome.map(|outcome| format!("ended {}", outcome.name())).unwrap_or_default();
+    Closing::new(context).part(text).part(class).print([verb(&["inspect", "explain", "--all"]), verb(&["report"])]);
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = find_one_run(&args.run)?;
     let mut verified = verify_run(&run).map_err(|error| unverified(&run, error))?;
@@ -64,28 +82,28 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let valid = holds && ended.is_none();
     if !context.json {
         if let Some(reason) = ended.as_ref().filter(|_| holds) {
-            out::say(format_args!("INVALID: {}: {reason}", args.run.display()));
+            out::show(format_args!("INVALID: {}: {reason}", args.run.display()));
         }
         if !holds {
             let reason = verified.findings.first().map_or("TRUNCATED: no closing seal", String::as_str);
-            out::say(format_args!("INVALID: {}: {reason}", args.run.display()));
+            out::show(format_args!("INVALID: {}: {reason}", args.run.display()));
         }
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
         let (events, head, heads) = (verified.events, &verified.head, verified.heads);
-        out::say(format_args!("{events} events, head {head}, {heads} heads held outside the recorder, {closed}"));
+        out::show(format_args!(
+            "{events} events, {heads} heads held outside the recorder, {closed}; the last head:\n  {head}"
+        ));
         let (files, sha256) = (verified.files, &verified.anchors_sha256);
-        out::say(format_args!("{files} files compared to the last byte, held.json has SHA-256 {sha256}"));
+        out::say(format_args!(
+            "{files} files compared to the last byte; SHA-256 of held.json, to be noted:\n  {sha256}"
+        ));
         for open in &verified.uncovered {
             out::say(format_args!("not covered: {open}"));
         }
         for finding in &verified.findings {
             out::say(format_args!("{finding}"));
         }
-        match (holds, valid) {
-            (true, true) => out::say(format_args!("the evidence holds")),
-            (true, false) => out::say(format_args!("the evidence holds, of a trial that shows nothing")),
-            (false, _) => {}
-        }
+        close(context, args, (holds, valid), outcome);
     } else {
         out::print_json("verify", &VerifyObject { schema_version: SCHEMA_VERSION, holds, valid, ended, verified })?;
     }

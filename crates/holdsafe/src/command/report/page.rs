@@ -11,6 +11,7 @@ use recording::{Checked, RecordedLog, RunFolder};
 use report::reader::{FoundResult, MAX_FILE_BYTES, Manifest, Results};
 use report::{Dossier, Recording};
 use results::summary;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::recorded::note_assumptions;
 use runner::{Context, checked, out, plan, protected};
@@ -117,7 +118,20 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     } else {
         written.files.iter().for_each(|file| out::say(format_args!("{file}")));
     }
+    close(context, args, &read, written.files.len());
     Ok(args.unverified.exit(&read, Exit::Fine))
+}
+
+/// Summary, and the evidence behind the page.
+fn close(context: &Context, args: &Args, read: &[&Checked], files: usize) {
+    let given = args.given.first().map(|path| path.to_string_lossy()).unwrap_or_default();
+    let run = read.iter().find(|run| run.invalid().is_some()).or(read.first());
+    let first = run.map_or_else(
+        || context.command(["report", &given, "--junit", "junit.xml"]),
+        |run| context.command(["inspect", "verify", &run.path().to_string_lossy()]),
+    );
+    let closing = Closing::new(context).part(format!("files written: {files}")).checked(read, read.len());
+    closing.print([first, context.command(["report", &given, "--figures", "figures"])]);
 }
 
 /// Writes the page over the results and recordings in the folder `dir` into it; gives its path.

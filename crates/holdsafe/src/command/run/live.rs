@@ -1,12 +1,15 @@
 //! `holdsafe run --live --watch SCENARIO`: one live run, with the operator's view as text.
 
+use std::path::Path;
+
 use link::clock::trace_us;
 use results::mode::Mode;
+use runner::closing::Closing;
 use runner::engine::View;
 use runner::failure::{Exit, Failure};
 use runner::plan::PlanOptions;
 use runner::retry::retried;
-use runner::{Context, batch, engine, out, plan};
+use runner::{Context, batch, engine, out, own_arguments, plan};
 use scenario::Hosts;
 use wire::person::Role;
 
@@ -89,8 +92,20 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("trial", &trial)?;
     } else {
-        out::say(format_args!("{}", trial.outcome.name()));
+        out::show(trial.outcome.name());
         trial.held.iter().for_each(|held| out::say(format_args!("held.json has SHA-256 {held}")));
     }
-    Ok(batch::judge(Mode::Live, &planned, &[trial]))
+    let trials = [trial];
+    let exit = batch::judge(Mode::Live, &planned, &trials);
+    let recording = args.out.clone().filter(|_| trials[0].held.is_some());
+    let next = match &recording {
+        Some(folder) => [context.see_why(trials[0].outcome, folder), context.report_of(folder)],
+        None => {
+            let folder = context.free_folder(name);
+            [context.own_command(&own_arguments(&["--out", &folder])), context.report_of(Path::new(&folder))]
+        }
+    };
+    let closing = Closing::new(context).ended("cells", &batch::ended(&planned, &trials));
+    closing.verified(&Vec::from_iter(recording))?.print(next);
+    Ok(exit)
 }

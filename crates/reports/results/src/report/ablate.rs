@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use stats::paired::{Paired, holm};
 use stats::{LEVEL, rate_upper};
 
+use super::layout::folded;
 use super::run::Summary;
 use super::table::{outcomes, percent};
 use crate::report::new_table;
@@ -246,13 +247,14 @@ pub fn ablation_table(ablation: &Ablation) -> String {
     }
     let Defects { n, found, survivors } = &ablation.defects;
     let survivors = if survivors.is_empty() { "none".to_owned() } else { survivors.join(", ") };
-    text + &format!(
+    text.push_str(&format!(
         "seed {}, {} attacks, {} pairs each ({} where nothing differed in them), {} comparisons.\n\
          Worse is, in this order: NOMINAL, REJECTED, DEGRADED, HOLD_SAFE, FALSE_TRIP or STUCK, UNDETECTED, LATE, \
          UNSAFE; an attack gets through when it ends worse than all that was expected of it.\n\
          Quiet hours: with and without the check. Seeded defects (N2): {found} of {n} noticed; survivors: {survivors}\n",
         ablation.seed, ablation.attacks, ablation.trials, ablation.screened, ablation.comparisons,
-    )
+    ));
+    folded(&text)
 }
 
 fn row(check: &CheckRow) -> Vec<String> {

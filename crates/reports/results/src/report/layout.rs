@@ -91,7 +91,7 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        to.write_str(&self.fitted(terminal().unwrap_or(WIDTH)))
+        to.write_str(&self.fitted(width()))
     }
 }
 
@@ -100,6 +100,11 @@ pub(super) fn folded(text: &str) -> String {
     let Some(width) = terminal() else { return text.to_owned() };
     let fold = |line: &str| if size(line) > width { wrapped(line, width).join("\n") } else { line.to_owned() };
     text.split('\n').map(fold).collect::<Vec<_>>().join("\n")
+}
+
+/// Columns of text for a person: those of the terminal, else of a page.
+pub fn width() -> usize {
+    terminal().unwrap_or(WIDTH)
 }
 
 /// A text behind its name, in lines of the terminal's width below each other; in one line where stdout is no terminal.

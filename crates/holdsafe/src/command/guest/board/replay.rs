@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use ::board::{BoardRow, Replay, ReplayVerdict};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::leaderboard::{self, PlannedRow, Wanted};
 use runner::{Context, out, plan};
 use scenario::world::Family;
 use serde::Serialize;
 
-use super::{note_failure, program};
+use super::{board_command, note_failure, program};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::command) struct Args {
@@ -69,7 +70,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json("board-replay", &object)?;
     } else {
-        print_result(&object);
+        print_result(context, &args.file, &object);
     }
     Ok(exit)
 }
@@ -153,25 +154,25 @@ fn remarks(row: &BoardRow, local: &BoardRow) -> Vec<String> {
     remarks
 }
 
-fn print_result(object: &ReplayObject) {
+fn print_result(context: &Context, file: &Path, object: &ReplayObject) {
     let ReplayObject { row, title, remarks, replay, .. } = object;
-    out::say(format_args!("row {row}: {title}"));
-    remarks.iter().for_each(|remark| out::say(format_args!("remark: {remark}")));
+    out::show(format_args!("row {row}: {title}"));
+    remarks.iter().for_each(|remark| out::show(format_args!("remark: {remark}")));
     for pair in &replay.classes {
         let (class, stated, got) = (pair.class.name(), pair.stated.hits, pair.got.hits);
-        out::say(format_args!("{class}: {stated} in the row, {got} here"));
+        out::show(format_args!("{class}: {stated} in the row, {got} here"));
     }
     for differing in &replay.differing {
         let (stated, got) = (differing.stated.name(), differing.got.name());
-        out::say(format_args!("seed {}: {stated} in the row, {got} here, with another log", differing.seed));
+        out::show(format_args!("seed {}: {stated} in the row, {got} here, with another log", differing.seed));
     }
     let verdict = match replay.verdict {
         ReplayVerdict::Reproduced => "reproduced",
         ReplayVerdict::WithinInterval => "not repeatable; the 95 % intervals of each class meet",
         ReplayVerdict::Differs => "differs",
     };
-    out::say(format_args!(
-        "{} of {} trials run, {} with the row's log: {verdict}",
-        replay.trials, replay.of, replay.same_logs
-    ));
+    let text =
+        format!("{} of {} trials run, {} with the row's log: {verdict}", replay.trials, replay.of, replay.same_logs);
+    let next = ["show", "verify"].map(|verb| board_command(context, verb, file));
+    Closing::new(context).part(text).print(next);
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use ::board::{Board, Finding, public_key};
 use evidence::SCHEMA_VERSION;
+use runner::closing::Closing;
 use runner::failure::{Exit, Failure};
 use runner::{Context, leaderboard, out};
 use serde::Serialize;
@@ -55,7 +56,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         out::print_json("board-verify", &object)?;
     } else {
         for finding in &findings {
-            out::say(format_args!("INVALID: {finding}"));
+            out::show(format_args!("INVALID: {finding}"));
         }
         for ContributorObject { key, names, rows } in &contributors {
             // The text of a row that does not hold may be of any characters.
@@ -63,8 +64,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                 if holds { (key.clone(), names.join(", ")) } else { (format!("{key:?}"), format!("{names:?}")) };
             out::say(format_args!("{key} {names}: {rows} rows"));
         }
-        let verdict = if holds { "every row holds" } else { "not every row holds" };
-        out::say(format_args!("{} rows: {verdict}", board.rows().len()));
+        let (rows, file) = (board.rows().len(), args.file.to_string_lossy());
+        let verb = |words: &[&str]| context.command(["guest", "board"].into_iter().chain(words.iter().copied()));
+        let text = match holds {
+            true => format!("{rows} rows: every row holds"),
+            false => format!("{rows} rows: not every row holds · INVALID {}", findings.len()),
+        };
+        Closing::new(context).part(text).print(match holds {
+            true => [verb(&["show", &file]), verb(&["replay", &file, "--row", "1"])],
+            false => [verb(&["verify", &file, "--json"]), verb(&["verify", "--help"])],
+        });
     }
     Ok(if holds { Exit::Fine } else { Exit::NoEvidence })
 }
