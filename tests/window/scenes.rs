@@ -217,8 +217,7 @@ pub(crate) fn crowd() -> Yard {
 
 /// Eight units: one is lost, one holds, one is degraded, the rest go on.
 pub(crate) fn eight() -> Yard {
-    let units = ["a", "b", "c", "d", "e", "f", "g", "h"]
-        .map(|letter| UnitId::from_name(&format!("unit-{letter}")).expect("a unit"));
+    let units: Vec<UnitId> = UnitId::all().take(8).collect();
     let mut yard = Yard::with_role(&units, Policy::default(), Role::Supervise);
     for (at, actor) in yard.actors.iter_mut().enumerate() {
         actor.tracks.truncate(usize::from(at % 2 == 0));

@@ -219,7 +219,7 @@ impl Tiling {
         let root = match preset {
             Preset::Operate => {
                 let happened = tiles.insert_tab_tile(vec![alarms, history, refusals]);
-                let left = split_vertical(&mut tiles, map, happened, 0.7);
+                let left = split_vertical(&mut tiles, map, happened, 0.66);
                 let reasons = tiles.insert_tab_tile(vec![why, tracks, video]);
                 let right = split_vertical(&mut tiles, plots, reasons, 0.6);
                 split_horizontal(&mut tiles, left, right, BESIDE_PLOTS)

@@ -45,6 +45,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     let whole = view_state.whole_run;
     let from = if whole { start(shown, unit) } else { -in_seconds(CLOSE) };
     let changes = changes(shown, unit, whole, from);
+    ui.spacing_mut().item_spacing.y = 0.0;
     let room = (ui.available_height() - AXIS).max(HEIGHTS[0]);
     let most = ((room / HEIGHTS[0]).floor() as usize).clamp(1, all.len());
     let height = (room / most as f32).min(HEIGHTS[1]);
@@ -54,7 +55,6 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
         return axis(ui, from, &changes);
     }
     ScrollArea::vertical().max_height(most as f32 * height).auto_shrink([false, false]).show(ui, |ui| {
-        ui.spacing_mut().item_spacing.y = 0.0;
         all.iter().for_each(|series| row(ui, shown, unit, *series, (from, height, whole), &changes));
     });
     axis(ui, from, &changes);
