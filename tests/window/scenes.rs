@@ -223,6 +223,7 @@ pub(crate) fn eight() -> Yard {
         actor.tracks.truncate(usize::from(at % 2 == 0));
         (actor.mode, actor.cause) = if at == 7 { (Mode::Idle, Cause::Start) } else { (Mode::Ready, Cause::Operator) };
     }
+    yard.actor(units[7]).speed_mm_s = 0;
     yard.run(Span::s(12));
     let d = yard.actor(units[3]);
     (d.mode, d.cause, d.failing) =

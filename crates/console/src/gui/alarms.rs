@@ -53,9 +53,8 @@ pub(super) struct AlarmView {
     pub(super) bell: bool,
 }
 
-/// How many alarms there were, for the pane's title.
-#[expect(dead_code, reason = "the layout's titles are to show it")]
-pub(super) fn rate(shown: &Shown) -> String {
+/// How many alarms there were.
+fn rate(shown: &Shown) -> String {
     let flood = if shown.alarm_flood { "FLOOD · " } else { "" };
     format!("{flood}{} in this hour · limit {LIMIT_AN_HOUR}", shown.alarms_in_hour)
 }
@@ -307,7 +306,7 @@ fn shelf(ui: &mut Ui, view: &mut AlarmView, group: &ShownGroup, wishes: &mut Vec
 fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>) {
     let dead = command::dead(shown);
     ui.add_space(4.0);
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal(|ui| {
         let open: Vec<&ShownGroup> = shown.alarms.iter().filter(|group| group.open()).collect();
         let none = open.is_empty().then_some("every alarm is acknowledged");
         if named(ui, dead.or(none), body("Acknowledge all"), "Acknowledge all").clicked() {
@@ -328,9 +327,9 @@ fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>
         if named(ui, nothing, button, &text).clicked() {
             view.shelved = !view.shelved;
         }
-        if !view.bell {
-            ui.label(RichText::new("no bell here: alarms are drawn only").size(SMALL).weak());
-        }
+        let bell = if view.bell { "" } else { " · no bell here" };
+        let text = format!("{}{bell}", rate(shown));
+        ui.add(Label::new(RichText::new(text).size(SMALL).weak()).truncate());
     });
 }
 

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use config::suite::Suite;
 use eframe::egui::{Align, Button, Label, Layout, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
+use wire::event::Freshness;
 use wire::id::{TrackId, UnitId};
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
@@ -13,7 +14,7 @@ use super::keys;
 use super::marks::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::view_state::ViewState;
-use super::words::{metres, origin, seconds};
+use super::words::{at_most, metres, origin, seconds};
 use super::{Wish, command, map};
 use crate::act::{Act, Alarm};
 use crate::age::Labelled;
@@ -56,18 +57,16 @@ impl Row<'_> {
 }
 
 /// Age and freshness stand right behind the name, so that a narrow pane cuts off neither.
-const HEADS: [(&str, Option<Sort>); 8] = [
+const HEADS: [(&str, Option<Sort>); 6] = [
     ("track", Some(Sort::Number)),
     ("class", None),
     ("age", Some(Sort::Age)),
-    ("freshness", None),
-    ("origin", None),
-    ("conf", Some(Sort::Confidence)),
-    ("east north m", None),
+    ("confidence", Some(Sort::Confidence)),
+    ("away", None),
     ("sensors", None),
 ];
 /// Widths of all columns but the last, points.
-const WIDTHS: [f32; 7] = [54.0, 62.0, 56.0, 72.0, 82.0, 36.0, 98.0];
+const WIDTHS: [f32; 5] = [64.0, 78.0, 136.0, 92.0, 64.0];
 
 /// The table, which scrolls sideways where it does not fit. A click on a row looks at its track.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
@@ -106,7 +105,9 @@ fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Ve
             let response = row.response();
             let (unit, track) = row_of.id();
             let (_, _, word) = word_of(row_of);
-            let text = format!("TRACK {unit} {} {} {word} {}", track.0, class(row_of), seconds(row_of.track.age()));
+            let (_, origin) = origin(row_of.unit.origin);
+            let age = seconds(row_of.track.age());
+            let text = format!("TRACK {unit} {} {} {word} {age}, origin {origin}", track.0, class(row_of));
             response.widget_info(|| WidgetInfo::labeled(Role::Row, true, &text));
             if chosen || response.clicked() {
                 view_state.look_at(unit, track);
@@ -162,26 +163,26 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
     let text = |row: &mut TableRow<'_, '_>, text: String| {
         row.col(|ui| {
             let color = ink(ui);
-            ui.add(Label::new(RichText::new(text).monospace().color(color)).truncate());
+            ui.add(Label::new(RichText::new(text).color(color)).truncate());
         });
     };
     let mut chosen = false;
     row.col(|ui| {
         let name = format!("{} {}", of.unit.unit.name().trim_start_matches("unit-"), track.id.0);
-        let name = Button::new(RichText::new(name).monospace().color(ink(ui))).frame(false).min_size([0.0, 0.0].into());
+        let name = Button::new(RichText::new(name).color(ink(ui))).frame(false).min_size([0.0, 0.0].into());
         let button = ui.add(name);
         let line = format!("choose track {} {}", of.unit.unit, track.id.0);
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &line));
         chosen = button.clicked();
     });
     text(row, class(of).to_owned());
-    text(row, seconds(of.track.age()));
     row.col(|ui| {
         marks::shape(ui, shape, tone, word);
         match of.lost {
             Some(act) => {
                 let line = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
-                let button = Button::new(RichText::new("LOST").color(tone.color(Palette::current(ui)))).small();
+                let age = format!("lost {}", seconds(of.track.age()));
+                let button = Button::new(RichText::new(age).small().color(Palette::current(ui).weak)).small();
                 let button = command::able(ui, dead, button).on_hover_text(&line);
                 let enabled = dead.is_none() && ui.is_enabled();
                 button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &line));
@@ -190,23 +191,26 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
                 }
             }
             None => {
-                ui.label(RichText::new(word).color(tone.color(Palette::current(ui))));
+                let color = if tone > Tone::Normal { tone.color(Palette::current(ui)) } else { ink(ui) };
+                let fresh = of.track.freshness() == Freshness::Fresh;
+                let age = at_most(of.track.age());
+                let words = if fresh { age } else { format!("{word} {age}") };
+                ui.add(Label::new(RichText::new(words).color(color)).truncate());
             }
         }
     });
     row.col(|ui| {
-        let (tone, words) = origin(of.unit.origin);
-        ui.add(Label::new(RichText::new(words).color(tone.color(Palette::current(ui)))).truncate());
-    });
-    row.col(|ui| {
         let color = if unsure { Palette::current(ui).weak } else { ink(ui) };
         let confidence = format!("{:.2}", f64::from(track.confidence) / 1000.0);
-        ui.add(Label::new(RichText::new(confidence).monospace().color(color)).truncate());
+        ui.add(Label::new(RichText::new(confidence).color(color)).truncate());
     });
-    text(row, format!("{:>6.1} {:>6.1}", metres(track.x_mm), metres(track.y_mm)));
+    let pose = of.unit.pose.get().0;
+    let away = libm::hypot(metres(track.x_mm) - metres(pose.x_mm), metres(track.y_mm) - metres(pose.y_mm));
+    text(row, format!("{away:.0} m"));
     row.col(|ui| {
         let (letters, names) = sensors(of.unit.state.get().0.suite(), track);
-        ui.label(RichText::new(letters).monospace().color(ink(ui))).on_hover_text(names);
+        let place = format!("{names}; {:.1} m east, {:.1} m north", metres(track.x_mm), metres(track.y_mm));
+        ui.label(RichText::new(letters).monospace().color(ink(ui))).on_hover_text(place);
     });
     chosen
 }
