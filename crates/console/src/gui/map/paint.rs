@@ -186,26 +186,24 @@ pub(super) fn labels(
     left_out
 }
 
-/// The areas of symbols, which no label lies on.
+/// The areas of symbols. Passed objects are lines, which a label lies on where there is no other place.
 fn solid(things: &[Thing], obstacles: &mut Obstacles) {
     let area = obstacles.area;
-    for thing in things {
-        let mut add = |center: Pos2, half: f32| {
-            let rect = Rect::from_center_size(center, Vec2::splat(2.0 * half));
-            obstacles.solid.extend(Some(rect).filter(|rect| rect.intersects(area)));
-        };
-        if thing.is_passed() && !thing.chosen {
-            let corner = Vec2::splat(thing.half());
-            obstacles.add_path(&[thing.at - corner, thing.at + corner]);
-            continue;
-        }
-        add(thing.at, thing.half());
-        if let Of::Unit(mark) = thing.of {
-            if state(&mark).is_some() {
-                add(thing.at + STATE, 7.0);
+    let square = |center: Pos2, half: f32| Rect::from_center_size(center, Vec2::splat(2.0 * half));
+    for thing in things.iter().filter(|thing| square(thing.at, thing.outer()).intersects(area)) {
+        match thing.of {
+            Of::Track { passed: true, .. } if !thing.chosen => {
+                let corner = Vec2::splat(thing.half());
+                obstacles.add_path(&[thing.at - corner, thing.at + corner]);
             }
-            if mark.ahead.length() > thing.half() {
-                obstacles.add_path(&[thing.at, thing.at + mark.ahead]);
+            Of::Track { .. } if thing.chosen => obstacles.solid.push(square(thing.at, thing.half())),
+            Of::Track { .. } => obstacles.tracks.push(square(thing.at, thing.half())),
+            Of::Unit(mark) => {
+                obstacles.solid.push(square(thing.at, thing.half()));
+                obstacles.solid.extend(state(&mark).map(|_| square(thing.at + STATE, 7.0)));
+                if mark.ahead.length() > thing.half() {
+                    obstacles.add_path(&[thing.at, thing.at + mark.ahead]);
+                }
             }
         }
     }

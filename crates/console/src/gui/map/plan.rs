@@ -31,6 +31,11 @@ pub(super) fn step(view: &View) -> f32 {
     STEPS.into_iter().find(|step| view.long(*step) >= LEAST_STEP).unwrap_or(STEPS[STEPS.len() - 1])
 }
 
+/// The largest of the grid's steps that is at most `points` long, metres.
+pub(super) fn below(view: &View, points: f32) -> f32 {
+    STEPS.into_iter().rev().find(|step| view.long(*step) <= points).unwrap_or(STEPS[0])
+}
+
 /// Numbers of the grid's lines along an axis, in steps.
 pub(super) fn lines(view: &View, axis: usize, step: f32) -> impl Iterator<Item = i32> {
     let (low, high) = (view.place(view.rect.left_bottom()), view.place(view.rect.right_top()));
