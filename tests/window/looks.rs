@@ -154,7 +154,7 @@ fn map_layout_fills_the_window() {
     seated.run_steps(3);
     let (rect, _) = map(&seated);
     let column = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect();
-    assert!(rect.left() <= 48.0 && column.left() - rect.right() < 34.0, "{rect} beside {column}");
+    assert!(rect.left() <= 56.0 && column.left() - rect.right() < 34.0, "{rect} beside {column}");
     assert!(rect.height() > 500.0, "{rect}");
     seated.state_mut().window.layouts_mut().now().open(Pane::Tracks);
     seated.run_steps(2);

@@ -328,8 +328,14 @@ pub(crate) fn site() -> Site {
         looped: true,
         blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
         relief: Some(hills()),
-        scale_m: None,
+        ..Site::default()
     }
+}
+
+/// The yard as a region below an orbit, a kilometre for each metre.
+pub(crate) fn region() -> Site {
+    let second = |n: i32| [n as f32 * 1.6 + 4.0, n as f32 * 7.4];
+    Site { blocks: Vec::new(), relief: None, scale_m: Some(1000.0), below: (-60..=60).map(second).collect(), ..site() }
 }
 
 /// Gentle hills, as a survey found them.

@@ -65,7 +65,9 @@ impl Take {
     fn window(&self, ui: &Ui) -> ConsoleWindow {
         ui.ctx().set_theme(if self.name.contains("+light") { Theme::Light } else { Theme::Dark });
         let preset = Preset::ALL.into_iter().find(|p| self.name.contains(&format!("+{}", p.name().to_lowercase())));
-        let mut window = ConsoleWindow::new(UnitId::A, yard::site());
+        let orbits = self.yard.shown().units.iter().any(|unit| unit.state.get().0.contact.is_some());
+        let site = if orbits { yard::region() } else { yard::site() };
+        let mut window = ConsoleWindow::new(UnitId::A, site);
         window.layouts_mut().start_from(preset.unwrap_or(Preset::Operate));
         window
     }

@@ -111,7 +111,7 @@ pub(super) fn footer(
         let galley = painter.layout_no_wrap(word, FontId::proportional(SMALL), palette.weak);
         let wide = SAMPLE[0] + SAMPLE[1] + galley.size().x;
         if x + wide > end {
-            break;
+            continue;
         }
         paint_sample(&painter, sample, pos2(x, row.center().y), color);
         let at = pos2(x + SAMPLE[0] + SAMPLE[1], row.center().y - galley.size().y / 2.0);
@@ -128,6 +128,7 @@ fn entries(palette: &Palette, site: &Site, shown: &Shown, contours: Option<f32>)
         (true, Sample::North, palette.text, "north up".to_owned()),
         (fenced, Sample::Dashes, palette.text, "fence".to_owned()),
         (fenced, Sample::Dots, palette.text, "stops before".to_owned()),
+        (!site.below.is_empty(), Sample::Dashes, palette.quiet, "ground track, computed".to_owned()),
         (!site.route.is_empty(), Sample::Line(1.4), palette.quiet, "route".to_owned()),
         (true, Sample::Circle, palette.text, format!("possible place, {}/s", words::distance(site, fastest(shown)))),
         (true, Sample::Sign(Shape::Cross), palette.weak, "out of view".to_owned()),

@@ -21,6 +21,8 @@ const CIRCLE_LOST: f32 = 0.25;
 /// A track's symbol, points: at no and at full confidence; and the opacity of the first.
 const SYMBOLS: [f32; 2] = [6.0, 12.0];
 const PALEST: f32 = 0.3;
+/// Mark of an object that its unit no longer reports, points.
+const PASSED: f32 = 9.0;
 /// Opacity of an extent.
 pub(super) const EXTENT: f32 = 0.22;
 /// Number of circles beyond which circles of tracks would hide the map: then the chosen track and the units keep
@@ -82,9 +84,11 @@ fn symbol(painter: &Painter, palette: &Palette, thing: &Thing) {
         Of::Track { .. } => {
             let [least, most] = SYMBOLS;
             let strength = PALEST + (1.0 - PALEST) * thing.sure;
-            let size = if thing.is_passed() { most } else { least + (most - least) * thing.sure };
-            let strength = if thing.is_passed() { 1.0 } else { strength };
-            thing.shape.draw(painter, thing.at, size, color.gamma_multiply(strength));
+            let size = least + (most - least) * thing.sure;
+            match thing.is_passed() {
+                true => thing.shape.draw(painter, thing.at, PASSED, palette.quiet),
+                false => thing.shape.draw(painter, thing.at, size, color.gamma_multiply(strength)),
+            }
             if thing.chosen {
                 let square = Rect::from_center_size(thing.at, Vec2::splat(2.0 * thing.half() - 4.0));
                 painter.rect_stroke(square, 0.0, chosen, StrokeKind::Inside);
