@@ -159,6 +159,7 @@ impl Yard {
     fn report(&mut self, at: usize) {
         let now = self.bench.now;
         let actor = &mut self.actors[at];
+        actor.drive();
         if !actor.heard {
             return;
         }
@@ -250,14 +251,18 @@ impl Actor {
         }
     }
 
-    fn report(&mut self, stamp: u64) -> Report {
-        self.sequence += 1;
+    /// Moves on by one period, heard or not.
+    fn drive(&mut self) {
         let step = self.speed_mm_s / 10;
         let yaw = f64::from(self.pose.yaw_mrad) / 1000.0;
         self.pose.x_mm += (f64::from(step) * libm::cos(yaw)) as i32;
         self.pose.y_mm += (f64::from(step) * libm::sin(yaw)) as i32;
         let turned = f64::from(self.pose.yaw_mrad + self.turn_mrad) / 1000.0;
         self.pose.yaw_mrad = (libm::atan2(libm::sin(turned), libm::cos(turned)) * 1000.0) as i16;
+    }
+
+    fn report(&mut self, stamp: u64) -> Report {
+        self.sequence += 1;
         Report {
             mode: self.mode,
             cause: self.cause,
@@ -333,8 +338,14 @@ pub(crate) fn site() -> Site {
         looped: true,
         blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
         relief: Some(hills()),
-        scale_m: None,
+        ..Site::default()
     }
+}
+
+/// The yard as a region below an orbit, a kilometre for each metre.
+pub(crate) fn region() -> Site {
+    let second = |n: i32| [n as f32 * 1.6 + 4.0, n as f32 * 7.4];
+    Site { blocks: Vec::new(), relief: None, scale_m: Some(1000.0), below: (-60..=60).map(second).collect(), ..site() }
 }
 
 /// Gentle hills, as a survey found them.

@@ -114,16 +114,10 @@ impl Take {
             tape = Some(of);
         }
         let behind = name.contains("+behind").then_some(Span::ms(3_400));
-        Self {
-            name: name.to_owned(),
-            looks: name.to_owned(),
-            yard,
-            film,
-            tape,
-            behind,
-            site: yard::site(),
-            beside: None,
-        }
+        let orbits = yard.shown().units.iter().any(|unit| unit.state.get().0.contact.is_some());
+        let site = if orbits { yard::region() } else { yard::site() };
+        let looks = name.to_owned();
+        Self { name: name.to_owned(), looks, yard, film, tape, behind, site, beside: None }
     }
 
     /// A window with the looks that the name asks for.

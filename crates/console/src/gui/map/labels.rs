@@ -1,7 +1,8 @@
 //! Placing labels: eight places at five distances around a symbol, with a leader from the second distance on.
 //!
 //! A label lies on no symbol and on no other label. It keeps off trails, routes, fences and passed objects too, unless
-//! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. What a label says
+//! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. A unit
+//! must have its label: for it further distances are tried, then leaders across tracks, then places on tracks. What a label says
 //! is left to `words`, drawing it to `paint`.
 
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
@@ -48,6 +49,19 @@ pub(super) enum Reach {
     Further,
 }
 
+/// What a label or its leader may lie on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Over {
+    /// Nothing.
+    Nothing,
+    /// A trail, a route, the fence, a passed object.
+    Lines,
+    /// These, and a leader may cross tracks.
+    Crossing,
+    /// These, and a label may lie on tracks.
+    Tracks,
+}
+
 /// The place of a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
@@ -64,8 +78,10 @@ pub(super) struct Placed {
 pub(super) struct Obstacles {
     /// The area that a label keeps within.
     pub(super) area: Rect,
-    /// Symbols and labels, which no label ever lies on.
+    /// Symbols of units, and labels, which no label ever lies on.
     pub(super) solid: Vec<Rect>,
+    /// Symbols of tracks, which only the label of a unit may lie on.
+    pub(super) tracks: Vec<Rect>,
     /// Trails, routes, fences, leaders and passed objects, which a label lies on where there is no other place.
     pub(super) lines: Vec<[Pos2; 2]>,
 }
@@ -82,15 +98,20 @@ impl Obstacles {
     pub(super) fn place(&mut self, wanted: &Wanted) -> Option<Placed> {
         let reach = wanted.half * 1.25 + 1.0;
         let all = wanted.sizes.len();
-        let (near, further): (&[f32], &[f32]) = match wanted.reach {
-            Reach::Beside => (&DISTANCES[..1], &[]),
-            Reach::Usual => (&DISTANCES, &[]),
-            Reach::Further => (&DISTANCES, &FURTHER),
+        const USUAL: [Over; 2] = [Over::Nothing, Over::Lines];
+        let ways: Vec<(&[f32], &[Over])> = match wanted.reach {
+            Reach::Beside => vec![(&DISTANCES[..1], &USUAL)],
+            Reach::Usual => vec![(&DISTANCES, &USUAL)],
+            Reach::Further => vec![
+                (&DISTANCES, &USUAL),
+                (&FURTHER, &USUAL),
+                (&DISTANCES, &[Over::Crossing, Over::Tracks]),
+                (&FURTHER, &[Over::Crossing, Over::Tracks]),
+            ],
         };
-        let ways = [(all, false), (1, false), (all, true), (1, true)];
-        let usual = ways.into_iter().map(|(lines, over)| (lines, over, near));
-        let rest = ways[1..].iter().map(|(lines, over)| (*lines, *over, further));
-        let found = usual.chain(rest).find_map(|(lines, over, distances)| {
+        let tried = ways.iter().flat_map(|(distances, overs)| overs.iter().map(move |over| (*distances, *over)));
+        let lines = |(distances, over)| [(all, distances, over), (1, distances, over)];
+        let found = tried.flat_map(lines).find_map(|(lines, distances, over): (usize, &[f32], Over)| {
             let size = extent(&wanted.sizes[..lines]);
             let mut places = distances.iter().flat_map(|far| PLACES.iter().map(move |to| (*far, *to * reach * *far)));
             places
@@ -109,7 +130,7 @@ impl Obstacles {
         offset: Vec2,
         size: Vec2,
         far: bool,
-        over: bool,
+        over: Over,
     ) -> Option<(Rect, Option<[Pos2; 2]>)> {
         let share = |along: f32| {
             if along > 0.1 {
@@ -125,13 +146,16 @@ impl Obstacles {
         let taken = rect.expand2(ROOM);
         let free = self.area.contains_rect(taken)
             && !self.solid.iter().any(|solid| solid.intersects(taken))
-            && (over || !self.lines.iter().any(|line| crosses(*line, taken)));
+            && (over >= Over::Tracks || !self.tracks.iter().any(|track| track.intersects(taken)))
+            && (over >= Over::Lines || !self.lines.iter().any(|line| crosses(*line, taken)));
         if !free {
             return None;
         }
         let leader = far.then(|| leader(wanted, rect));
-        let crossed = |solid: &&Rect| !solid.contains(wanted.at) && leader.is_some_and(|line| crosses(line, **solid));
-        if self.solid.iter().any(|solid| crossed(&solid)) { None } else { Some((rect, leader)) }
+        let crossed =
+            |symbol: &&Rect| !symbol.contains(wanted.at) && leader.is_some_and(|line| crosses(line, **symbol));
+        let tracks = self.tracks.iter().filter(|_| over < Over::Crossing);
+        if self.solid.iter().chain(tracks).any(|symbol| crossed(&symbol)) { None } else { Some((rect, leader)) }
     }
 }
 
@@ -170,7 +194,7 @@ mod tests {
 
     fn obstacles() -> Obstacles {
         let area = Rect::from_min_size(Pos2::ZERO, vec2(560.0, 420.0));
-        Obstacles { area, solid: Vec::new(), lines: Vec::new() }
+        Obstacles { area, solid: Vec::new(), tracks: Vec::new(), lines: Vec::new() }
     }
 
     fn wanted(x: f32, y: f32, lines: usize) -> Wanted {
@@ -240,6 +264,12 @@ mod tests {
         let one = wanted(280.0, 210.0, 2);
         assert_eq!(obstacles.place(&one), None);
         assert_eq!(obstacles.place(&Wanted { reach: Reach::Beside, ..one.clone() }), None);
-        assert!(obstacles.place(&Wanted { reach: Reach::Further, ..one.clone() }).is_some());
+        let must = Wanted { reach: Reach::Further, ..one };
+        assert!(obstacles.place(&must).is_some());
+        obstacles.solid.clear();
+        obstacles.tracks.push(obstacles.area);
+        assert!(obstacles.place(&must).is_some(), "on tracks, where these are everywhere");
+        obstacles.solid.push(obstacles.area);
+        assert_eq!(obstacles.place(&must), None, "never on another label");
     }
 }

@@ -25,6 +25,10 @@ const SMALL: f32 = 13.0;
 const SAMPLE: [f32; 2] = [24.0, 6.0];
 /// Distance of two entries, points.
 const ENTRIES: f32 = 16.0;
+/// Greatest length of the scale, points.
+const BAR: f32 = 72.0;
+/// Width of the row below which it says less, points.
+const NARROW: f32 = 330.0;
 /// Factors of the buttons that zoom.
 const ZOOM: [f32; 2] = [0.8, 1.25];
 
@@ -107,7 +111,7 @@ pub(super) fn footer(
         let galley = painter.layout_no_wrap(word, FontId::proportional(SMALL), palette.weak);
         let wide = SAMPLE[0] + SAMPLE[1] + galley.size().x;
         if x + wide > end {
-            break;
+            continue;
         }
         paint_sample(&painter, sample, pos2(x, row.center().y), color);
         let at = pos2(x + SAMPLE[0] + SAMPLE[1], row.center().y - galley.size().y / 2.0);
@@ -124,8 +128,9 @@ fn entries(palette: &Palette, site: &Site, shown: &Shown, contours: Option<f32>)
         (true, Sample::North, palette.text, "north up".to_owned()),
         (fenced, Sample::Dashes, palette.text, "fence".to_owned()),
         (fenced, Sample::Dots, palette.text, "stops before".to_owned()),
+        (!site.below.is_empty(), Sample::Dashes, palette.quiet, "ground track, computed".to_owned()),
         (!site.route.is_empty(), Sample::Line(1.4), palette.quiet, "route".to_owned()),
-        (true, Sample::Circle, palette.text, format!("possible place, {:.1} m/s", fastest(shown))),
+        (true, Sample::Circle, palette.text, format!("possible place, {}/s", words::distance(site, fastest(shown)))),
         (true, Sample::Sign(Shape::Cross), palette.weak, "out of view".to_owned()),
         (true, Sample::Extent, palette.trail, "extent at most".to_owned()),
         (true, Sample::Line(2.0), palette.strong, format!("ahead: {AHEAD_S:.0} s")),
@@ -154,7 +159,7 @@ fn paint_sample(painter: &Painter, sample: Sample, left: Pos2, color: Color32) {
 
 /// The scale and where north is; the place after it.
 fn scale(painter: &Painter, palette: &Palette, site: &Site, view: &View, row: Rect) -> f32 {
-    let step = plan::step(view);
+    let step = plan::below(view, BAR);
     let (stroke, y) = (Stroke::new(2.0, palette.text), row.center().y);
     let ends = [pos2(row.left() + 1.0, y), pos2(row.left() + 1.0 + view.long(step), y)];
     painter.line_segment(ends, stroke);
@@ -176,14 +181,16 @@ const BUTTONS: [(&str, f32, &str); 4] = [
 
 /// The buttons at the right end of the row; where they begin.
 fn buttons(ui: &mut Ui, view_state: &mut ViewState, view: &mut View, row: Rect) -> f32 {
-    let begin = row.right() - BUTTONS.iter().map(|(_, wide, _)| wide + 4.0).sum::<f32>() + 4.0;
+    let narrow = if row.width() < NARROW { 18.0 } else { 0.0 };
+    let begin = row.right() - BUTTONS.iter().map(|(_, wide, _)| wide + 4.0).sum::<f32>() + 4.0 + narrow;
     let mut x = begin;
     let on = view_state.follow;
     let palette = Palette::current(ui);
     for (at, (sign, wide, says)) in BUTTONS.into_iter().enumerate() {
         let follows = at == 0 && on;
+        let wide = if at == 0 { wide - narrow } else { wide };
         let place = Rect::from_min_size(pos2(x, row.top()), vec2(wide, row.height()));
-        let text = RichText::new(if follows { "Following" } else { sign }).size(SMALL);
+        let text = RichText::new(if follows && narrow == 0.0 { "Following" } else { sign }).size(SMALL);
         let text = if follows { text.color(palette.strong) } else { text };
         let edge = if follows { palette.strong } else { palette.edge };
         let button = ui.put(place, Button::new(text).stroke(Stroke::new(1.0, edge)));

@@ -111,7 +111,7 @@ fn dimension(view_state: &ViewState, site: &Site, shown: &Shown, view: &View) ->
 }
 
 fn obstacles(site: &Site, view: &View, trails: &[Trail], dimension: Option<&Dimension>) -> Obstacles {
-    let mut obstacles = Obstacles { area: view.rect, solid: Vec::new(), lines: Vec::new() };
+    let mut obstacles = Obstacles { area: view.rect, solid: Vec::new(), tracks: Vec::new(), lines: Vec::new() };
     plan::paths(site, view).iter().for_each(|path| obstacles.add_path(path));
     trails.iter().flat_map(Trail::paths).for_each(|path| obstacles.add_path(path));
     dimension.iter().for_each(|dimension| obstacles.add_path(&dimension.ends));
@@ -163,7 +163,7 @@ fn describe(
         parts.push(format!("follows {}", view_state.unit));
     }
     parts.extend(notes(left_out, false));
-    parts.push(format!("circles at {:.1} m/s", things::fastest(shown)));
+    parts.push(format!("circles at {}/s", words::distance(site, things::fastest(shown))));
     parts.push(legend::WORDS.to_owned());
     parts.join("; ")
 }

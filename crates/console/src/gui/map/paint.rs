@@ -21,6 +21,8 @@ const CIRCLE_LOST: f32 = 0.25;
 /// A track's symbol, points: at no and at full confidence; and the opacity of the first.
 const SYMBOLS: [f32; 2] = [6.0, 12.0];
 const PALEST: f32 = 0.3;
+/// Mark of an object that its unit no longer reports, points.
+const PASSED: f32 = 9.0;
 /// Opacity of an extent.
 pub(super) const EXTENT: f32 = 0.22;
 /// Number of circles beyond which circles of tracks would hide the map: then the chosen track and the units keep
@@ -82,9 +84,11 @@ fn symbol(painter: &Painter, palette: &Palette, thing: &Thing) {
         Of::Track { .. } => {
             let [least, most] = SYMBOLS;
             let strength = PALEST + (1.0 - PALEST) * thing.sure;
-            let size = if thing.is_passed() { most } else { least + (most - least) * thing.sure };
-            let strength = if thing.is_passed() { 1.0 } else { strength };
-            thing.shape.draw(painter, thing.at, size, color.gamma_multiply(strength));
+            let size = least + (most - least) * thing.sure;
+            match thing.is_passed() {
+                true => thing.shape.draw(painter, thing.at, PASSED, palette.quiet),
+                false => thing.shape.draw(painter, thing.at, size, color.gamma_multiply(strength)),
+            }
             if thing.chosen {
                 let square = Rect::from_center_size(thing.at, Vec2::splat(2.0 * thing.half() - 4.0));
                 painter.rect_stroke(square, 0.0, chosen, StrokeKind::Inside);
@@ -186,26 +190,24 @@ pub(super) fn labels(
     left_out
 }
 
-/// The areas of symbols, which no label lies on.
+/// The areas of symbols. Passed objects are lines, which a label lies on where there is no other place.
 fn solid(things: &[Thing], obstacles: &mut Obstacles) {
     let area = obstacles.area;
-    for thing in things {
-        let mut add = |center: Pos2, half: f32| {
-            let rect = Rect::from_center_size(center, Vec2::splat(2.0 * half));
-            obstacles.solid.extend(Some(rect).filter(|rect| rect.intersects(area)));
-        };
-        if thing.is_passed() && !thing.chosen {
-            let corner = Vec2::splat(thing.half());
-            obstacles.add_path(&[thing.at - corner, thing.at + corner]);
-            continue;
-        }
-        add(thing.at, thing.half());
-        if let Of::Unit(mark) = thing.of {
-            if state(&mark).is_some() {
-                add(thing.at + STATE, 7.0);
+    let square = |center: Pos2, half: f32| Rect::from_center_size(center, Vec2::splat(2.0 * half));
+    for thing in things.iter().filter(|thing| square(thing.at, thing.outer()).intersects(area)) {
+        match thing.of {
+            Of::Track { passed: true, .. } if !thing.chosen => {
+                let corner = Vec2::splat(thing.half());
+                obstacles.add_path(&[thing.at - corner, thing.at + corner]);
             }
-            if mark.ahead.length() > thing.half() {
-                obstacles.add_path(&[thing.at, thing.at + mark.ahead]);
+            Of::Track { .. } if thing.chosen => obstacles.solid.push(square(thing.at, thing.half())),
+            Of::Track { .. } => obstacles.tracks.push(square(thing.at, thing.half())),
+            Of::Unit(mark) => {
+                obstacles.solid.push(square(thing.at, thing.half()));
+                obstacles.solid.extend(state(&mark).map(|_| square(thing.at + STATE, 7.0)));
+                if mark.ahead.length() > thing.half() {
+                    obstacles.add_path(&[thing.at, thing.at + mark.ahead]);
+                }
             }
         }
     }

@@ -151,7 +151,9 @@ fn track_thing(
     let may_be = if unit.is_out_of_contact() { 0.0 } else { may_be(shown, view, labelled.age(), freshness) };
     let id = (unit.unit, track.id);
     // The extent is the greatest that perception takes for the class, in any direction: a report states no heading.
-    let half = view.long(f32::from(track.class.largest_mm()[0]) / 2000.0);
+    // A place of an orbit's catalogue has none.
+    let orbits = unit.state.get().0.motion.is_some_and(|motion| motion.sunlit.is_some());
+    let half = if orbits { 0.0 } else { view.long(f32::from(track.class.largest_mm()[0]) / 2000.0) };
     Thing {
         at: view.position(place(track.x_mm, track.y_mm)),
         may_be,
