@@ -47,10 +47,18 @@ function aged(of, extra, limits) {
   return { value: of.value, word, age, sign: AGED[word] };
 }
 
-/** A track, as it may be drawn now. One that its unit no longer reports is lost, however young: that asks for nothing. */
-function track(of, extra, limits) {
-  const made = aged(of, extra, limits);
-  return { ...made, sign: !of.value.reported ? "quiet" : made.sign };
+/** A track, as it may be drawn now. One that its unit no longer reports is lost, however young: that asks for nothing. Nor does silence that is planned. */
+function track(of, { extra, picture, silent }) {
+  const made = aged(of, extra, picture.limits_ms);
+  return { ...made, sign: !of.value.reported || (silent && made.word !== "fresh") ? "quiet" : made.sign };
+}
+
+/** State of a unit, as it may be drawn now, whether it is current, and words for its age. */
+function stateOf({ of, banner }, { extra, picture }) {
+  const state = aged(of.state, extra, picture.limits_ms), current = state.word === "fresh" || state.word === "LATE";
+  const planned = !current && banner.mode.sign === "quiet";
+  const word = state.word === "fresh" || planned ? "" : `${state.word} `;
+  return { ...state, current, planned, sign: planned ? "quiet" : state.sign, words: word + atMost(state.age) };
 }
 
 /** Upper bound of the age of the oldest value of a unit. */

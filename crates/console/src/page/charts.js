@@ -52,24 +52,24 @@ function path(points, gap) {
   return drawn;
 }
 
-/** Places for labels: none on another, none outside. Width of text is an estimate from its letters. */
+/** Places for labels: none on another or on a symbol, none outside. A label that `must` be there may cover symbols, at worst labels. */
 function labeller(width, height) {
-  const taken = [];
-  const free = (box) => box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height
-    && taken.every((other) => box[2] < other[0] || other[2] < box[0] || box[3] < other[1] || other[3] < box[1]);
-  const take = (x, y, half) => taken.push([x - half, y - half, x + half, y + half]);
-  const find = (x, y, text) => {
-    const long = text.length * 7.4 + 2;
+  const symbols = [], labels = [];
+  const apart = (box) => (other) => box[2] < other[0] || other[2] < box[0] || box[3] < other[1] || other[3] < box[1];
+  const inside = (box) => box[0] >= 0 && box[1] >= 0 && box[2] <= width && box[3] <= height;
+  const take = (x, y, half) => symbols.push([x - half, y - half, x + half, y + half]);
+  const find = (x, y, text, must) => {
+    const long = text.length * 7.4 + 2, all = [];
     for (const far of [10, 22, 38]) {
       for (const [dx, dy, anchor] of [[far, 0, 0], [-far, 0, 1], [0, -far - 4, 0.5], [0, far + 6, 0.5], [far, -far, 0], [far, far, 0], [-far, -far, 1], [-far, far, 1]]) {
         const west = x + dx - anchor * long;
-        const box = [west, y + dy - 8, west + long, y + dy + 8];
-        if (!free(box)) continue;
-        taken.push(box);
-        return { x: x + dx, y: y + dy + 5, anchor: ["start", "middle", "end"][anchor * 2], leader: far > 10 ? [x + dx * 0.8, y + dy * 0.8] : null };
+        all.push({ x: x + dx, y: y + dy + 5, anchor: ["start", "middle", "end"][anchor * 2], leader: far > 10 ? [x + dx * 0.8, y + dy * 0.8] : null, box: [west, y + dy - 8, west + long, y + dy + 8] });
       }
     }
-    return null;
+    const within = all.filter(({ box }) => inside(box)), clear = within.filter(({ box }) => labels.every(apart(box)));
+    const found = clear.find(({ box }) => symbols.every(apart(box))) || (must ? clear[0] || within[0] || all[0] : null);
+    if (found) labels.push(found.box);
+    return found;
   };
   return { take, find };
 }
@@ -97,11 +97,11 @@ function things(view, chosen) {
     const mode = view.all.find((one) => one.of === of).banner.mode;
     return { ...place, sign: mode.sign, x: x_mm, y: y_mm, yaw: yaw_mrad / 1000, name: `${of.unit} ${mode.headline}`, chosen: of.unit === chosen, body: true, unit: of.unit };
   });
-  const order = [...picture.units].sort((a, b) => (b.unit === chosen) - (a.unit === chosen));
-  const tracks = order.flatMap((of) => of.tracks.map((each) => {
-    const seen = track(each, extra, picture.limits_ms);
+  const order = view.all.filter((one) => one.of).sort((a, b) => (b.name === chosen) - (a.name === chosen));
+  const tracks = order.flatMap(({ of, banner }) => of.tracks.map((each) => {
+    const seen = track(each, { ...view, silent: stateOf({ of, banner }, view).planned });
     const { id, x_mm, y_mm, reported } = seen.value;
-    const over = !reported ? ` out of view ${seconds(seen.age)}` : seen.word === "fresh" ? "" : ` ${seen.word} ${seconds(seen.age)}`;
+    const over = !reported ? ` out of view ${seconds(seen.age)}` : seen.word === "fresh" ? "" : ` ${seen.sign === "quiet" ? "" : `${seen.word} `}${seconds(seen.age)}`;
     return { ...seen, x: x_mm, y: y_mm, name: `${id} ${seen.value.class}`, over, passed: !reported, chosen: of.unit === chosen && id === view.track };
   }));
   return [...units, ...tracks];
@@ -150,14 +150,14 @@ const hue = (thing) => (tone(thing.sign) !== "normal" ? tone(thing.sign) : thing
 /** A unit with its heading, a track, or the place of one that has gone. */
 function symbol(into, thing, x, y) {
   if (thing.chosen) into.push(svg("circle", { class: "chosen", cx: x, cy: y, r: thing.body ? 16 : 11 }));
-  if (!thing.body) return into.push(svg("text", { class: hue(thing), x, y: y + 5, "text-anchor": "middle" }, thing.passed ? "✕" : shape(thing.sign)));
+  if (!thing.body) return into.push(svg("text", { class: `symbol ${hue(thing)}`, x, y: y + 5, "text-anchor": "middle" }, thing.passed ? "✕" : shape(thing.sign)));
   const turn = (-thing.yaw * 180) / Math.PI;
   return into.push(svg("path", { class: `body ${hue(thing)}`, d: "M12 0L-9 8L-5 0L-9 -8Z", transform: `translate(${x.toFixed(1)} ${y.toFixed(1)}) rotate(${turn.toFixed(1)})` }));
 }
 
 function label(into, places, thing, x, y) {
   const long = thing.name + (thing.over || "");
-  let text = long, found = places.find(x, y, long);
+  let text = long, found = places.find(x, y, long, thing.body);
   if (!found && thing.over) [text, found] = [thing.name, places.find(x, y, thing.name)];
   if (!found) return false;
   if (found.leader) into.push(svg("path", { class: "leader", d: `M${x} ${y}L${found.leader.join(" ")}` }));
@@ -176,8 +176,9 @@ function map(view, chosen) {
   for (const of of view.picture.units) trail(drawn, of.unit, view, to.at);
   const places = labeller(width, height), sites = all.map((thing) => to.at(thing.x, thing.y));
   sites.forEach(([x, y]) => places.take(x, y, 8));
-  all.forEach((thing, n) => {
-    const [x, y] = sites[n];
+  // Units come first, and so are drawn last, above what they see.
+  [...all].reverse().forEach((thing, n) => {
+    const [x, y] = sites[all.length - 1 - n];
     const may = thing.passed || thing.age === null ? 0 : Math.min((thing.age / 1000) * view.picture.max_speed_mm_s, MAY_MM) * to.scale;
     if (may > 6) circles += drawn.push(svg("circle", { class: `may ${tone(thing.sign)}`, cx: x, cy: y, r: may.toFixed(1) }));
     symbol(drawn, thing, x, y);
@@ -196,12 +197,11 @@ function map(view, chosen) {
 const gapOf = (view) => (view.picture.limits_ms ? view.picture.limits_ms.late : 500);
 
 /** The plots of a unit: name, value now, points, limits [value, words] and the top of the scale. */
-function plotsOf(of, view) {
+function plotsOf(of, state, view) {
   const { samples, ages } = heard.get(of.unit) || { samples: [], ages: [] };
-  const { picture } = view, state = aged(of.state, view.extra, picture.limits_ms);
-  const was = state.word === "fresh" || state.word === "LATE" ? "" : "was ";
+  const { picture } = view, was = state.current ? "" : "was ";
   const points = (value) => samples.map((one) => [one.at, value(one)]).filter((point) => isKnown(point[1] === undefined ? null : point[1]));
-  const speed = state.value.speed_mm_s / 1000, most = picture.max_speed_mm_s / 1000, room = roomOf(of.state);
+  const speed = state.value.speed_mm_s / 1000, most = picture.max_speed_mm_s / 1000, room = roomOf(state);
   const plots = [{ name: "Speed", value: `${was}${tenths(speed)} m/s`, points: points((one) => one.speed), limits: [[most, `most ${most}`]] }];
   plots.push({ name: "Age of report", value: atMost(state.age), points: ages.filter((one) => isKnown(one.age)).map((one) => [one.at, one.age / 1000]), limits: [] });
   if (picture.limits_ms) {
@@ -211,7 +211,7 @@ function plotsOf(of, view) {
   if (room !== null) plots.push({ name: "Room before the fence", value: `${was}${tenths(room)} m`, points: points((one) => one.room), limits: [[0, "stop 0"]] });
   if (view.track !== null) {
     const sure = of.tracks.find((each) => each.value.id === view.track);
-    plots.push({ name: `Confidence of track ${view.track}`, value: sure ? `${was}${(sure.value.confidence_permille / 1000).toFixed(2)}` : "not reported", points: points((one) => one.sure.get(view.track)), limits: of.state.value.settings ? [[of.state.value.settings.arm_permille / 1000, `arm ${of.state.value.settings.arm_permille / 1000}`]] : [], top: 1 });
+    plots.push({ name: `Confidence, track ${view.track}`, value: sure ? `${was}${(sure.value.confidence_permille / 1000).toFixed(2)}` : "not reported", points: points((one) => one.sure.get(view.track)), limits: of.state.value.settings ? [[of.state.value.settings.arm_permille / 1000, `arm ${of.state.value.settings.arm_permille / 1000}`]] : [], top: 1 });
   }
   return plots;
 }
@@ -222,6 +222,7 @@ function changes(name) {
   return samples.filter((one, n) => n > 0 && one.mode !== samples[n - 1].mode).map((one) => [one.at, one.mode]);
 }
 
+const modeTone = (mode) => (mode === "HOLD_SAFE" || mode === "DEGRADED" ? "caution" : "weak");
 const RIGHT = 84; // room for the words of limits
 
 function line(plot, view, width, height, events) {
@@ -234,7 +235,7 @@ function line(plot, view, width, height, events) {
     drawn.push(svg("path", { class: "limit", d: `M0 ${y(value)}H${width - RIGHT}` }));
     drawn.push(svg("text", { class: "axis", x: width - RIGHT + 5, y: Math.min(Math.max(y(value) + 5, 12), height - 2) }, words));
   }
-  for (const [at] of events) if (x(at) >= 0) drawn.push(svg("path", { class: "event", d: `M${x(at).toFixed(1)} 0V${height}` }));
+  for (const [at, mode] of events) if (x(at) >= 0) drawn.push(svg("path", { class: `event ${modeTone(mode)}`, d: `M${x(at).toFixed(1)} 0V${height}` }));
   const points = plot.points.filter(([at]) => x(at) >= 0 && at <= view.time).map(([at, value]) => [at, x(at), y(value)]);
   if (points.length) drawn.push(svg("path", { class: "line", d: path(points, gapOf(view)) }));
   return drawn;
@@ -249,7 +250,7 @@ function axis(view, width, events) {
     const right = Math.min(Math.max(x + long / 2, long), width);
     if (x < 0 || right > free) continue;
     free = right - long - 8;
-    drawn.push(svg("text", { x: right, y: 31, "text-anchor": "end" }, mode));
+    drawn.push(svg("text", { class: modeTone(mode), x: right, y: 31, "text-anchor": "end" }, mode));
   }
   return drawn;
 }
@@ -263,9 +264,9 @@ function strip(attributes, content) {
   return made;
 }
 
-function plots(of, view) {
+function plots(of, state, view) {
   const events = changes(of.unit);
-  const rows = plotsOf(of, view).map((plot) => element("div", { class: "plot" },
+  const rows = plotsOf(of, state, view).map((plot) => element("div", { class: "plot" },
     element("p", {}, element("span", { class: "note" }, plot.name), " ", element("strong", {}, plot.value)),
     strip({ role: "img", "aria-label": `${plot.name} over the last 60 s, ${plot.value}` }, (width, height) => line(plot, view, width, height, events))));
   const below = strip({ "aria-hidden": "true", class: "times" }, (width) => axis(view, width, events));

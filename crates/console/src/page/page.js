@@ -23,7 +23,7 @@ function look() {
   // Of a picture whose own age nobody knows, nothing is fresh.
   const view = { picture, known, old: known === null || known > CURRENT_MS, extra: known === null ? Infinity : known };
   view.time = picture.at_us / 1000 + (known === null ? 0 : known);
-  view.ago = (ms) => (ms === null || known === null ? "unknown" : `${seconds(ms + known)} ago`);
+  view.ago = (ms) => (ms === null || known === null ? "unknown" : `${lasting(ms + known)} ago`);
   return view;
 }
 
@@ -81,8 +81,7 @@ function banner({ all, one }) {
 function unitRow(each, view) {
   const { name, of, banner: { mode, why, since: lasts } } = each;
   const pressed = view.one === each;
-  const state = of && aged(of.state, view.extra, view.picture.limits_ms);
-  const current = state && (state.word === "fresh" || state.word === "LATE");
+  const state = of && stateOf(each, view), current = state && state.current;
   const room = of && current ? of.state.value.guards.find((guard) => guard.name === "geofence") : null;
   return element("button", { type: "button", class: "unit", "data-unit": name, "aria-pressed": String(pressed) },
     element("strong", {}, name),
@@ -91,7 +90,7 @@ function unitRow(each, view) {
     element("span", { class: "cause" }, why.headline),
     element("span", { class: "room" }, room ? room.reading : ""),
     element("span", { class: "speed" }, current ? `${tenths(state.value.speed_mm_s / 1000)} m/s` : ""),
-    element("span", { class: "old" }, state ? signed(state.sign, `${state.word === "fresh" ? "" : `${state.word} `}${atMost(state.age)}`) : signed("lost", "never heard")));
+    element("span", { class: "old" }, state ? signed(state.sign, state.words) : signed("lost", "never heard")));
 }
 
 function units(view) {
@@ -100,18 +99,17 @@ function units(view) {
 }
 
 /** Alarms in groups; where a console has none, each alarm is one. */
-function groups(picture) {
-  const alone = (of) => ({ ...of, cause: of.says, times: 1, led_to: [], shelved_ms: null });
-  return picture.alarm_groups || picture.alarms.map(alone);
+function groups({ alarm_groups, alarms: single }) {
+  return (alarm_groups || single).map((of) => ({ cause: of.says, times: 1, led_to: [], shelved_ms: null, ...of }));
 }
 
 function alarm(of, view) {
   const [hue, mark] = PRIORITIES[of.priority] || PRIORITIES.HIGH;
   const over = of.standing ? "" : "was: ";
-  const notes = [of.standing ? "" : "over", of.acknowledged ? "acknowledged" : "not acknowledged", of.times > 1 ? `${of.times} times` : ""].filter(Boolean);
-  const led = of.led_to.map((each) => element("li", {}, `led to: ${each.says}`, element("span", { class: "when" }, view.ago(each.since_ms))));
-  return element("div", { class: `alarm ${of.standing ? hue : "weak"} ${of.acknowledged ? "noted" : "new"}` },
-    element("p", { class: "first" }, element("span", { class: of.standing ? hue : "weak" }, `${mark} ${of.priority}`), " ", element("strong", {}, `${over}${of.cause}`), element("span", { class: "when" }, view.ago(of.since_ms))),
+  const notes = [of.acknowledged ? "acknowledged" : "new", of.standing ? "" : "over", of.times > 1 ? `${of.times} times` : ""].filter(Boolean);
+  const led = of.led_to.map((each) => element("li", {}, element("span", {}, `led to: ${each.says}`), element("span", { class: "when" }, view.ago(each.since_ms))));
+  return element("div", { class: `group ${of.standing ? hue : "weak"} ${of.acknowledged ? "noted" : "new"}` },
+    element("p", { class: "first" }, element("span", {}, element("span", { class: of.standing ? hue : "weak" }, `${mark} ${of.priority} `), element("strong", {}, `${over}${of.cause}`)), element("span", { class: "when" }, view.ago(of.since_ms))),
     ...(led.length ? [element("ul", {}, ...led)] : []),
     element("p", { class: "note" }, notes.join(" · ")));
 }
@@ -129,20 +127,19 @@ function alarms(view) {
 }
 
 /** Guards of the chosen unit, those that fail first. */
-function guards(of, view) {
-  const state = aged(of.state, view.extra, view.picture.limits_ms), current = state.word === "fresh" || state.word === "LATE";
-  const sorted = [...state.value.guards].sort((a, b) => a.holds - b.holds);
-  const row = ({ title, name, reading, value, holds }) => element("li", { class: holds ? "" : "fails" },
-    holds ? element("span", {}, element("span", { class: "shape", "aria-hidden": "true" }, "● "), title || name) : element("span", {}, signed("caution", `${title || name} fails`)),
-    element("span", { class: "reading" }, `${current ? "" : "was "}${reading || value || "not used now"}`));
+function guards({ of }, { current, value, age: old }) {
+  const sorted = [...value.guards].sort((a, b) => a.holds - b.holds);
+  const row = ({ title, name, reading, value: measured, holds }) => element("li", { class: holds ? "" : "fails" },
+    holds ? element("span", {}, element("span", { class: "shape", "aria-hidden": "true" }, current ? "● " : "○ "), title || name) : element("span", {}, signed("caution", `${title || name} fails`)),
+    element("span", { class: "reading" }, `${current ? "" : "was "}${reading || measured || "not used now"}`));
   put(byId("guards"), ...sorted.map(row));
-  tell("n-guards", `of ${of.unit}, as reported ${atMost(state.age)} ago`);
+  tell("n-guards", `of ${of.unit}, as reported ${atMost(old)} ago`);
 }
 
-function tracks(of, view) {
+function tracks({ of }, { planned: silent }, view) {
   const place = of.place.value, sorted = [...of.tracks].sort((a, b) => b.value.reported - a.value.reported || a.value.id - b.value.id);
   const rows = sorted.map((each) => {
-    const seen = track(each, view.extra, view.picture.limits_ms);
+    const seen = track(each, { ...view, silent });
     const { id, x_mm, y_mm, confidence_permille, modalities, contradicted, reported } = seen.value;
     const name = element("button", { type: "button", "data-track": id, "aria-pressed": String(id === view.track) }, `${id} ${seen.value.class}`);
     const age = signed(seen.sign, `${!reported ? "out of view " : seen.word === "fresh" ? "" : `${seen.word} `}${atMost(seen.age)}`);
@@ -161,7 +158,7 @@ function links(view) {
     const current = open.word === "fresh" || open.word === "LATE";
     if (!open.value || !current) down += 1;
     const word = current ? (open.value ? "up" : "DOWN") : open.value ? "was up" : "was DOWN";
-    return [of.peer, signed(open.value ? open.sign : "lost", word), of.heard_ms === null ? "no report" : `report ${view.ago(of.heard_ms)}`];
+    return [of.peer, signed(open.value ? open.sign : "lost", word), of.heard_ms === null ? "no report" : `report ${atMost(of.heard_ms + view.extra)} ago`];
   });
   table("links", ["peer", "session", "last report"], rows, "no link is known");
   put(byId("h-links"), down ? signed("lost", `Links · ${rows.length - down} of ${rows.length} up`) : `Links · ${rows.length} of ${rows.length} up`);
@@ -209,11 +206,13 @@ function content(view) {
   units(view);
   alarms(view);
   map(view, view.one && view.one.name);
+  document.querySelector("main").classList.toggle("unheard", !of);
   for (const id of ["s-plots", "s-guards", "s-tracks"]) byId(id).hidden = !of;
   if (of) {
-    plots(of, view);
-    guards(of, view);
-    tracks(of, view);
+    const state = stateOf(view.one, view);
+    plots(of, state, view);
+    guards(view.one, state);
+    tracks(view.one, state, view);
     tell("n-plots", `of ${of.unit}`);
   }
   links(view);

@@ -4,7 +4,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "tests pick out the events that they look at")]
 
 mod acts;
-#[expect(dead_code, reason = "the window's tests use the rest of it")]
+#[cfg_attr(not(feature = "process"), expect(dead_code, reason = "the tests of window and page use the rest of it"))]
 mod bench;
 #[cfg(feature = "process")]
 mod browser;
@@ -22,6 +22,5 @@ mod scenes;
 mod script;
 mod world;
 #[cfg(feature = "process")]
-#[expect(dead_code, reason = "the window's tests use the rest of it")]
 #[path = "../../../../tests/window/yard.rs"]
 mod yard;

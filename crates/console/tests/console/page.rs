@@ -44,10 +44,11 @@ fn in_a_browser(name: &str, look: impl FnOnce(&mut Browser)) {
     }
 }
 
-/// The page's text for each of the four answers, and all of it.
+/// The page's text for the mode, why, since when, the next step and whether it is true.
 fn answers(tab: &mut Tab<'_>) -> [String; 5] {
-    [".mode", ".why", ".since", ".next", ".truth"]
-        .map(|part| tab.value(&format!("document.querySelector('#banner {part}').innerText")).as_str().unwrap().to_owned())
+    [".mode", ".why", ".since", ".next", ".truth"].map(|part| {
+        tab.value(&format!("document.querySelector('#banner {part}').innerText")).as_str().unwrap().to_owned()
+    })
 }
 
 /// Text below 13 px, and whether the page can be scrolled sideways.
@@ -69,9 +70,10 @@ fn every_answer_is_on_the_page_at_every_size() {
             for (width, scheme) in WIDTHS.iter().flat_map(|width| [(*width, "dark"), (*width, "light")]) {
                 let mut tab = browser.open(&served.address(), width, scheme);
                 tab.until("document.querySelector('#banner .truth') && document.getElementById('current').hidden");
-                for (shown, part) in answers(&mut tab).iter().zip(["mode", "why", "since", "next", "truth"]) {
-                    let headline = banner[part]["headline"].as_str().unwrap();
-                    assert!(shown.contains(headline), "{name}, {width}: {headline:?} is not in {shown:?}");
+                // On a busy host a picture may come late, and the page then says so.
+                for part in ["mode", "why", "since", "next", "truth"] {
+                    let headline = &banner[part]["headline"];
+                    tab.until(&format!("document.querySelector('#banner .{part}').innerText.includes({headline})"));
                 }
                 assert_eq!(tab.value(SIDEWAYS), false, "{name}: sideways at {width}");
                 assert_eq!(tab.value(UNREADABLE), json!([]), "{name}: small text at {width}");
@@ -140,8 +142,11 @@ fn tapped_unit_is_chosen_and_stays_so() {
         tab.value("(row = document.querySelector('#units [data-unit=unit-b]'), row.focus(), row.click())");
         tab.until("document.querySelector('#banner .mode').innerText.includes('unit-b')");
         tab.until("document.querySelector('#banner .worse').innerText.includes('unit-a is worse: DEGRADED')");
-        // Several pictures later it is the same node, and has the focus.
-        tab.until("performance.now() > 0 && latest > 0 && row.isConnected && document.activeElement === row");
+        // Several pictures later the row is the same node, is still pressed, and has the focus.
+        tab.value("asked = performance.getEntriesByType('resource').length");
+        tab.until("performance.getEntriesByType('resource').length > asked + 5");
+        let kept = "row.isConnected && row.getAttribute('aria-pressed') === 'true' && document.activeElement === row";
+        assert_eq!(tab.value(kept), true);
         tab.value("document.querySelector('#banner .worse').click()");
         tab.until("document.querySelector('#banner .mode').innerText.includes('DEGRADED')");
     });
