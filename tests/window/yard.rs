@@ -2,6 +2,8 @@
 //!
 //! The gateway and the units are scripted; the console is the real one, and its pictures are its model's.
 
+use std::cell::Cell;
+
 use console::shown::Shown;
 use console::site::{Relief, Site, SiteBox};
 use sha2::{Digest, Sha256};
@@ -14,7 +16,7 @@ use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::id::{Boot, CommandId, Nonce, PeerId, RecordId, Sequence, TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Cause, Guard, Guards, Mode};
-use wire::motion::ReportedMotion;
+use wire::motion::{Attitude, ReportedMotion};
 use wire::person::Role;
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -54,6 +56,43 @@ pub(crate) struct Actor {
     pub(crate) pictured: Option<Pictured>,
     sequence: u64,
     last: Option<(CommandId, Option<Reason>)>,
+}
+
+/// Kind of the units of a yard.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Domain {
+    Ground,
+    Air,
+    Orbit,
+}
+
+thread_local! {
+    /// Kind of the units of the next yard of this thread.
+    static DOMAIN: Cell<Domain> = const { Cell::new(Domain::Ground) };
+}
+
+/// Makes the units of this thread's next yards of this kind.
+#[allow(dead_code, reason = "the gallery draws every scene in every domain")]
+pub(crate) fn set_domain(domain: Domain) {
+    DOMAIN.set(domain);
+}
+
+/// Motion and contact that a unit of this thread's kind reports.
+fn aloft() -> (Option<ReportedMotion>, Option<ReportedContact>) {
+    let attitude = |w, x, y| Some(Attitude::new([w, x, y, 0.0]));
+    match DOMAIN.get() {
+        Domain::Ground => (None, None),
+        Domain::Air => {
+            let attitude = attitude(1.0, 0.02, 0.06);
+            (Some(ReportedMotion { up_mm: 2_960, left_up_mm_s: [20, -40], charge: 830, attitude, sunlit: None }), None)
+        }
+        Domain::Orbit => {
+            let attitude = attitude(0.17, 0.98, 0.1);
+            let motion =
+                ReportedMotion { up_mm: 518_140_000, left_up_mm_s: [0, 0], charge: 790, attitude, sunlit: Some(true) };
+            (Some(motion), Some(ReportedContact { left: Span::s(212), next: Some(Span::s(5_400)) }))
+        }
+    }
 }
 
 /// The yard.
@@ -227,6 +266,7 @@ impl Actor {
             (2_000, 30_000),
         ];
         let place = places[position as usize % places.len()];
+        let (motion, contact) = aloft();
         let first = position as u32 * 100;
         Self {
             unit,
@@ -243,8 +283,8 @@ impl Actor {
             via: unit.peer(),
             obeys: true,
             fast_ppm: 0,
-            motion: None,
-            contact: None,
+            motion,
+            contact,
             pictured: None,
             sequence: 0,
             last: None,

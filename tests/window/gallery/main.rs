@@ -2,7 +2,7 @@
 //!
 //! `gallery SCENE` opens a window in which the scene goes on and obeys, `gallery SCENE SECONDS` measures it that long, and
 //! `gallery DIRECTORY WIDTH HEIGHT SCENE…` writes an image of each. `SCENE` may end in `+replay`, `+behind`, `+light`,
-//! `+examine`, `+map`. A scene is a real console's picture: its reports are signed and went through its boundary.
+//! `+examine`, `+map`, `+air`, `+orbit`. A scene is a real console's picture: its reports are signed and went through its boundary.
 //! In place of a scene `NAME=RUN@SECONDS` is a kept run at that time of its recording, as its operator saw it then;
 //! with `+replay` as a recording, and with `+beside=RUN2` beside another one.
 
@@ -34,7 +34,7 @@ use wire::id::UnitId;
 use wire::time::Span;
 
 use crate::living::Living;
-use crate::yard::Yard;
+use crate::yard::{Domain, Yard};
 
 /// Frames that a scene's last picture is drawn before its image is taken: text and layout settle within three.
 const SETTLED: usize = 6;
@@ -104,6 +104,9 @@ impl Take {
     /// Take of a scene's name, with `+replay` or `+behind` and words for the looks.
     fn of_scene(name: &str) -> Self {
         let scene = name.split('+').next().unwrap_or_default();
+        let domains = [("+air", Domain::Air), ("+orbit", Domain::Orbit)];
+        let domain = domains.into_iter().find(|(word, _)| name.contains(word)).map_or(Domain::Ground, |(_, of)| of);
+        yard::set_domain(domain);
         let make = scenes::SCENES.iter().chain(&scenes::LONG).find(|(text, _)| *text == scene).map(|(_, make)| make);
         let yard = make.unwrap_or_else(|| panic!("no scene `{scene}`"))();
         let mut film = yard.film.clone();
