@@ -11,6 +11,7 @@ pub mod sensors;
 pub mod theme;
 
 mod ages;
+mod alarm_block;
 mod alarms;
 mod bell;
 mod command;

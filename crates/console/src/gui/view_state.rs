@@ -8,7 +8,7 @@ use wire::person::Order;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
-use super::alarms::AlarmView;
+use super::alarm_block::AlarmView;
 use super::map::Camera;
 use super::sidecar::Textures;
 use super::tracks::Sort;

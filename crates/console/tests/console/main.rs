@@ -4,6 +4,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "tests pick out the events that they look at")]
 
 mod acts;
+mod alarm_lives;
 mod alarms;
 mod bench;
 mod display;
