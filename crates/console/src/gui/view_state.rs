@@ -6,7 +6,7 @@ use wire::mode::Guard;
 use wire::person::Order;
 use wire::settings::Settings;
 
-use super::alarms::AlarmView;
+use super::alarm_block::AlarmView;
 use super::layout::Pane;
 use super::map::Camera;
 use super::sidecar::Textures;

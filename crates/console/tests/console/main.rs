@@ -4,6 +4,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "tests pick out the events that they look at")]
 
 mod acts;
+mod alarm_lives;
 mod alarms;
 #[cfg_attr(not(feature = "process"), expect(dead_code, reason = "the tests of window and page use the rest of it"))]
 mod bench;
