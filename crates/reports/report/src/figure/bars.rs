@@ -4,7 +4,7 @@ use super::Table;
 use super::drawing::{Anchor, Drawing};
 
 /// Left of the bars, pixels: their names.
-const NAMES: f64 = 210.0;
+const NAMES: f64 = 250.0;
 const WIDE: f64 = 420.0;
 /// Right of the bars: their labels.
 const SAID: f64 = 270.0;

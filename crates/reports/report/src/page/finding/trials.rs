@@ -1,0 +1,345 @@
+//! The finding of results whose trials end in classes: runs, matrix, reference evaluation, campaign, live losses.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::trial::{Outcome, Outcomes, Trial};
+use results::report::{CampaignObject, LatencySummary, RunObject};
+use stats::Sample;
+
+use super::{Fact, Finding, Part, Rank, subject};
+use crate::Dossier;
+use crate::page::words;
+use crate::reader::{FoundResult, Given};
+use crate::tried::{Tried, tried};
+
+/// Variations of one kind that are named in a sentence.
+const NAMED: usize = 4;
+
+/// Everything that a sentence needs of a result.
+struct View<'a> {
+    given: &'a Given,
+    all: Vec<Tried<'a>>,
+    /// What is done to the platform, in a word: `lie`, `attack`, `fault`, `quiet run`.
+    noun: &'static str,
+    /// A variation in a word: `cell`, `threat`, `variation`, `scenario`.
+    unit: &'static str,
+}
+
+/// The finding; `None` without trials.
+pub(super) fn found(dossier: &Dossier, given: &Given) -> Option<Finding> {
+    let mut seen = BTreeSet::new();
+    // A variation may be in several rows of a matrix, with the same trials.
+    let all: Vec<Tried> = tried(given).into_iter().filter(|one| seen.insert((one.name(), one.watermark))).collect();
+    if all.is_empty() {
+        return None;
+    }
+    let view = View { given, noun: noun(given), unit: unit(given), all };
+    let (rank, class) = view.worst();
+    let about = view.with(class, rank);
+    let campaign = if let FoundResult::Campaign(campaign) = &given.found { Some(campaign) } else { None };
+    let claim = campaign.and_then(|campaign| claimed(campaign)).filter(|_| rank > Rank::Harm);
+    let told = view.sentence(rank, class, &about);
+    let mut lead = campaign.and_then(|campaign| incomplete(given, campaign)).into_iter().collect::<Vec<_>>();
+    lead.extend(claim.as_ref().filter(|_| rank == Rank::Unnoticed).map(|_| format!("{}.", plain(&told).trim_end_matches('.'))));
+    lead.extend(view.numbers(rank, class, &about));
+    let (rank, sentence) = claim.unwrap_or((rank, told));
+    let facts = view.facts(dossier, rank, class, &about);
+    let about = about.iter().map(|one| one.name()).collect();
+    Some(Finding { rank, sentence, lead: lead.join(" "), facts, about })
+}
+
+fn plain(parts: &[Part]) -> String {
+    let word = |part: &Part| match part {
+        Part::Plain(words) | Part::Marked(words) => words.clone(),
+    };
+    parts.iter().map(word).collect()
+}
+
+/// What was done in trials, by what they tell of themselves.
+fn noun(given: &Given) -> &'static str {
+    let trials: Vec<&Trial> = match &given.found {
+        FoundResult::Runs(runs) => runs.iter().flat_map(|run| &run.trials).collect(),
+        FoundResult::BenchLive(bench) => bench.losses.iter().flat_map(|run| &run.trials).collect(),
+        FoundResult::Matrix(_) => return "threat",
+        _ => return "variation",
+    };
+    let planned = || trials.iter().flat_map(|trial| &trial.injections);
+    if trials.iter().any(|trial| trial.claims.as_ref().is_some_and(|claims| claims.said > 0)) {
+        "lie"
+    } else if planned().next().is_none() {
+        "quiet run"
+    } else if planned().all(|injection| injection.what.get("fault").is_some()) {
+        "fault"
+    } else {
+        "attack"
+    }
+}
+
+fn unit(given: &Given) -> &'static str {
+    match &given.found {
+        FoundResult::Runs(runs) if runs.iter().any(|run| !run.cells.is_empty()) => "cell",
+        FoundResult::Runs(_) | FoundResult::BenchLive(_) => "scenario",
+        _ => "variation",
+    }
+}
+
+/// The claim of a complete campaign, as a sentence with its rank.
+fn claimed(campaign: &CampaignObject) -> Option<(Rank, Vec<Part>)> {
+    let (claim, verdicts) = (campaign.terms.claim.as_ref()?, campaign.claim?);
+    let n = campaign.rows.len();
+    let (rank, verb) = match (verdicts.refuted, verdicts.open) {
+        (0, 0) => (Rank::Fine, format!(" is shown for {}", all_of(n))),
+        (0, open) => (Rank::Open, format!(" stays open for {open} of {}", words::number(n as u64, "variation"))),
+        (refuted, _) => (Rank::NotStated, format!(" is refuted for {refuted} of {}", words::number(n as u64, "variation"))),
+    };
+    let parts = [Part::Plain(format!("The claim {claim}")), if rank == Rank::Fine { Part::Plain(verb) } else { Part::Marked(verb) }];
+    Some((rank, [&parts[..], &[Part::Plain(".".to_owned())]].concat()))
+}
+
+fn all_of(n: usize) -> String {
+    if n == 1 { "the one variation".to_owned() } else { format!("all {n} variations") }
+}
+
+fn incomplete(given: &Given, campaign: &CampaignObject) -> Option<String> {
+    let name = if campaign.terms.sequential { "trials up to the next look" } else { "trials" };
+    (!campaign.complete).then(|| format!("{} is incomplete: {} of {} {name}.", given.file, campaign.trials, campaign.planned))
+}
+
+impl View<'_> {
+    /// The worst class, and why it leads.
+    fn worst(&self) -> (Rank, Outcome) {
+        let each = |keep: &dyn Fn(&Tried, Outcome) -> bool| {
+            let all = self.all.iter();
+            all.flat_map(|one| one.outcomes.keys().filter(|class| keep(one, **class)).copied().collect::<Vec<_>>()).min()
+        };
+        if let Some(class) = each(&|one, class| class.is_unexpected(one.expected)) {
+            return (Rank::NotStated, class);
+        }
+        if let Some(class) = each(&|_, class| words::asks(class) && class != Outcome::Undetected) {
+            return (Rank::Harm, class);
+        }
+        if let Some(class) = each(&|_, class| class == Outcome::Undetected) {
+            return (Rank::Unnoticed, class);
+        }
+        let most = self.totals().into_iter().max_by_key(|(_, n)| *n).map_or(Outcome::Nominal, |(class, _)| class);
+        (Rank::Fine, most)
+    }
+
+    /// The variations that the sentence is about.
+    fn with(&self, class: Outcome, rank: Rank) -> Vec<&Tried<'_>> {
+        let is_meant = |one: &&Tried| one.outcomes.contains_key(&class) && (rank != Rank::NotStated || class.is_unexpected(one.expected));
+        if rank == Rank::Fine { Vec::new() } else { self.all.iter().filter(is_meant).collect() }
+    }
+
+    fn totals(&self) -> Outcomes {
+        let mut all = Outcomes::new();
+        self.all.iter().flat_map(|one| &one.outcomes).for_each(|(class, n)| *all.entry(*class).or_default() += n);
+        all
+    }
+
+    fn n(&self) -> u64 {
+        self.all.iter().map(|one| one.n).sum()
+    }
+
+    fn sentence(&self, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<Part> {
+        if rank == Rank::Fine {
+            return vec![Part::Plain(self.fine())];
+        }
+        let k = about.len() as u64;
+        let hits: u64 = about.iter().filter_map(|one| one.outcomes.get(&class)).sum();
+        let of: u64 = about.iter().map(|one| one.n).sum();
+        let [one, many] = words::deed(class);
+        let subject = if class == Outcome::Invalid || (self.unit == "scenario" && of > 1 && hits < of) {
+            format!("{} of {}", hits, words::number(of, "trial"))
+        } else {
+            subject(k, if self.unit == "scenario" && self.noun == "quiet run" { "run" } else { self.noun })
+        };
+        let singular = if subject.starts_with("One ") || subject.starts_with("1 of ") { one } else { many };
+        let (verb, rest) = singular.split_once(' ').unwrap_or((singular, ""));
+        let not_stated = if rank == Rank::NotStated { ", which was not stated beforehand" } else { "" };
+        let rest = match rest {
+            "" => String::new(),
+            rest => rest.to_owned(),
+        };
+        vec![
+            Part::Plain(format!("{subject} {verb} ")),
+            Part::Marked(rest),
+            Part::Plain(format!("{not_stated}{}.", self.which(about))),
+        ]
+    }
+
+    /// Which variations, after the verb.
+    fn which(&self, about: &[&Tried]) -> String {
+        match about {
+            [one] => {
+                let told = one.cell.filter(|_| one.row.is_none()).and_then(words::sentence);
+                told.map_or_else(|| if self.all.len() == 1 { format!(" in {}", one.scenario) } else { format!(": {}", label(one)) }, |told| format!(": {told}"))
+            }
+            few if few.len() <= NAMED => {
+                let names: Vec<String> = few.iter().map(|one| label(one)).collect();
+                format!(": {}", words::list(&names, "and"))
+            }
+            many => format!(" in {} of {}", many.len(), words::number(self.all.len() as u64, self.unit)),
+        }
+    }
+
+    /// The sentence where nothing asks for a reader.
+    fn fine(&self) -> String {
+        let totals = self.totals();
+        let classes: Vec<Outcome> = totals.keys().copied().collect();
+        let who = if self.n() == 1 { format!("The {}", self.noun) } else { format!("Every {}", self.noun) };
+        match classes.as_slice() {
+            [Outcome::Nominal] if self.noun == "quiet run" => {
+                format!("Nothing happens where nothing is done: {} of {} stay NOMINAL.", words::grouped(self.n()), words::number(self.n(), "run"))
+            }
+            [one] => format!("{who} {}.", words::deed(*one)[0]),
+            some => {
+                let deeds: Vec<&str> = some.iter().map(|class| words::deed(*class)[0]).collect();
+                format!("{who} {}.", words::list(&deeds, "or"))
+            }
+        }
+    }
+
+    /// Sentences of numbers.
+    fn numbers(&self, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<String> {
+        let mut all = Vec::new();
+        if rank == Rank::Fine {
+            all.push(format!("{}: {}.", words::number(self.n(), "trial"), self.endings(self.all.iter())));
+        } else {
+            let (hits, of): (u64, u64) = (about.iter().filter_map(|one| one.outcomes.get(&class)).sum(), about.iter().map(|one| one.n).sum());
+            let these = if about.len() == 1 { format!("that {}", self.unit) } else { format!("these {}s", self.unit) };
+            all.push(format!("{} of {} of {these}.", words::grouped(hits), words::number(of, "trial")));
+            let others: Vec<&Tried> = self.all.iter().filter(|one| !about.iter().any(|other| std::ptr::eq(*one, *other))).collect();
+            if !others.is_empty() {
+                let n = others.iter().map(|one| one.n).sum();
+                let which = if others.len() == 1 { format!("the other {}", self.unit) } else { format!("the {} other {}s", others.len(), self.unit) };
+                all.push(format!("In {which} {} ended with {}.", words::number(n, "trial"), self.endings(others.into_iter())));
+            }
+        }
+        all.extend(self.believed(about));
+        all.extend(self.stated_harm(rank, class));
+        all
+    }
+
+    fn endings<'b>(&self, of: impl Iterator<Item = &'b Tried<'b>>) -> String {
+        let mut totals = Outcomes::new();
+        of.flat_map(|one| &one.outcomes).for_each(|(class, n)| *totals.entry(*class).or_default() += n);
+        let one = |(class, n): (&Outcome, &u64)| {
+            let ending = words::ending(*class, self.noun);
+            if totals.len() == 1 { ending } else { format!("{ending} ({})", words::grouped(*n)) }
+        };
+        words::list(&totals.iter().map(one).collect::<Vec<_>>(), "or")
+    }
+
+    /// How far what was believed was from the truth.
+    fn believed(&self, about: &[&Tried]) -> Option<String> {
+        let FoundResult::Runs(runs) = &self.given.found else { return None };
+        let is_meant = |run: &RunObject, trial: &Trial| about.iter().any(|one| one.scenario == run.scenario && (one.cell.is_none() || one.cell == trial.cell.as_deref()));
+        let each = runs.iter().flat_map(|run| run.trials.iter().filter(|trial| is_meant(run, trial)));
+        let most = each.filter_map(|trial| trial.claims.as_ref()).map(|claims| claims.believed_mm).max()?;
+        Some(match most {
+            0 => "What was believed was true: 0 m of error.".to_owned(),
+            mm => format!("At most {} m of error was believed.", words::three_digits(f64::from(mm) / 1e3)),
+        })
+    }
+
+    /// Harm that was stated beforehand is harm all the same.
+    fn stated_harm(&self, rank: Rank, worst: Outcome) -> Option<String> {
+        let mut harm: BTreeMap<Outcome, u64> = BTreeMap::new();
+        for one in self.all.iter().filter(|one| one.watermark.is_none()) {
+            for (class, n) in one.outcomes.iter().filter(|(class, _)| **class <= Outcome::Late) {
+                if !class.is_unexpected(one.expected) && (rank, worst) != (Rank::Harm, *class) {
+                    *harm.entry(*class).or_default() += n;
+                }
+            }
+        }
+        let each: Vec<String> = harm.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
+        (!each.is_empty()).then(|| format!("Stated beforehand is not harmless: {}.", each.join(", ")))
+    }
+
+    fn facts(&self, dossier: &Dossier, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<Fact> {
+        let mut all = vec![self.as_stated(), self.asking(class, about)];
+        all.extend(self.claim().or_else(|| self.latency(dossier)));
+        all.extend(self.not_safe());
+        if rank == Rank::Open || all.len() < 4 {
+            all.extend(self.armed().filter(|_| all.len() < 4));
+        }
+        all.truncate(4);
+        all
+    }
+
+    fn as_stated(&self) -> Fact {
+        let off: u64 = self.all.iter().flat_map(|one| one.unexpected()).map(|(_, n)| n).sum();
+        let n = self.n();
+        let said = if self.all.iter().any(|one| one.expected.is_empty()) { "ended in no class that is always wrong" } else { "ended as stated beforehand" };
+        Fact::new(format!("{} of {}", words::grouped(n - off), words::grouped(n)), said)
+    }
+
+    fn asking(&self, class: Outcome, about: &[&Tried]) -> Fact {
+        let (k, m) = (about.len() as u64, self.all.len() as u64);
+        if m == 1 {
+            let n = self.totals().get(&class).copied().unwrap_or_default();
+            return Fact::new(class.name(), format!("{n} of {}", words::number(self.n(), "trial")));
+        }
+        if about.is_empty() {
+            return Fact::new(format!("0 of {}", words::number(m, self.unit)), "harmed or unnoticed");
+        }
+        let (hits, of): (u64, u64) = (about.iter().filter_map(|one| one.outcomes.get(&class)).sum(), about.iter().map(|one| one.n).sum());
+        Fact::new(format!("{k} of {}", words::number(m, self.unit)), format!("{}, {hits} of {}", class.name(), words::number(of, "trial")))
+    }
+
+    fn claim(&self) -> Option<Fact> {
+        let FoundResult::Campaign(campaign) = &self.given.found else { return None };
+        let (claim, verdicts) = (campaign.terms.claim.as_ref()?, campaign.claim?);
+        let said = format!("show {claim}; {} refute it, {} leave it open", verdicts.refuted, verdicts.open);
+        Some(Fact::new(format!("{} of {}", verdicts.shown, words::number(campaign.rows.len() as u64, "variation")), said))
+    }
+
+    /// The slowest 95 % of the way to a safe mode.
+    fn latency(&self, dossier: &Dossier) -> Option<Fact> {
+        let each: Vec<&LatencySummary> = match &self.given.found {
+            FoundResult::Runs(runs) => runs.iter().map(|run| &run.summary.latency_ms).collect(),
+            FoundResult::Campaign(campaign) => campaign.rows.iter().map(|row| &row.latency_ms).collect(),
+            FoundResult::Matrix(matrix) => matrix.rows.iter().flat_map(|row| &row.runs).map(|run| &run.summary.latency_ms).collect(),
+            FoundResult::Reference(reference) => reference.rows.iter().map(|row| &row.summary.latency_ms).collect(),
+            FoundResult::BenchLive(bench) => bench.runs().map(|run| &run.summary.latency_ms).collect(),
+            _ => return None,
+        };
+        let slowest = |pick: fn(&LatencySummary) -> &Sample| {
+            let samples = each.iter().map(|latency| pick(latency)).filter(|sample| sample.p95.is_some());
+            samples.max_by(|a, b| a.p95.unwrap_or_default().total_cmp(&b.p95.unwrap_or_default()))
+        };
+        let (hold, degraded) = (slowest(|l| &l.to_hold_safe), slowest(|l| &l.to_degraded));
+        let (sample, to, i) = hold.map(|s| (s, "HOLD_SAFE", 0)).or(degraded.map(|s| (s, "DEGRADED", 1)))?;
+        let limit = dossier.stories.first().map(|story| story.limits_ms[i]);
+        let limit = limit.map(|ms| format!("; limit {} from the loss", words::grouped(ms))).unwrap_or_default();
+        let upper = sample.p95_upper_95.map(|ms| format!(", at most {} at 95 %", words::three_digits(ms))).unwrap_or_default();
+        let worst = if each.len() > 1 { "slowest " } else { "" };
+        let from = if self.noun == "lie" { "lie" } else { "arrival" };
+        Some(Fact::new(words::milliseconds(sample.p95?), format!("from {from} to {to} ({worst}p95, n {}{upper}){limit}", sample.n)))
+    }
+
+    fn not_safe(&self) -> Option<Fact> {
+        let broken = self.totals().get(&Outcome::Unsafe).copied().unwrap_or_default();
+        let bounded = self.all.iter().filter_map(|one| Some((one.unsafe_upper_95?, one.n)));
+        let worst = bounded.max_by(|a, b| a.0.total_cmp(&b.0));
+        let each = if self.all.len() > 1 { format!(" a {}", self.unit) } else { String::new() };
+        let said = worst.map_or_else(|| "no bound yet".to_owned(), |(upper, n)| format!("below {}{each} (95 %, n {n})", words::percent(upper)));
+        Some(Fact::new(format!("{broken} of {} unsafe", words::grouped(self.n())), said))
+    }
+
+    fn armed(&self) -> Option<Fact> {
+        let FoundResult::Runs(runs) = &self.given.found else { return None };
+        let (armed, n) = runs.iter().fold((0, 0), |(armed, n), run| (armed + run.mission.armed, n + run.mission.n));
+        (n > 0).then(|| Fact::new(format!("{armed} of {n}"), "missions held authority"))
+    }
+}
+
+/// A variation in a sentence.
+fn label(one: &Tried) -> String {
+    if let Some(row) = one.row {
+        return format!("{} ({})", row.id, one.scenario);
+    }
+    let set: Vec<String> = one.cell.map(|cell| cell.replace('/', ", ")).into_iter().chain(one.set.iter().cloned()).collect();
+    if set.is_empty() { one.scenario.to_owned() } else { format!("{} with {}", one.scenario, set.join(", ")) }
+}
