@@ -33,6 +33,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::Dossier;
 use crate::figure::{Figure, Table, palette_sheet};
+use crate::reader::FoundResult;
 use crate::tried::tried;
 
 /// Background of the page, light.
@@ -105,9 +106,14 @@ fn crumb(dossier: &Dossier) -> String {
     for given in dossier.results.files().iter().take(4) {
         let all = tried(given);
         let scenarios: std::collections::BTreeSet<&str> = all.iter().map(|one| one.scenario).collect();
-        let scenario = if scenarios.len() == 1 { scenarios.into_iter().next().unwrap_or_default() } else { "" };
+        let scenario = match &given.found {
+            FoundResult::Search(search) => search.scenario.as_str(),
+            FoundResult::Curve(curve) => curve.scenario.as_str(),
+            _ if scenarios.len() == 1 => scenarios.into_iter().next().unwrap_or_default(),
+            _ => "",
+        };
         parts.push(format!("{} {scenario}", given.found.kind()).trim_end().to_owned());
-        let places: std::collections::BTreeSet<&str> = all.iter().map(|one| one.evidence.name()).collect();
+        let places: std::collections::BTreeSet<&str> = all.iter().map(|one| words::place(one.evidence)).collect();
         parts.extend(places.into_iter().map(str::to_owned));
         parts.extend(all.first().and_then(|one| one.seed).map(|seed| format!("seed {seed}")));
         if let (true, Some(first)) = (all.len() > 1, all.first()) {
@@ -172,3 +178,6 @@ fn slug(name: &str) -> String {
     }
     slug.trim_end_matches('-').to_owned()
 }
+
+#[cfg(test)]
+mod tests;

@@ -146,7 +146,9 @@ pub struct ChainLink {
 
 /// The run with this name. `flaw` is the fault of its log.
 pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
-    let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
+    // Accounts are closed a while after the plant's last word, and the display is late by then: no part of the run.
+    let end = measured::last(entries).or_else(|| entries.iter().map(|w| w.at).max());
+    let clock = Clock { end: end.unwrap_or_default() };
     let done = truth::lasting(entries).into_iter().map(|l| clock.lasted(l.action, l.from, l.to)).collect();
     let explained: Vec<Explanation> = explain(entries, bounds).into_iter().filter(Explanation::restricts).collect();
     let why = explained.iter().map(|e| clock.reason(e)).collect();

@@ -64,7 +64,7 @@ struct Layout {
 }
 
 const WIDE: Layout = Layout { left: 170.0, wide: 942.0, whole: 1130.0, above: 0.0, gap: 12.0, ticks: 10.0 };
-const NARROW: Layout = Layout { left: 6.0, wide: 348.0, whole: 360.0, above: 20.0, gap: 6.0, ticks: 4.0 };
+const NARROW: Layout = Layout { left: 6.0, wide: 348.0, whole: 360.0, above: 20.0, gap: 6.0, ticks: 6.0 };
 
 impl Timeline {
     /// Names at the left, for pages of 1,000 pixels and more, and for files.

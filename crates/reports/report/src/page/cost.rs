@@ -52,7 +52,7 @@ fn of_run(run: &RunObject) -> Vec<Price> {
     }
     if summary.cpu_seconds > 0.0 {
         let value = format!("{} CPU s", words::three_digits(summary.cpu_seconds));
-        all.push((value, format!("for {} s of {}", words::grouped(summary.sim_seconds.round() as u64), run.mode.evidence().name())));
+        all.push((value, format!("for {} s of {}", words::grouped(summary.sim_seconds.round() as u64), if run.mode.evidence() == scenario::Evidence::Live { "a live run" } else { "simulation" })));
     }
     all
 }

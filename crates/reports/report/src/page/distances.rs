@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use results::report::RunObject;
 use results::summary::{Distance, RunSummary};
 
-use super::words;
+use super::{runs, words};
 use crate::Dossier;
 use crate::reader::FoundResult;
 
@@ -22,12 +22,13 @@ struct Measured {
 pub(super) fn section(dossier: &Dossier, told: &[&RunSummary]) -> Markup {
     let story = told.iter().find(|story| story.distances.len() > 1).or(told.first());
     let mut all: Vec<Measured> = story.map(|story| of_results(dossier, story)).unwrap_or_default();
-    all.extend(story.iter().flat_map(|story| &story.distances).map(of_run));
+    // A contradiction is found in the judgement that stops the unit: no time passes between.
+    all.extend(story.iter().flat_map(|story| &story.distances).filter(|of| of.value != 0.0).map(of_run));
     html! { @if !all.is_empty() {
         h2 { "How far from the limits" }
         p class="say" {
             "The bar is the measured share of the limit, the black edge the limit; where the limit is a least, the share of it that is used."
-            @if let Some(story) = story { " Single values: " (story.name) "." }
+            @if let Some(story) = story { " Single values: " (runs::named(story)) "." }
         }
         @for row in &all { (markup(row)) }
     } }

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::shape::shape;
 use super::words;
 use crate::figure::{class_of_outcome, is_tinted};
-use crate::tried::{either, meaning};
+use crate::tried::either;
 
 /// A picture.
 #[derive(Debug, Default)]
@@ -88,7 +88,7 @@ impl Grid<'_> {
             .collect();
         classes.sort_unstable();
         classes.dedup();
-        html! { ul class="key" { @for class in classes { li { (shape(class)) b { (class.name()) } ": " (meaning(class)) } } } }
+        html! { ul class="key" { @for class in classes { li { (shape(class)) b { (class.name()) } ": " (words::key(class)) } } } }
     }
 }
 
@@ -113,13 +113,12 @@ fn filled(cell: &Cell, class: Outcome) -> Markup {
         cell.outcomes.iter().filter(|(other, _)| **other != class).map(|(other, n)| format!("{} {n}", other.name())).collect();
     let stated = (!cell.expected.is_empty() && cell.expected != [class]).then(|| either(cell.expected));
     html! { div class=(look) {
-        b { (shape(class)) (class.name()) }
+        b { (shape(class)) @if let Some(run) = &cell.run { a href={ "#" (run) } { (class.name()) } } @else { (class.name()) } }
         span class="n" { (n) " of " (cell.n) }
         small { (cell.reason) }
         small class="r" { (cell.bound) }
         @if !others.is_empty() { small class="all" { "also " (others.join(", ")) } }
         @if let Some(stated) = stated { small class="all" { @if unexpected { strong { "not stated: " } } @else { "stated: " } (stated) } }
-        @if let Some(run) = &cell.run { small class="all" { a href={ "#" (run) } { "see its run" } } }
     } }
 }
 

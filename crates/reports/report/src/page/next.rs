@@ -1,10 +1,11 @@
 //! Two commands that lead on from the finding.
 
+use evidence::trial::Outcome;
 use maud::{Markup, html};
 use results::summary::RunSummary;
 
 use crate::Dossier;
-use crate::reader::FoundResult;
+use crate::reader::{FoundResult, Given};
 use crate::tried::tried;
 
 pub(super) fn section(dossier: &Dossier, told: &[&RunSummary]) -> Markup {
@@ -13,24 +14,47 @@ pub(super) fn section(dossier: &Dossier, told: &[&RunSummary]) -> Markup {
 
 fn commands(dossier: &Dossier, told: &[&RunSummary]) -> [String; 2] {
     let broken = dossier.recordings.iter().find(|of| of.invalid.is_some());
-    let folder = told.iter().find_map(|story| dossier.folders.get(&story.name));
-    let found = dossier.results.files().iter().find_map(|given| match &given.found {
-        FoundResult::Search(search) => search.findings.first().map(|finding| finding.reproduce.clone()),
-        FoundResult::Comparison(comparison) => {
-            let row = comparison.rows.iter().find(|row| row.harmful.hits > 0).or(comparison.rows.first())?;
-            Some(format!("holdsafe run {} --autonomy {}.toml{}", row.scenario, row.guest, if row.conduct == "bare" { " --bare" } else { "" }))
-        }
-        _ => None,
-    });
-    let again = dossier.results.files().iter().flat_map(tried).map(|one| one.reproduce).find(|line| !line.is_empty());
-    match (broken, folder, found.or(again)) {
-        (Some(of), _, _) => [format!("holdsafe inspect verify {}", quoted(&of.name)), format!("holdsafe inspect explain {} --unverified", quoted(&of.name))],
-        (None, Some(folder), _) => [
-            format!("holdsafe inspect explain {}", quoted(folder)),
-            format!("holdsafe report {} --format mcap --out run.mcap", quoted(folder)),
+    // A run that nothing restricted explains nothing.
+    let told_first = told.iter().find(|story| !story.why.is_empty()).or(told.first());
+    let folder = told_first.and_then(|story| dossier.folders.get(&story.name));
+    let other = told.first().and_then(|story| dossier.folders.get(&story.name)).or(folder);
+    let again = dossier.results.files().iter().find_map(again).unwrap_or_else(|| ["holdsafe tour".to_owned(), "holdsafe report --help".to_owned()]);
+    match (broken, folder.zip(other)) {
+        (Some(of), _) => [
+            format!("holdsafe inspect verify {}", quoted(&of.name)),
+            format!("holdsafe inspect explain {} --unverified", quoted(&of.name)),
         ],
-        (None, None, Some(line)) => [format!("{line} --out runs/again"), "holdsafe report runs/again".to_owned()],
-        (None, None, None) => ["holdsafe tour".to_owned(), "holdsafe report --help".to_owned()],
+        (None, Some((folder, other))) => [
+            format!("holdsafe inspect explain {}", quoted(folder)),
+            format!("holdsafe report {} --format mcap --out run.mcap", quoted(other)),
+        ],
+        (None, None) => again,
+    }
+}
+
+/// Commands that run a part of a result again, with a recording.
+fn again(given: &Given) -> Option<[String; 2]> {
+    let run = |line: String| [format!("{line} --out runs/again"), "holdsafe report runs/again".to_owned()];
+    match &given.found {
+        FoundResult::Search(search) => Some(match search.findings.first() {
+            Some(finding) => run(finding.reproduce.clone()),
+            None => {
+                let line = format!("holdsafe search {} --attack-space {} --budget {}", search.scenario, search.alphabet, search.hunt.trials * 10);
+                [line.clone(), format!("{line} --find UNSAFE,LATE")]
+            }
+        }),
+        FoundResult::Comparison(comparison) => {
+            let row = comparison.rows.iter().find(|row| row.harmful.hits > 0 || row.outcomes.contains_key(&Outcome::Undetected)).or(comparison.rows.first())?;
+            let cell = row.cell.as_ref().map(|cell| format!(" --cell {cell}")).unwrap_or_default();
+            let bare = if row.conduct == "bare" { " --bare" } else { "" };
+            Some(run(format!("holdsafe run {}{cell} --trials 1 --seed {} --autonomy GUEST.TOML{bare}", row.scenario, comparison.seed)))
+        }
+        _ => {
+            let all = tried(given);
+            let one = all.iter().find(|one| one.unexpected().next().is_some()).or(all.first())?;
+            let cell = one.cell.map(|cell| format!(" --cell {cell}")).unwrap_or_default();
+            Some(run(if one.reproduce.is_empty() { format!("holdsafe run {}{cell} --trials 1", one.scenario) } else { one.reproduce.clone() }))
+        }
     }
 }
 

@@ -58,7 +58,7 @@ fn of_matrix(matrix: &Matrix) -> Markup {
     let kinds: BTreeSet<_> = matrix.rows.iter().flat_map(|row| &row.kinds).map(|kind| (kind.evidence, kind.ablation)).collect();
     let columns = kinds.iter().map(|(evidence, ablation)| {
         let note = if *ablation { "a check waived (ABLATION)" } else { "every check" };
-        (words::capital(evidence.name()), note.to_owned())
+        (words::capital(words::place(*evidence)), note.to_owned())
     });
     let row = |row: &'_ MatrixRow| Row {
         name: row.id.clone(),
@@ -114,7 +114,7 @@ fn of_reference(reference: &Reference) -> Markup {
     });
     let grid = Grid {
         label: "Scenarios by place of evidence".to_owned(),
-        columns: places.iter().map(|place| (words::capital(place.name()), String::new())).collect(),
+        columns: places.iter().map(|place| (words::capital(words::place(*place)), String::new())).collect(),
         rows_are: "scenario".to_owned(),
         rows: rows.collect(),
     };

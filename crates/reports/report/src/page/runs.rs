@@ -26,8 +26,10 @@ pub(super) fn chosen<'a>(dossier: &'a Dossier, findings: &[Finding]) -> (Vec<&'a
     // Of a run that nothing answered, the reader wants to see what an answer looks like.
     let other = all
         .iter()
-        .filter(|story| story.name != first.name && ending(story) != ending(first) && story.why.is_empty() != first.why.is_empty())
-        .max_by_key(|story| in_common(&story.name, &first.name));
+        .enumerate()
+        .filter(|(_, story)| ending(story) != ending(first) && story.why.is_empty() != first.why.is_empty())
+        .max_by_key(|(i, story)| (in_common(&story.name, &first.name), std::cmp::Reverse(*i)))
+        .map(|(_, story)| story);
     let told: Vec<&RunSummary> = std::iter::once(*first).chain(other.copied()).collect();
     let rest = all.iter().filter(|story| !told.iter().any(|of| std::ptr::eq(*of, **story))).copied().collect();
     (told, rest)
@@ -36,6 +38,14 @@ pub(super) fn chosen<'a>(dossier: &'a Dossier, findings: &[Finding]) -> (Vec<&'a
 /// The class after the name of a kept trial.
 fn ending(story: &RunSummary) -> &str {
     story.name.rsplit_once(": ").map_or("", |(_, class)| class)
+}
+
+/// The name of a kept trial as people read it; another is a folder.
+pub(super) fn named(story: &RunSummary) -> String {
+    match story.name.split_once(", seed ") {
+        Some((variation, rest)) => format!("{}, seed {rest}", words::capital(&variation.replace('/', ", ").replace(", model", ", twin"))),
+        None => story.name.clone(),
+    }
 }
 
 /// Parts of two names that are the same.
@@ -59,7 +69,7 @@ pub(super) fn section(told: &[&RunSummary], rest: &[&RunSummary]) -> Markup {
         (chains(told))
         @if rest.iter().any(|story| !story.why.is_empty()) { details {
             summary { "Why the mode changed in the other runs" }
-            @for story in rest { @for why in &story.why { h3 { (story.name) } (chain(why)) } }
+            @for story in rest { @for why in &story.why { h3 { (named(story)) } (chain(why)) } }
         } }
     } }
 }
@@ -71,7 +81,7 @@ fn drawing(story: &RunSummary) -> Markup {
             strong { (figure.title) }
             div class="wid" { (PreEscaped(timeline.wide().inline(&figure.title))) }
             div class="nar" { (PreEscaped(timeline.narrow().inline(&figure.title))) }
-            figcaption { (figure.caption) }
+            @if story.flaw.is_some() { figcaption { (figure.caption) } }
             details { summary { "The same in numbers" } (table(&figure.table, &figure.title)) }
         }
     }
@@ -84,7 +94,7 @@ fn chains(told: &[&RunSummary]) -> Markup {
     let [first, more @ ..] = story.why.as_slice() else { return html! {} };
     html! {
         h2 { (heading(first)) }
-        p class="say" { (story.name) ". From the services’ signed logs alone: no word of an attacker and no truth of the simulator." }
+        p class="say" { (named(story)) ". From the services’ signed logs alone: no word of an attacker and no truth of the simulator." }
         (chain(first))
         @if !more.is_empty() { details {
             summary { (words::number(more.len() as u64, "more change")) " of mode in this run" }
@@ -102,28 +112,31 @@ fn heading(why: &Why) -> String {
 }
 
 fn chain(why: &Why) -> Markup {
-    html! { ol class="why" { @for link in &why.chain { (link_markup(link)) } } }
+    // The chain comes by stage; a reader follows the time.
+    let mut links: Vec<&ChainLink> = why.chain.iter().collect();
+    links.sort_by(|a, b| a.at.total_cmp(&b.at));
+    html! { ol class="why" { @for link in links { (link_markup(link, why)) } } }
 }
 
-fn link_markup(link: &ChainLink) -> Markup {
+fn link_markup(link: &ChainLink, why: &Why) -> Markup {
     let key = matches!(link.stage.as_str(), "guard" | "transition");
+    let what = if link.stage == "transition" { format!("{}: {}", why.change.replace(" to ", " → "), why.cause) } else { link.what.clone() };
     html! { li class=[key.then_some("k")] {
         time { (format!("{:.4} s", link.at)) }
         span { (link.by) }
-        p { (link.what) }
+        p { (what) }
     } }
 }
 
 /// The figure of one run, for files.
 pub(super) fn drawn(story: &RunSummary) -> Figure {
     let (mark, reason) = story.flaw.as_ref().map_or_else(Default::default, |flaw| {
-        (" (INVALID)".to_owned(), format!("INVALID, evidence of nothing: {flaw}. "))
+        (if ending(story) == "INVALID" { "" } else { " (INVALID)" }, format!("INVALID, evidence of nothing: {flaw}. "))
     });
-    let claims = story.claims.map(|claims| format!(" {} reports of an insider, at most {} m off.", claims.n, words::three_digits(claims.off_m)));
     Figure {
         name: format!("run-{}", slug(&story.name)),
-        title: format!("{}{mark}", words::capital(&story.name)),
-        caption: format!("{reason}One run of {:.1} s.{}", story.seconds, claims.unwrap_or_default()),
+        title: format!("{}{mark}", named(story)),
+        caption: format!("{reason}One run of {:.1} s.", story.seconds),
         drawing: timeline(story).wide(),
         table: rows(story),
     }
@@ -134,7 +147,7 @@ fn timeline(story: &RunSummary) -> Timeline {
     let spans = |all: &[Lasted], class: &'static str| all.iter().map(|l| span(l, class)).collect::<Vec<_>>();
     let lane = |name: &str, spans: Vec<Span>, empty: &str| Lane { name: name.to_owned(), spans, curve: Vec::new(), empty: empty.to_owned() };
     // A single refusal while sessions open is no news; what an attack meets is refused again and again.
-    if let Some(most) = story.refused.iter().find(|refused| refused.n > 2) {
+    if let Some(most) = story.refused.iter().find(|refused| refused.n > 5) {
         let name = format!("{} of {}: {}", most.n, most.by, words::refusal(&most.reason));
         let mut refusals = spans(&most.at, "refusal");
         if let [only] = refusals.as_mut_slice() {
@@ -164,23 +177,28 @@ fn span(of: &Lasted, class: &'static str) -> Span {
 /// A lane a kind of injection, in the page's one colour where nothing answered it.
 fn injections(story: &RunSummary) -> Vec<Lane> {
     let class = if ending(story) == "UNDETECTED" { "attack-unnoticed" } else { "attack" };
+    let lane = |spans, empty: &str| Lane { name: "Attack".to_owned(), spans, curve: Vec::new(), empty: empty.to_owned() };
     let mut kinds: Vec<&str> = Vec::new();
-    for of in &story.done {
+    // Reports of an insider are told with their number; what it did to send them is the same again.
+    for of in story.done.iter().filter(|of| story.claims.is_none() || !of.what.ends_with(": Forward")) {
         if !kinds.contains(&of.what.as_str()) {
             kinds.push(&of.what);
         }
     }
-    let shown = kinds.iter().take(INJECTIONS).map(|kind| Lane {
-        name: "Attack".to_owned(),
-        spans: story.done.iter().filter(|of| of.what == *kind).map(|of| span(of, class)).collect(),
-        curve: Vec::new(),
-        empty: String::new(),
-    });
-    let mut lanes: Vec<Lane> = shown.collect();
-    if lanes.is_empty() {
-        lanes.push(Lane { name: "Attack".to_owned(), spans: Vec::new(), curve: Vec::new(), empty: "none".to_owned() });
+    let of_kind = |kind: &&str| story.done.iter().filter(|of| of.what == *kind).map(|of| Span { name: told_claims(story, &of.what), ..span(of, class) }).collect();
+    let lanes: Vec<Lane> = kinds.iter().take(INJECTIONS).map(|kind| lane(of_kind(kind), "")).collect();
+    if lanes.is_empty() { vec![lane(Vec::new(), "none")] } else { lanes }
+}
+
+/// Reports of an insider with their number and their distance from the truth; anything else as it is.
+fn told_claims(story: &RunSummary, what: &str) -> String {
+    match (story.claims, what.split_once(" sends a report of ")) {
+        (Some(claims), Some((who, rest))) => {
+            let of = rest.split(' ').next().unwrap_or_default();
+            format!("{} reports of {of}, by {}; {} m off at most", claims.n, who.trim_end_matches(':'), words::three_digits(claims.off_m))
+        }
+        _ => what.to_owned(),
     }
-    lanes
 }
 
 /// What was shown, a restriction with its delay behind the mode.

@@ -11,29 +11,40 @@ use crate::tried::{Tried, tried};
 
 pub(super) fn note(dossier: &Dossier) -> Markup {
     let marks = marks(dossier);
-    let policies: BTreeSet<&str> = marks.iter().filter_map(|mark| mark.split('`').nth(1)).collect();
+    let ablations: BTreeSet<&str> = marks.iter().filter_map(|mark| mark.strip_prefix("ABLATION: ")).collect();
+    let policies: BTreeSet<&str> = ablations.iter().filter_map(|mark| mark.split('`').nth(1)).collect();
     let all: Vec<Tried> = dossier.results.files().iter().flat_map(tried).collect();
     let waived = all.iter().filter(|one| is_waived(one, &policies)).count();
     let unit = if all.iter().any(|one| one.cell.is_some()) { "cell" } else { "variation" };
-    html! { @if !marks.is_empty() {
-        div class="note" role="note" {
-            b { "ABLATION." } " "
-            @if all.is_empty() || waived == 0 { (marks.iter().map(|mark| mark.trim_start_matches("ABLATION: ")).collect::<Vec<_>>().join("; ")) ". It shows " }
-            @else if waived == all.len() { "All of these trials waive a check on purpose (" (named(&policies, &marks)) "). They show " }
-            @else { (waived) " of the " (words::number(all.len() as u64, unit)) " waive a check on purpose (" (named(&policies, &marks)) "). They show " }
-            "what the check is worth, and no claim about the platform rests on that."
+    let named = if policies.is_empty() { ablations.iter().copied().collect::<Vec<_>>().join("; ") } else { policy_names(&policies) };
+    html! {
+        @for (kind, rest) in marks.iter().filter_map(|mark| mark.split_once(": ")).filter(|(kind, _)| *kind != "ABLATION") {
+            div class="note" role="note" { b { (kind) "." } " " (rest) "." }
         }
-    } }
+        @if !ablations.is_empty() {
+            div class="note" role="note" {
+                b { "ABLATION." } " "
+                @if waived == 0 { "Some of these trials waive a check on purpose (" (named) "). They show " }
+                @else if waived == all.len() { "All of these trials waive a check on purpose (" (named) "). They show " }
+                @else { (waived) " of the " (words::number(all.len() as u64, unit)) " waive a check on purpose (" (named) "). They show " }
+                "what the check is worth, and no claim about the platform rests on that."
+            }
+        }
+    }
 }
 
-/// Every watermark of the results and of the manifests beside them.
+/// Every watermark of the results and of the manifests beside them, part by part. That a comparison has guests its own words say.
 fn marks(dossier: &Dossier) -> BTreeSet<&str> {
     let mut all: BTreeSet<&str> = dossier.watermarks.iter().map(String::as_str).collect();
+    let mut compared = false;
     for given in dossier.results.files() {
         match &given.found {
             FoundResult::Search(search) => all.extend(search.watermark.as_deref()),
             FoundResult::Curve(curve) => all.extend(curve.watermarks.iter().map(String::as_str)),
-            FoundResult::Comparison(comparison) => all.extend(comparison.rows.iter().filter_map(|row| row.watermark.as_deref())),
+            FoundResult::Comparison(comparison) => {
+                compared = true;
+                all.extend(comparison.rows.iter().filter_map(|row| row.watermark.as_deref()));
+            }
             FoundResult::Matrix(_)
             | FoundResult::Runs(_)
             | FoundResult::Reference(_)
@@ -42,10 +53,10 @@ fn marks(dossier: &Dossier) -> BTreeSet<&str> {
             | FoundResult::Ablation(_)
             | FoundResult::TwinCost(_) => {}
         }
-        // A tried variation borrows from the result, and its mark with it.
         all.extend(tried(given).iter().filter_map(|one| one.watermark));
     }
-    all
+    let parts = all.into_iter().flat_map(|mark| mark.split("; ")).map(str::trim);
+    parts.filter(|part| !(compared && part.starts_with("GUEST: "))).collect()
 }
 
 /// A cell that names its policy is waived if that policy is; another by its own watermark.
@@ -55,7 +66,7 @@ fn is_waived(one: &Tried, policies: &BTreeSet<&str>) -> bool {
     named || (one.watermark.is_some() && !says_policy)
 }
 
-fn named(policies: &BTreeSet<&str>, marks: &BTreeSet<&str>) -> String {
+fn policy_names(policies: &BTreeSet<&str>) -> String {
     let names: Vec<String> = policies.iter().map(|name| name.replace('-', " ")).collect();
-    if names.is_empty() { marks.iter().copied().collect::<Vec<_>>().join("; ") } else { words::list(&names, "and") }
+    words::list(&names, "and")
 }

@@ -2,6 +2,9 @@
 //! written.
 
 use evidence::trial::Outcome;
+use scenario::Evidence;
+
+use crate::tried::meaning;
 
 /// A part of a cell's name or a policy.
 struct Word {
@@ -53,6 +56,15 @@ pub(super) fn is_policy(part: &str) -> bool {
 
 fn find(part: &str) -> Option<&'static Word> {
     WORDS.iter().find(|word| word.name == part)
+}
+
+/// Where trials ran.
+pub(super) fn place(evidence: Evidence) -> &'static str {
+    match evidence {
+        Evidence::Model => "twin (simulation)",
+        Evidence::Stack => "real stacks in memory",
+        Evidence::Live => "live",
+    }
 }
 
 /// Parts as `a, b, and c`.
@@ -120,7 +132,7 @@ pub(super) fn deed(class: Outcome) -> [&'static str; 2] {
     match class {
         Outcome::Unsafe => ["breaks a safety property", "break a safety property"],
         Outcome::GuestFailed => ["makes the guest fail", "make the guest fail"],
-        Outcome::Invalid => ["shows nothing", "show nothing"],
+        Outcome::Invalid => ["is INVALID and shows nothing", "are INVALID and show nothing"],
         Outcome::Late => ["is answered too late", "are answered too late"],
         Outcome::FalseTrip => ["stops the unit without a cause", "stop the unit without a cause"],
         Outcome::HoldSafe => ["stops the unit", "stop the unit"],
@@ -129,6 +141,15 @@ pub(super) fn deed(class: Outcome) -> [&'static str; 2] {
         Outcome::Undetected => ["goes unnoticed", "go unnoticed"],
         Outcome::Stuck => ["leaves the vehicle stuck", "leave the vehicle stuck"],
         Outcome::Nominal => ["changes nothing", "change nothing"],
+    }
+}
+
+/// A class for readers without the documentation.
+pub(super) fn key(class: Outcome) -> &'static str {
+    match class {
+        Outcome::HoldSafe => "the unit stopped, without authority",
+        Outcome::Degraded => "the unit slowed down, without authority",
+        other => meaning(other),
     }
 }
 

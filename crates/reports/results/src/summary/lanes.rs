@@ -102,7 +102,7 @@ pub(super) fn cause_words(cause: Cause) -> String {
 /// The modes that the console showed of the unit under test; a value that is not fresh is named as what it was.
 pub(super) fn shown(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
     let mut stretches = Stretches { all: Vec::new(), open: None };
-    for w in entries {
+    for w in entries.iter().filter(|w| w.at <= clock.end) {
         if let Any::Service(Event::Displayed { unit: UnitId::A, mode, freshness, .. }) = w.entry.event {
             let state = match freshness {
                 Freshness::Fresh => mode.name().to_owned(),

@@ -31,6 +31,11 @@ fn samples(entries: &[Witnessed]) -> impl Iterator<Item = Sample> {
     })
 }
 
+/// Time of the plant's last statement.
+pub(super) fn last(entries: &[Witnessed]) -> Option<Micros> {
+    samples(entries).map(|of| of.at).max()
+}
+
 /// The speed over time; of a long run every nth statement.
 pub(super) fn truth(entries: &[Witnessed], clock: Clock) -> Vec<TruthPoint> {
     let every = samples(entries).count().div_ceil(MAX_POINTS).max(1);

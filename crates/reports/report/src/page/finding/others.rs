@@ -1,6 +1,7 @@
 //! The finding of results without classed trials of their own: searches, comparisons of guests, curves, measurements of checks and of
 //! cost; and of runs that were given without a result.
 
+use evidence::trial::Outcome;
 use results::report::{Ablation, Comparison, ComparisonTotal, CurveObject, SearchObject, TwinCost};
 use results::summary::RunSummary;
 
@@ -57,7 +58,7 @@ fn of_search(search: &SearchObject) -> Finding {
     ];
     let nearest = hunt.nearest.iter().max_by_key(|row| row.thousandths);
     facts.extend(nearest.map(|row| {
-        Fact::new(format!("{:.1} %", f64::from(row.thousandths) / 10.0), format!("of the way to a limit at most: {}", row.limit.name()))
+        Fact::new(format!("{:.1} %", f64::from(row.thousandths) / 10.0), format!("of the way to a limit, the nearest: {}", row.limit.name()))
     }));
     facts.push(Fact::new(format!("{} CPU s", words::three_digits(hunt.cpu_seconds)), "for all of them"));
     finding(rank, sentence, lead, facts)
@@ -73,7 +74,16 @@ fn of_comparison(comparison: &Comparison) -> Option<Finding> {
         .collect();
     // The guest that is harmed most inside the guards leads.
     let (bare, guarded) = pairs.iter().max_by_key(|(bare, guarded)| (guarded.harmful, bare.harmful))?;
-    let rank = if guarded.harmful > 0 { Rank::Harm } else { Rank::Fine };
+    let unnoticed = |of: &ComparisonTotal| {
+        let own = comparison.rows.iter().filter(|row| row.guest == of.guest && row.conduct == of.conduct && !row.quiet);
+        own.filter(|row| row.outcomes.contains_key(&Outcome::Undetected)).count() as u64
+    };
+    let quiet = [unnoticed(bare), unnoticed(guarded)];
+    let rank = match (guarded.harmful, quiet[1]) {
+        (0, 0) => Rank::Fine,
+        (0, _) => Rank::Unnoticed,
+        _ => Rank::Harm,
+    };
     let others: Vec<String> = pairs
         .iter()
         .filter(|(of, _)| of.guest != bare.guest)
@@ -102,15 +112,22 @@ fn of_comparison(comparison: &Comparison) -> Option<Finding> {
     }));
     let trips: u64 = comparison.rows.iter().filter(|row| row.quiet && row.conduct == "guarded").map(|row| row.false_trips).sum();
     facts.push(Fact::new(trips.to_string(), "false stops without an attack inside the guards"));
-    Some(finding(rank, compared(bare, guarded), lead.trim_end().to_owned(), facts))
+    facts.insert(2, Fact::new(format!("{} of {}", quiet[1], guarded.variations), format!("attacks unnoticed inside the guards, {} bare", quiet[0])));
+    facts.truncate(4);
+    Some(finding(rank, compared(bare, guarded, quiet), lead.trim_end().to_owned(), facts))
 }
 
 /// What the guards make of a guest.
-fn compared(bare: &ComparisonTotal, guarded: &ComparisonTotal) -> Vec<Part> {
+fn compared(bare: &ComparisonTotal, guarded: &ComparisonTotal, unnoticed: [u64; 2]) -> Vec<Part> {
     let guest = &bare.guest;
     let plain = |text: String| vec![Part::Plain(text)];
     match (bare.harmful, guarded.harmful) {
-        (0, 0) => plain(format!("No attack harms {guest}, bare or inside the guards.")),
+        (0, 0) if unnoticed == [0, 0] => plain(format!("No attack harms {guest}, bare or inside the guards.")),
+        (0, 0) => vec![
+            Part::Plain(format!("Inside the guards {guest} leaves ")),
+            Part::Marked(format!("{} of {} unnoticed", unnoticed[1], words::number(guarded.variations, "attack"))),
+            Part::Plain(format!(", bare {}; none does harm.", unnoticed[0])),
+        ],
         (_, 0) => plain(format!("Inside the guards nothing harms {guest}; bare it is harmed by {} of {}.", bare.harmed, words::number(bare.variations, "attack"))),
         (before, after) => {
             let than = if after < before { "less often than bare" } else { "no less often than bare" };

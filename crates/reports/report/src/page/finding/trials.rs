@@ -145,25 +145,18 @@ impl View<'_> {
         if rank == Rank::Fine {
             return vec![Part::Plain(self.fine())];
         }
-        let k = about.len() as u64;
         let hits: u64 = about.iter().filter_map(|one| one.outcomes.get(&class)).sum();
         let of: u64 = about.iter().map(|one| one.n).sum();
+        // Single trials count where not all of them ended so, and where the class is about the trial itself.
+        let by_trial = class == Outcome::Invalid || (self.unit == "scenario" && hits < of);
+        let subject = if by_trial { format!("{hits} of {}", words::number(of, "trial")) } else { subject(about.len() as u64, self.noun) };
         let [one, many] = words::deed(class);
-        let subject = if class == Outcome::Invalid || (self.unit == "scenario" && of > 1 && hits < of) {
-            format!("{} of {}", hits, words::number(of, "trial"))
-        } else {
-            subject(k, if self.unit == "scenario" && self.noun == "quiet run" { "run" } else { self.noun })
-        };
-        let singular = if subject.starts_with("One ") || subject.starts_with("1 of ") { one } else { many };
-        let (verb, rest) = singular.split_once(' ').unwrap_or((singular, ""));
+        let deed = if (by_trial && hits == 1) || (!by_trial && about.len() == 1) { one } else { many };
+        let (verb, rest) = deed.split_once(' ').unwrap_or((deed, ""));
         let not_stated = if rank == Rank::NotStated { ", which was not stated beforehand" } else { "" };
-        let rest = match rest {
-            "" => String::new(),
-            rest => rest.to_owned(),
-        };
         vec![
             Part::Plain(format!("{subject} {verb} ")),
-            Part::Marked(rest),
+            Part::Marked(rest.to_owned()),
             Part::Plain(format!("{not_stated}{}.", self.which(about))),
         ]
     }
@@ -185,17 +178,18 @@ impl View<'_> {
 
     /// The sentence where nothing asks for a reader.
     fn fine(&self) -> String {
-        let totals = self.totals();
-        let classes: Vec<Outcome> = totals.keys().copied().collect();
-        let who = if self.n() == 1 { format!("The {}", self.noun) } else { format!("Every {}", self.noun) };
+        let classes: Vec<Outcome> = self.totals().keys().copied().collect();
+        let n = self.n();
+        let who = if n == 1 { format!("The {}", self.noun) } else { format!("Every {}", self.noun) };
         match classes.as_slice() {
             [Outcome::Nominal] if self.noun == "quiet run" => {
-                format!("Nothing happens where nothing is done: {} of {} stay NOMINAL.", words::grouped(self.n()), words::number(self.n(), "run"))
+                format!("Nothing happens where nothing is done: {} of {} stay NOMINAL.", words::grouped(n), words::number(n, "run"))
             }
-            [one] => format!("{who} {}.", words::deed(*one)[0]),
             some => {
                 let deeds: Vec<&str> = some.iter().map(|class| words::deed(*class)[0]).collect();
-                format!("{who} {}.", words::list(&deeds, "or"))
+                let within = self.slowest().filter(|_| some.len() == 1).map(|(sample, ..)| sample.p95.unwrap_or_default());
+                let within = within.map(|ms| if n == 1 { format!(" in {}", words::milliseconds(ms)) } else { format!(", 95 % of times within {}", words::milliseconds(ms)) });
+                format!("{who} {}{}.", words::list(&deeds, "or"), within.unwrap_or_default())
             }
         }
     }
@@ -204,7 +198,9 @@ impl View<'_> {
     fn numbers(&self, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<String> {
         let mut all = Vec::new();
         if rank == Rank::Fine {
-            all.push(format!("{}: {}.", words::number(self.n(), "trial"), self.endings(self.all.iter())));
+            let of = if let [one] = self.all.as_slice() { one.scenario.to_owned() } else { words::number(self.all.len() as u64, self.unit) };
+            let stated = if self.all.iter().any(|one| one.expected.is_empty()) { "" } else { ", as stated beforehand" };
+            all.push(format!("{} of {of} ended with {}{stated}.", words::number(self.n(), "trial"), self.endings(self.all.iter())));
         } else {
             let (hits, of): (u64, u64) = (about.iter().filter_map(|one| one.outcomes.get(&class)).sum(), about.iter().map(|one| one.n).sum());
             let these = if about.len() == 1 { format!("that {}", self.unit) } else { format!("these {}s", self.unit) };
@@ -216,7 +212,7 @@ impl View<'_> {
                 all.push(format!("In {which} {} ended with {}.", words::number(n, "trial"), self.endings(others.into_iter())));
             }
         }
-        all.extend(self.believed(about));
+        all.extend(self.believed(about).filter(|_| class != Outcome::Invalid));
         all.extend(self.stated_harm(rank, class));
         all
     }
@@ -295,8 +291,8 @@ impl View<'_> {
         Some(Fact::new(format!("{} of {}", verdicts.shown, words::number(campaign.rows.len() as u64, "variation")), said))
     }
 
-    /// The slowest 95 % of the way to a safe mode.
-    fn latency(&self, dossier: &Dossier) -> Option<Fact> {
+    /// The slowest p95 of the times to HOLD_SAFE, else to DEGRADED, which of them it is, and of how many samples.
+    fn slowest(&self) -> Option<(&Sample, usize, usize)> {
         let each: Vec<&LatencySummary> = match &self.given.found {
             FoundResult::Runs(runs) => runs.iter().map(|run| &run.summary.latency_ms).collect(),
             FoundResult::Campaign(campaign) => campaign.rows.iter().map(|row| &row.latency_ms).collect(),
@@ -305,18 +301,23 @@ impl View<'_> {
             FoundResult::BenchLive(bench) => bench.runs().map(|run| &run.summary.latency_ms).collect(),
             _ => return None,
         };
-        let slowest = |pick: fn(&LatencySummary) -> &Sample| {
+        let worst = |pick: fn(&LatencySummary) -> &Sample| {
             let samples = each.iter().map(|latency| pick(latency)).filter(|sample| sample.p95.is_some());
             samples.max_by(|a, b| a.p95.unwrap_or_default().total_cmp(&b.p95.unwrap_or_default()))
         };
-        let (hold, degraded) = (slowest(|l| &l.to_hold_safe), slowest(|l| &l.to_degraded));
-        let (sample, to, i) = hold.map(|s| (s, "HOLD_SAFE", 0)).or(degraded.map(|s| (s, "DEGRADED", 1)))?;
-        let limit = dossier.stories.first().map(|story| story.limits_ms[i]);
-        let limit = limit.map(|ms| format!("; limit {} from the loss", words::grouped(ms))).unwrap_or_default();
-        let upper = sample.p95_upper_95.map(|ms| format!(", at most {} at 95 %", words::three_digits(ms))).unwrap_or_default();
-        let worst = if each.len() > 1 { "slowest " } else { "" };
+        let hold = worst(|l| &l.to_hold_safe).map(|sample| (sample, 0, each.len()));
+        hold.or_else(|| worst(|l| &l.to_degraded).map(|sample| (sample, 1, each.len())))
+    }
+
+    fn latency(&self, dossier: &Dossier) -> Option<Fact> {
+        let (sample, to, samples) = self.slowest()?;
+        let limit = dossier.stories.first().and_then(|story| story.limits_ms.get(to));
+        let limit = limit.map(|ms| format!("; limit {} from the loss", words::grouped(*ms))).unwrap_or_default();
+        let upper = sample.p95_upper_95.map(|ms| format!(", at most {}", words::three_digits(ms))).unwrap_or_default();
+        let worst = if samples > 1 { "slowest " } else { "" };
         let from = if self.noun == "lie" { "lie" } else { "arrival" };
-        Some(Fact::new(words::milliseconds(sample.p95?), format!("from {from} to {to} ({worst}p95, n {}{upper}){limit}", sample.n)))
+        let mode = if to == 0 { "HOLD_SAFE" } else { "DEGRADED" };
+        Some(Fact::new(words::milliseconds(sample.p95?), format!("{from} to {mode} ({worst}p95, n {}{upper}){limit}", sample.n)))
     }
 
     fn not_safe(&self) -> Option<Fact> {

@@ -12,7 +12,7 @@ use crate::tried::either;
 /// The bars.
 pub(super) fn bars(campaign: &CampaignObject) -> Markup {
     html! {
-        (said("How often each variation ends so", "The mark is the observed share of the class that leads, the bar its exact two-sided 95 % interval, from 0 to 100 %. A class leads that was not stated, then harm, then the most frequent."))
+        (said("How often each variation ended as it did", "The mark is the observed share of the class that leads, the bar its exact two-sided 95 % interval, from 0 to 100 %. A class leads that was not stated, then harm, then the most frequent."))
         @for row in &campaign.rows { (bar(campaign, row)) }
     }
 }

@@ -25,14 +25,14 @@ fn of_cells(dossier: &Dossier, run: &RunObject) -> Markup {
     let (grid, across) = crossed(dossier, run).map_or_else(|| (listed(dossier, run), false), |grid| (grid, true));
     let words = if across {
         format!(
-            "{}, {}, from seed {}. Columns: what the policy checks, as their notes say. A cell has how its trials ended, and beside it what was stated beforehand \
-             where that was more than this. ≥: true share at least (95 %).",
+            "{}, {}, from seed {}. Rows: what is done. Columns: what the policy checks. A cell has how its trials ended and why, times on average; what was \
+             stated beforehand where that is not the same; ≥: the true share at least (95 %).",
             words::capital(&run.scenario),
-            run.mode.evidence().name(),
+            words::place(run.mode.evidence()),
             run.seed
         )
     } else {
-        format!("{}, {}, from seed {}. A row a cell. ≥: true share at least (95 %).", words::capital(&run.scenario), run.mode.evidence().name(), run.seed)
+        format!("{}, {}, from seed {}. A row a cell. ≥: true share at least (95 %).", words::capital(&run.scenario), words::place(run.mode.evidence()), run.seed)
     };
     html! { (said(if across { "Which check stops what" } else { "How each cell ended" }, &words)) (grid.markup()) }
 }
@@ -113,7 +113,7 @@ fn of_runs(dossier: &Dossier, runs: &[&RunObject]) -> Markup {
         let class = leading(&run.summary.outcomes, &run.expected);
         Row {
             name: run.scenario.clone(),
-            note: format!("{}, from seed {}", run.mode.evidence().name(), run.seed),
+            note: format!("{}, from seed {}", words::place(run.mode.evidence()), run.seed),
             aside: run.platform.clone().unwrap_or_default(),
             cells: vec![class.map(|class| Cell {
                 outcomes: &run.summary.outcomes,
@@ -146,7 +146,7 @@ fn reason(summary: &Summary, class: Outcome, own: &[&Trial]) -> String {
         _ => None,
     };
     if let Some(ms) = latency {
-        return format!("in {} on average", words::milliseconds(ms));
+        return format!("in {}", words::milliseconds(ms));
     }
     let finding = own.iter().filter(|trial| trial.outcome == class).find_map(|trial| trial.findings.first());
     match (class, finding) {
