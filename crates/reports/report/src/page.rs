@@ -119,7 +119,10 @@ fn crumb(dossier: &Dossier) -> String {
         if let (true, Some(first)) = (all.len() > 1, all.first()) {
             let same = all.iter().all(|one| one.n == first.n);
             let each = if same { format!(" × {}", words::number(first.n, "trial")) } else { String::new() };
-            parts.push(format!("{}{each}", words::number(all.len() as u64, if first.cell.is_some() { "cell" } else { "variation" })));
+            parts.push(format!(
+                "{}{each}",
+                words::number(all.len() as u64, if first.cell.is_some() { "cell" } else { "variation" })
+            ));
         }
     }
     parts.extend((!dossier.stories.is_empty()).then(|| words::number(dossier.stories.len() as u64, "kept run")));

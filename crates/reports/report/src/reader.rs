@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use results::report::{
-    Ablation, BenchLive, CampaignObject, Comparison, CurveObject, Matrix, Reference, RunObject, RunsObject, SearchObject, TwinCost,
+    Ablation, BenchLive, CampaignObject, Comparison, CurveObject, Matrix, Reference, RunObject, RunsObject,
+    SearchObject, TwinCost,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;

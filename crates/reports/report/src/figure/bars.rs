@@ -90,7 +90,7 @@ mod tests {
         let text = bars(&[bar("a", &[1.0, 0.0, 2.0]), bar("b", &[0.0])], None).inline("x");
         assert_eq!(text.matches("<rect").count(), 2);
         assert!(
-            text.contains("x=\"210.0\"") && text.contains("width=\"140.0\"") && text.contains("width=\"280.0\""),
+            text.contains("x=\"250.0\"") && text.contains("width=\"140.0\"") && text.contains("width=\"280.0\""),
             "{text}"
         );
         assert!(!text.contains("NaN"), "{text}");

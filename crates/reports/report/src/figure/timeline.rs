@@ -63,11 +63,11 @@ struct Layout {
     ticks: f64,
 }
 
-const WIDE: Layout = Layout { left: 170.0, wide: 942.0, whole: 1130.0, above: 0.0, gap: 12.0, ticks: 10.0 };
+const WIDE: Layout = Layout { left: 150.0, wide: 930.0, whole: 1096.0, above: 0.0, gap: 12.0, ticks: 10.0 };
 const NARROW: Layout = Layout { left: 6.0, wide: 348.0, whole: 360.0, above: 20.0, gap: 6.0, ticks: 6.0 };
 
 impl Timeline {
-    /// Names at the left, for pages of 1,000 pixels and more, and for files.
+    /// Names at the left, for pages of 1,200 pixels and more, and for files.
     pub fn wide(&self) -> Drawing {
         self.drawn(&WIDE)
     }
@@ -85,7 +85,8 @@ impl Timeline {
         let mut top = 0.0;
         for lane in &self.lanes {
             let line = if layout.above > 0.0 { top + 14.0 } else { top + high(lane) / 2.0 + 5.0 };
-            let (anchor, at) = if layout.above > 0.0 { (Anchor::Start, layout.left) } else { (Anchor::End, layout.left - 14.0) };
+            let (anchor, at) =
+                if layout.above > 0.0 { (Anchor::Start, layout.left) } else { (Anchor::End, layout.left - 14.0) };
             drawing.words("faint", anchor, (at, line), &lane.name);
             let place = top + layout.above;
             drawing.rect("lane", (layout.left, place), (layout.wide, high(lane)), "");
@@ -158,7 +159,8 @@ impl Lane {
     }
 
     fn draw_curve(&self, drawing: &mut Drawing, top: f64, x: &impl Fn(f64) -> f64) {
-        let peak = self.curve.iter().copied().fold((0.0, 0.0), |best, point| if point.1 > best.1 { point } else { best });
+        let peak =
+            self.curve.iter().copied().fold((0.0, 0.0), |best, point| if point.1 > best.1 { point } else { best });
         let y = |value: f64| top + CURVE - 4.0 - value / peak.1.max(1e-9) * (CURVE - 22.0);
         let points: Vec<_> = self.curve.iter().map(|(at, value)| (x(*at), y(*value))).collect();
         drawing.path("line-0", &points);
@@ -180,7 +182,7 @@ fn fitting(name: &str, room: f64) -> String {
 
 /// True if the name is whole, or so much of it that it still says something.
 fn whole_or_long(drawn: &str, name: &str) -> bool {
-    drawn == name || drawn.chars().count() > 12
+    drawn == name || drawn.chars().count() > 7
 }
 
 #[cfg(test)]
@@ -206,7 +208,7 @@ mod tests {
     #[test]
     fn span_beyond_the_end_is_drawn_there() {
         let text = timeline(vec![span("READY", 5.0, 99.0)], 10.0).wide().inline("x");
-        assert!(text.contains("x=\"641.0\"") && text.contains("width=\"471.0\""), "{text}");
+        assert!(text.contains("x=\"615.0\"") && text.contains("width=\"465.0\""), "{text}");
     }
 
     #[test]

@@ -36,7 +36,11 @@ fn prices(given: &Given) -> Vec<Price> {
 }
 
 fn hours(seconds: f64) -> String {
-    if seconds < 600.0 { format!("{} s", words::grouped(seconds.round() as u64)) } else { format!("{} h", words::three_digits(seconds / 3600.0)) }
+    if seconds < 600.0 {
+        format!("{} s", words::grouped(seconds.round() as u64))
+    } else {
+        format!("{} h", words::three_digits(seconds / 3600.0))
+    }
 }
 
 fn of_run(run: &RunObject) -> Vec<Price> {
@@ -44,15 +48,37 @@ fn of_run(run: &RunObject) -> Vec<Price> {
     let trips = summary.false_trips_per_hour * summary.sim_seconds / 3600.0;
     let upper = summary.false_trips_per_hour_upper_95;
     let bound = upper.map(|most| format!(", below {} an hour (95 %)", words::three_digits(most))).unwrap_or_default();
-    let mut all = vec![(words::number(trips.round() as u64, "false stop"), format!("{}: in {}{bound}", run.scenario, hours(summary.sim_seconds)))];
+    let mut all = vec![(
+        words::number(trips.round() as u64, "false stop"),
+        format!("{}: in {}{bound}", run.scenario, hours(summary.sim_seconds)),
+    )];
     if mission.n > 0 {
         let never: u64 = mission.never.values().sum();
-        let value = if never == 0 { "No order left undone".to_owned() } else { format!("{} left undone", words::number(never, "order")) };
-        all.push((value, format!("{} of {} missions armed, {} m driven on average", mission.armed, mission.n, words::three_digits(mission.driven_m))));
+        let value = if never == 0 {
+            "No order left undone".to_owned()
+        } else {
+            format!("{} left undone", words::number(never, "order"))
+        };
+        all.push((
+            value,
+            format!(
+                "{} of {} missions armed, {} m driven on average",
+                mission.armed,
+                mission.n,
+                words::three_digits(mission.driven_m)
+            ),
+        ));
     }
     if summary.cpu_seconds > 0.0 {
         let value = format!("{} CPU s", words::three_digits(summary.cpu_seconds));
-        all.push((value, format!("for {} s of {}", words::grouped(summary.sim_seconds.round() as u64), if run.mode.evidence() == scenario::Evidence::Live { "a live run" } else { "simulation" })));
+        all.push((
+            value,
+            format!(
+                "for {} s of {}",
+                words::grouped(summary.sim_seconds.round() as u64),
+                if run.mode.evidence() == scenario::Evidence::Live { "a live run" } else { "simulation" }
+            ),
+        ));
     }
     all
 }
@@ -62,7 +88,13 @@ fn of_comparison(comparison: &Comparison) -> Vec<Price> {
     quiet
         .map(|row| {
             let driven = row.driven_m.mean.map_or("–".to_owned(), |m| format!("{} m driven", words::three_digits(m)));
-            let said = format!("{} {}, no attack: {} false stops, {:.1} % of set-points limited", row.guest, row.conduct, row.false_trips, row.limited * 100.0);
+            let said = format!(
+                "{} {}, no attack: {} false stops, {:.1} % of set-points limited",
+                row.guest,
+                row.conduct,
+                row.false_trips,
+                row.limited * 100.0
+            );
             (driven, said)
         })
         .collect()

@@ -51,7 +51,10 @@ fn of_summary(run: &RunObject, story: &RunSummary) -> Vec<Measured> {
         ("Arrival to loss of authority", &latency.to_authority_revoked, degraded),
     ];
     let row = |(what, sample, limit): (&str, &stats::Sample, u64)| {
-        let upper = sample.p95_upper_95.map(|ms| format!(", at most {} ms (95 %)", words::three_digits(ms))).unwrap_or_default();
+        let upper = sample
+            .p95_upper_95
+            .map(|ms| format!(", at most {} ms (95 %)", words::three_digits(ms)))
+            .unwrap_or_default();
         Some(Measured {
             what: what.to_owned(),
             value: sample.p95?,
@@ -67,7 +70,14 @@ fn of_summary(run: &RunObject, story: &RunSummary) -> Vec<Measured> {
 }
 
 fn of_run(of: &Distance) -> Measured {
-    Measured { what: of.what.to_owned(), value: of.value, limit: of.limit, unit: of.unit, note: of.from.to_owned(), least: of.least }
+    Measured {
+        what: of.what.to_owned(),
+        value: of.value,
+        limit: of.limit,
+        unit: of.unit,
+        note: of.from.to_owned(),
+        least: of.least,
+    }
 }
 
 fn markup(row: &Measured) -> Markup {

@@ -27,7 +27,8 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
 
 /// The recordings, in one line while all of them verify.
 fn recordings(dossier: &Dossier) -> Markup {
-    let (n, sound) = (dossier.recordings.len() as u64, dossier.recordings.iter().all(|recording| recording.invalid.is_none()));
+    let (n, sound) =
+        (dossier.recordings.len() as u64, dossier.recordings.iter().all(|recording| recording.invalid.is_none()));
     html! { details open[!sound] {
         summary { (words::number(n, "recording")) @if sound { ", all verify" } @else { ", not all of which verify" } }
         (table(&rows(dossier), "Recordings"))
@@ -74,7 +75,15 @@ fn variations(dossier: &Dossier) -> Table {
     for one in dossier.results.files().iter().flat_map(tried) {
         let off: u64 = one.unexpected().map(|(_, n)| n).sum();
         let upper = one.unsafe_upper_95.map_or_else(|| "-".to_owned(), words::percent);
-        let cells = [one.name(), one.n.to_string(), one.expected_told(), class_counts(&one.outcomes), off.to_string(), upper, one.reproduce.clone()];
+        let cells = [
+            one.name(),
+            one.n.to_string(),
+            one.expected_told(),
+            class_counts(&one.outcomes),
+            off.to_string(),
+            upper,
+            one.reproduce.clone(),
+        ];
         rows.rows.push(cells.to_vec());
     }
     rows
@@ -102,7 +111,14 @@ fn places(dossier: &Dossier) -> Table {
         for ((place, waived), c) in by {
             let place = if waived { format!("{place}, ABLATION") } else { place.to_owned() };
             let upper = c.unsafe_upper.map_or_else(|| "-".to_owned(), words::percent);
-            rows.rows.push(vec![given.file.clone(), place, c.n.to_string(), class_counts(&c.outcomes), c.off.to_string(), upper]);
+            rows.rows.push(vec![
+                given.file.clone(),
+                place,
+                c.n.to_string(),
+                class_counts(&c.outcomes),
+                c.off.to_string(),
+                upper,
+            ]);
         }
     }
     rows

@@ -1,8 +1,9 @@
 //! The finding, first of all: one sentence on what the results show, one of numbers, and four numbers with n and bound.
 //!
-//! `trials` finds it among trials with classes, `others` in searches, comparisons and measurements. Nothing is judged again: the worst
+//! `trials` finds it among trials with classes, `comparison` among guests, `others` in searches and measurements. Nothing is judged again: the worst
 //! class that results have leads. Of several results the worst finding stands first, the others follow as sentences.
 
+mod comparison;
 mod others;
 mod trials;
 
@@ -136,6 +137,10 @@ fn broken(invalid: &[&Recording], n: usize) -> Markup {
 
 /// `Two lies` or `One lie`.
 fn subject(n: u64, noun: &str) -> String {
-    let plural = if noun.ends_with("ie") || !noun.ends_with('y') { format!("{noun}s") } else { format!("{}ies", noun.trim_end_matches('y')) };
+    let plural = if noun.ends_with("ie") || !noun.ends_with('y') {
+        format!("{noun}s")
+    } else {
+        format!("{}ies", noun.trim_end_matches('y'))
+    };
     format!("{} {}", words::capital(&words::count(n)), if n == 1 { noun.to_owned() } else { plural })
 }

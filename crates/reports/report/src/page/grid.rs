@@ -42,14 +42,21 @@ pub(super) struct Cell<'a> {
     pub outcomes: &'a Outcomes,
     /// Trials.
     pub n: u64,
-    /// The classes that were stated beforehand; empty where none were.
+    /// The classes that were stated beforehand; empty where none were, or several.
     pub expected: &'a [Outcome],
+    /// Trials outside of these.
+    pub off: u64,
     /// How it came to that.
     pub reason: String,
     /// A bound on the share, such as `≥ 86 %`.
     pub bound: String,
     /// Anchor of the run that is told below.
     pub run: Option<String>,
+}
+
+/// Trials outside the classes that were stated.
+pub(super) fn off(outcomes: &Outcomes, expected: &[Outcome]) -> u64 {
+    outcomes.iter().filter(|(class, _)| class.is_unexpected(expected)).map(|(_, n)| n).sum()
 }
 
 /// The class that leads a cell: what was not stated, then harm, then the most frequent.
@@ -101,7 +108,7 @@ fn slot(cell: Option<&Cell>) -> Markup {
 }
 
 fn filled(cell: &Cell, class: Outcome) -> Markup {
-    let unexpected = class.is_unexpected(cell.expected);
+    let unexpected = cell.off > 0;
     let name = class_of_outcome(class.name());
     let look = if unexpected || words::asks(class) || !is_tinted(name) {
         format!("cell full full-{name}")
@@ -109,8 +116,12 @@ fn filled(cell: &Cell, class: Outcome) -> Markup {
         format!("cell tint-{name}")
     };
     let n = cell.outcomes.get(&class).copied().unwrap_or_default();
-    let others: Vec<String> =
-        cell.outcomes.iter().filter(|(other, _)| **other != class).map(|(other, n)| format!("{} {n}", other.name())).collect();
+    let others: Vec<String> = cell
+        .outcomes
+        .iter()
+        .filter(|(other, _)| **other != class)
+        .map(|(other, n)| format!("{} {n}", other.name()))
+        .collect();
     let stated = (!cell.expected.is_empty() && cell.expected != [class]).then(|| either(cell.expected));
     html! { div class=(look) {
         b { (shape(class)) @if let Some(run) = &cell.run { a href={ "#" (run) } { (class.name()) } } @else { (class.name()) } }
@@ -118,7 +129,8 @@ fn filled(cell: &Cell, class: Outcome) -> Markup {
         small { (cell.reason) }
         small class="r" { (cell.bound) }
         @if !others.is_empty() { small class="all" { "also " (others.join(", ")) } }
-        @if let Some(stated) = stated { small class="all" { @if unexpected { strong { "not stated: " } } @else { "stated: " } (stated) } }
+        @if unexpected { small class="all" { strong { (cell.off) " not stated beforehand" } } }
+        @if let Some(stated) = stated { small class="all" { "stated: " (stated) } }
     } }
 }
 
@@ -128,7 +140,15 @@ mod tests {
 
     fn cell<'a>(outcomes: &'a Outcomes, expected: &'a [Outcome]) -> Cell<'a> {
         let n = outcomes.values().sum();
-        Cell { outcomes, n, expected, reason: "in <1> ms".to_owned(), bound: "≥ 86 %".to_owned(), run: None }
+        Cell {
+            outcomes,
+            n,
+            expected,
+            off: off(outcomes, expected),
+            reason: "in <1> ms".to_owned(),
+            bound: "≥ 86 %".to_owned(),
+            run: None,
+        }
     }
 
     #[test]
@@ -143,7 +163,7 @@ mod tests {
         assert!(unnoticed.contains("full-undetected") && unnoticed.contains("stated: HOLD_SAFE or UNDETECTED"));
         let other = look(&[(Outcome::HoldSafe, 1), (Outcome::Rejected, 19)], &[Outcome::Rejected]);
         assert!(other.contains("full-hold-safe") && other.contains("1 of 20"), "{other}");
-        assert!(other.contains("also REJECTED 19") && other.contains("not stated: </strong>REJECTED"), "{other}");
+        assert!(other.contains("also REJECTED 19") && other.contains("1 not stated beforehand</strong>"), "{other}");
     }
 
     #[test]

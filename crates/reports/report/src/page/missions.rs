@@ -47,4 +47,3 @@ fn row(run: &RunObject) -> Option<Vec<String>> {
     row.push(texts.join("; "));
     Some(row)
 }
-

@@ -18,7 +18,12 @@ fn commands(dossier: &Dossier, told: &[&RunSummary]) -> [String; 2] {
     let told_first = told.iter().find(|story| !story.why.is_empty()).or(told.first());
     let folder = told_first.and_then(|story| dossier.folders.get(&story.name));
     let other = told.first().and_then(|story| dossier.folders.get(&story.name)).or(folder);
-    let again = dossier.results.files().iter().find_map(again).unwrap_or_else(|| ["holdsafe tour".to_owned(), "holdsafe report --help".to_owned()]);
+    let again = dossier
+        .results
+        .files()
+        .iter()
+        .find_map(again)
+        .unwrap_or_else(|| ["holdsafe tour".to_owned(), "holdsafe report --help".to_owned()]);
     match (broken, folder.zip(other)) {
         (Some(of), _) => [
             format!("holdsafe inspect verify {}", quoted(&of.name)),
@@ -39,21 +44,37 @@ fn again(given: &Given) -> Option<[String; 2]> {
         FoundResult::Search(search) => Some(match search.findings.first() {
             Some(finding) => run(finding.reproduce.clone()),
             None => {
-                let line = format!("holdsafe search {} --attack-space {} --budget {}", search.scenario, search.alphabet, search.hunt.trials * 10);
+                let line = format!(
+                    "holdsafe search {} --attack-space {} --budget {}",
+                    search.scenario,
+                    search.alphabet,
+                    search.hunt.trials * 10
+                );
                 [line.clone(), format!("{line} --find UNSAFE,LATE")]
             }
         }),
         FoundResult::Comparison(comparison) => {
-            let row = comparison.rows.iter().find(|row| row.harmful.hits > 0 || row.outcomes.contains_key(&Outcome::Undetected)).or(comparison.rows.first())?;
+            let row = comparison
+                .rows
+                .iter()
+                .find(|row| row.harmful.hits > 0 || row.outcomes.contains_key(&Outcome::Undetected))
+                .or(comparison.rows.first())?;
             let cell = row.cell.as_ref().map(|cell| format!(" --cell {cell}")).unwrap_or_default();
             let bare = if row.conduct == "bare" { " --bare" } else { "" };
-            Some(run(format!("holdsafe run {}{cell} --trials 1 --seed {} --autonomy GUEST.TOML{bare}", row.scenario, comparison.seed)))
+            Some(run(format!(
+                "holdsafe run {}{cell} --trials 1 --seed {} --autonomy GUEST.TOML{bare}",
+                row.scenario, comparison.seed
+            )))
         }
         _ => {
             let all = tried(given);
             let one = all.iter().find(|one| one.unexpected().next().is_some()).or(all.first())?;
             let cell = one.cell.map(|cell| format!(" --cell {cell}")).unwrap_or_default();
-            Some(run(if one.reproduce.is_empty() { format!("holdsafe run {}{cell} --trials 1", one.scenario) } else { one.reproduce.clone() }))
+            Some(run(if one.reproduce.is_empty() {
+                format!("holdsafe run {}{cell} --trials 1", one.scenario)
+            } else {
+                one.reproduce.clone()
+            }))
         }
     }
 }
@@ -61,7 +82,11 @@ fn again(given: &Given) -> Option<[String; 2]> {
 /// A path as a shell takes it.
 fn quoted(path: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+,:@=".contains(c);
-    if !path.is_empty() && path.chars().all(plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
+    if !path.is_empty() && path.chars().all(plain) {
+        path.to_owned()
+    } else {
+        format!("'{}'", path.replace('\'', "'\\''"))
+    }
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use results::report::{Comparison, ComparisonRow, Matrix, MatrixRow, Reference};
 use stats::{LEVEL, rate_lower};
 
 use super::ablation;
-use super::grid::{Cell, Grid, Row, leading};
+use super::grid::{Cell, Grid, Row, leading, off};
 use super::words;
 use super::{curves, figure, latency};
 use crate::Dossier;
@@ -38,7 +38,9 @@ fn picture(dossier: &Dossier, given: &Given) -> Markup {
         FoundResult::Campaign(campaign) => campaign::bars(campaign),
         FoundResult::Comparison(comparison) => of_comparison(comparison),
         FoundResult::Search(search) => search::found(search),
-        FoundResult::Curve(curve) => html! { h2 { "How strong an attack may be" } @for f in curves::of_curve(curve) { (figure(&f)) } },
+        FoundResult::Curve(curve) => {
+            html! { h2 { "How strong an attack may be" } @for f in curves::of_curve(curve) { (figure(&f)) } }
+        }
         FoundResult::Ablation(checks) => ablation::picture(checks),
         FoundResult::TwinCost(_) => html! {},
     }
@@ -55,7 +57,8 @@ fn said(name: &str, words: &str) -> Markup {
 }
 
 fn of_matrix(matrix: &Matrix) -> Markup {
-    let kinds: BTreeSet<_> = matrix.rows.iter().flat_map(|row| &row.kinds).map(|kind| (kind.evidence, kind.ablation)).collect();
+    let kinds: BTreeSet<_> =
+        matrix.rows.iter().flat_map(|row| &row.kinds).map(|kind| (kind.evidence, kind.ablation)).collect();
     let columns = kinds.iter().map(|(evidence, ablation)| {
         let note = if *ablation { "a check waived (ABLATION)" } else { "every check" };
         (words::capital(words::place(*evidence)), note.to_owned())
@@ -66,7 +69,8 @@ fn of_matrix(matrix: &Matrix) -> Markup {
         aside: row.interface.clone(),
         cells: Vec::new(),
     };
-    let rows = matrix.rows.iter().map(|of| Row { cells: kinds.iter().map(|kind| threat(of, *kind)).collect(), ..row(of) });
+    let rows =
+        matrix.rows.iter().map(|of| Row { cells: kinds.iter().map(|kind| threat(of, *kind)).collect(), ..row(of) });
     let grid = Grid {
         label: "Threats by place of evidence".to_owned(),
         columns: columns.collect(),
@@ -83,11 +87,11 @@ fn threat(row: &MatrixRow, (evidence, ablation): (scenario::Evidence, bool)) -> 
     let kind = row.kinds.iter().find(|kind| (kind.evidence, kind.ablation) == (evidence, ablation))?;
     let reason = match (kind.unexpected, kind.counts) {
         (0, true) => "as stated".to_owned(),
-        (0, false) => "as stated; its mechanism does not run there".to_owned(),
-        (off, _) => format!("{off} not stated"),
+        (_, true) => String::new(),
+        (_, false) => "its mechanism does not run there".to_owned(),
     };
     let bound = format!("unsafe < {}", words::percent(kind.unsafe_upper_95));
-    Some(Cell { outcomes: &kind.outcomes, n: kind.n, expected: &[], reason, bound, run: None })
+    Some(Cell { outcomes: &kind.outcomes, n: kind.n, expected: &[], off: kind.unexpected, reason, bound, run: None })
 }
 
 fn of_reference(reference: &Reference) -> Markup {
@@ -100,11 +104,21 @@ fn of_reference(reference: &Reference) -> Markup {
         all
     });
     let cell = |name: &(String, String), place| {
-        let is_meant = |row: &&results::report::ReferenceRow| row.scenario == name.0 && row.cell.clone().unwrap_or_default() == name.1 && row.evidence == place;
+        let is_meant = |row: &&results::report::ReferenceRow| {
+            row.scenario == name.0 && row.cell.clone().unwrap_or_default() == name.1 && row.evidence == place
+        };
         let row = reference.rows.iter().find(is_meant)?;
         let (outcomes, n) = (&row.summary.outcomes, row.summary.n as u64);
         let bound = leading(outcomes, &row.expected).map(|class| at_least(outcomes, class, n)).unwrap_or_default();
-        Some(Cell { outcomes, n, expected: &row.expected, reason: cells::reason_of(&row.summary, &row.expected), bound, run: None })
+        Some(Cell {
+            outcomes,
+            n,
+            expected: &row.expected,
+            off: off(outcomes, &row.expected),
+            reason: cells::reason_of(&row.summary, &row.expected),
+            bound,
+            run: None,
+        })
     };
     let rows = names.iter().map(|name| Row {
         name: name.0.clone(),
@@ -137,7 +151,9 @@ fn of_comparison(comparison: &Comparison) -> Markup {
 fn guest_grid<'a>(comparison: &'a Comparison, guest: &str) -> Grid<'a> {
     let of = |conduct: &'static str| comparison.rows.iter().filter(move |row| row.conduct == conduct);
     let rows = of("bare").filter(|row| row.guest == guest).map(|bare| {
-        let same = |other: &&ComparisonRow| other.guest == bare.guest && other.scenario == bare.scenario && other.cell == bare.cell;
+        let same = |other: &&ComparisonRow| {
+            other.guest == bare.guest && other.scenario == bare.scenario && other.cell == bare.cell
+        };
         Row {
             name: bare.scenario.clone(),
             note: bare.cell.as_ref().map(|cell| cell.replace('/', ", ")).unwrap_or_default(),
@@ -147,7 +163,10 @@ fn guest_grid<'a>(comparison: &'a Comparison, guest: &str) -> Grid<'a> {
     });
     Grid {
         label: format!("{guest}, bare beside guarded"),
-        columns: vec![("Bare".to_owned(), "no guard".to_owned()), ("Guarded".to_owned(), "inside the guards".to_owned())],
+        columns: vec![
+            ("Bare".to_owned(), "no guard".to_owned()),
+            ("Guarded".to_owned(), "inside the guards".to_owned()),
+        ],
         rows_are: "scenario".to_owned(),
         rows: rows.collect(),
     }
@@ -160,6 +179,7 @@ fn guest_cell(row: &ComparisonRow) -> Cell<'_> {
         outcomes: &row.outcomes,
         n: row.outcomes.values().sum(),
         expected: &[],
+        off: 0,
         reason: format!("{} of {} harmful{safe}", share.hits, share.n),
         bound: format!("{:.0} to {:.0} %", share.lower_95 * 100.0, share.upper_95 * 100.0),
         run: None,

@@ -43,7 +43,9 @@ fn ending(story: &RunSummary) -> &str {
 /// The name of a kept trial as people read it; another is a folder.
 pub(super) fn named(story: &RunSummary) -> String {
     match story.name.split_once(", seed ") {
-        Some((variation, rest)) => format!("{}, seed {rest}", words::capital(&variation.replace('/', ", ").replace(", model", ", twin"))),
+        Some((variation, rest)) => {
+            format!("{}, seed {rest}", words::capital(&variation.replace('/', ", ").replace(", model", ", twin")))
+        }
         None => story.name.clone(),
     }
 }
@@ -120,7 +122,11 @@ fn chain(why: &Why) -> Markup {
 
 fn link_markup(link: &ChainLink, why: &Why) -> Markup {
     let key = matches!(link.stage.as_str(), "guard" | "transition");
-    let what = if link.stage == "transition" { format!("{}: {}", why.change.replace(" to ", " → "), why.cause) } else { link.what.clone() };
+    let what = if link.stage == "transition" {
+        format!("{}: {}", why.change.replace(" to ", " → "), why.cause)
+    } else {
+        link.what.clone()
+    };
     html! { li class=[key.then_some("k")] {
         time { (format!("{:.4} s", link.at)) }
         span { (link.by) }
@@ -145,7 +151,12 @@ pub(super) fn drawn(story: &RunSummary) -> Figure {
 fn timeline(story: &RunSummary) -> Timeline {
     let mut lanes = injections(story);
     let spans = |all: &[Lasted], class: &'static str| all.iter().map(|l| span(l, class)).collect::<Vec<_>>();
-    let lane = |name: &str, spans: Vec<Span>, empty: &str| Lane { name: name.to_owned(), spans, curve: Vec::new(), empty: empty.to_owned() };
+    let lane = |name: &str, spans: Vec<Span>, empty: &str| Lane {
+        name: name.to_owned(),
+        spans,
+        curve: Vec::new(),
+        empty: empty.to_owned(),
+    };
     // A single refusal while sessions open is no news; what an attack meets is refused again and again.
     if let Some(most) = story.refused.iter().find(|refused| refused.n > 5) {
         let name = format!("{} of {}: {}", most.n, most.by, words::refusal(&most.reason));
@@ -177,7 +188,8 @@ fn span(of: &Lasted, class: &'static str) -> Span {
 /// A lane a kind of injection, in the page's one colour where nothing answered it.
 fn injections(story: &RunSummary) -> Vec<Lane> {
     let class = if ending(story) == "UNDETECTED" { "attack-unnoticed" } else { "attack" };
-    let lane = |spans, empty: &str| Lane { name: "Attack".to_owned(), spans, curve: Vec::new(), empty: empty.to_owned() };
+    let lane =
+        |spans, empty: &str| Lane { name: "Attack".to_owned(), spans, curve: Vec::new(), empty: empty.to_owned() };
     let mut kinds: Vec<&str> = Vec::new();
     // Reports of an insider are told with their number; what it did to send them is the same again.
     for of in story.done.iter().filter(|of| story.claims.is_none() || !of.what.ends_with(": Forward")) {
@@ -185,7 +197,14 @@ fn injections(story: &RunSummary) -> Vec<Lane> {
             kinds.push(&of.what);
         }
     }
-    let of_kind = |kind: &&str| story.done.iter().filter(|of| of.what == *kind).map(|of| Span { name: told_claims(story, &of.what), ..span(of, class) }).collect();
+    let of_kind = |kind: &&str| {
+        story
+            .done
+            .iter()
+            .filter(|of| of.what == *kind)
+            .map(|of| Span { name: told_claims(story, &of.what), ..span(of, class) })
+            .collect()
+    };
     let lanes: Vec<Lane> = kinds.iter().take(INJECTIONS).map(|kind| lane(of_kind(kind), "")).collect();
     if lanes.is_empty() { vec![lane(Vec::new(), "none")] } else { lanes }
 }
@@ -195,7 +214,12 @@ fn told_claims(story: &RunSummary, what: &str) -> String {
     match (story.claims, what.split_once(" sends a report of ")) {
         (Some(claims), Some((who, rest))) => {
             let of = rest.split(' ').next().unwrap_or_default();
-            format!("{} reports of {of}, by {}; {} m off at most", claims.n, who.trim_end_matches(':'), words::three_digits(claims.off_m))
+            format!(
+                "{} reports of {of}, by {}; {} m off at most",
+                claims.n,
+                who.trim_end_matches(':'),
+                words::three_digits(claims.off_m)
+            )
         }
         _ => what.to_owned(),
     }
@@ -205,10 +229,18 @@ fn told_claims(story: &RunSummary, what: &str) -> String {
 fn displayed(story: &RunSummary) -> Vec<Span> {
     let late = |shown: &Lasted| {
         let restricts = matches!(shown.what.as_str(), "HOLD_SAFE" | "DEGRADED");
-        let mode = story.modes.iter().rfind(|mode| mode.what == shown.what && mode.from <= shown.from).filter(|_| restricts)?;
+        let mode = story
+            .modes
+            .iter()
+            .rfind(|mode| mode.what == shown.what && mode.from <= shown.from)
+            .filter(|_| restricts)?;
         Some(format!("{}, {:.0} ms later", shown.what, (shown.from - mode.from) * 1e3))
     };
-    story.shown.iter().map(|of| Span { name: late(of).unwrap_or_else(|| of.what.clone()), ..span(of, "shown") }).collect()
+    story
+        .shown
+        .iter()
+        .map(|of| Span { name: late(of).unwrap_or_else(|| of.what.clone()), ..span(of, "shown") })
+        .collect()
 }
 
 fn rows(story: &RunSummary) -> Table {

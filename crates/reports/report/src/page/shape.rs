@@ -19,9 +19,13 @@ fn path(class: Outcome) -> &'static str {
         Outcome::HoldSafe => "<rect x=\"2\" y=\"2\" width=\"10\" height=\"10\"/>",
         Outcome::Rejected => "<circle cx=\"7\" cy=\"7\" r=\"5.4\"/>",
         Outcome::Undetected => "<path d=\"M7 .6 13.4 7 7 13.4.6 7Z\"/>",
-        Outcome::Unsafe => "<path d=\"M2.6.8 7 5.2 11.4.8 13.2 2.6 8.8 7l4.4 4.4-1.8 1.8L7 8.8l-4.4 4.4L.8 11.4 5.2 7 .8 2.6Z\"/>",
+        Outcome::Unsafe => {
+            "<path d=\"M2.6.8 7 5.2 11.4.8 13.2 2.6 8.8 7l4.4 4.4-1.8 1.8L7 8.8l-4.4 4.4L.8 11.4 5.2 7 .8 2.6Z\"/>"
+        }
         Outcome::Late => "<path d=\"M7 1.4 13.2 12.6H.8Z\"/>",
-        Outcome::Degraded => "<path d=\"M7 1.6a5.4 5.4 0 0 1 0 10.8Z\"/><circle class=\"ring\" cx=\"7\" cy=\"7\" r=\"5.4\"/>",
+        Outcome::Degraded => {
+            "<path d=\"M7 1.6a5.4 5.4 0 0 1 0 10.8Z\"/><circle class=\"ring\" cx=\"7\" cy=\"7\" r=\"5.4\"/>"
+        }
         Outcome::FalseTrip => "<rect x=\"1\" y=\"5\" width=\"12\" height=\"4\"/>",
         Outcome::Stuck => "<path d=\"M3 2h3v10H3ZM8 2h3v10H8Z\"/>",
         Outcome::GuestFailed => "<path d=\"M1 4.6h12v4.8H1ZM4.6 1h4.8v12H4.6Z\"/>",

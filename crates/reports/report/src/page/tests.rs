@@ -76,7 +76,8 @@ fn teammates() -> Value {
         ("verbatim/silent/origin-signed", "REJECTED"),
     ];
     for (name, class) in ends {
-        let mut cell = json!({"cell": name, "expected": [class], "accepted": 1, "dropped": {"origin": 800, "no_echo": 4}});
+        let mut cell =
+            json!({"cell": name, "expected": [class], "accepted": 1, "dropped": {"origin": 800, "no_echo": 4}});
         cell["summary"] = run["summary"].clone();
         (cell["summary"]["n"], cell["summary"]["outcomes"]) = (json!(20), json!({ class: 20 }));
         cells.push(cell);
@@ -125,11 +126,14 @@ fn page_loads_no_resource_and_runs_no_script() {
 fn invalid_recording_comes_before_what_results_say() {
     let page = page(&dossier());
     let (head, rest) = page.split_once("<main>").expect("a body");
-    assert!(head.contains("This recording is INVALID") && head.contains("one way to end in"), "{head}");
+    assert!(head.contains("This recording is INVALID") && head.contains("one way to break P3"), "{head}");
     assert!(head.find("INVALID") < head.find("one way"), "before what results say: {head}");
     assert!(rest.contains("&lt;img src=//a.b/c"), "{rest}");
     assert!(rest.find("id=\"evidence\"") < rest.find("id=\"outcomes\""), "evidence leads where it does not hold");
-    assert!(rest.contains("<details open>") && rest.contains("does not hold") && rest.contains(&"ab".repeat(32)), "{rest}");
+    assert!(
+        rest.contains("<details open>") && rest.contains("does not hold") && rest.contains(&"ab".repeat(32)),
+        "{rest}"
+    );
     assert!(rest.matches("INVALID").count() >= 3, "at its run and its table, too: {rest}");
 }
 
@@ -147,11 +151,19 @@ fn unnoticed_cell_is_the_finding_in_words() {
     let page = page(&of("run.json", &teammates()));
     let text = first_screen(&page);
     assert!(
-        text.contains(": an insider repeats a teammate word for word, the teammate itself is silent, and nobody checks names."),
+        text.contains(
+            ": an insider repeats a teammate word for word, the teammate itself is silent, and nobody checks names."
+        ),
         "{text}"
     );
-    assert!(text.contains("One lie goes") && text.contains("unnoticed") && text.contains("2 of the 4 cells waive"), "{text}");
-    assert!(text.contains("In the 3 other cells 60 trials ended with the unit stopped (20) or the lie refused (40)"), "{text}");
+    assert!(
+        text.contains("One lie goes") && text.contains("unnoticed") && text.contains("2 of the 4 cells waive"),
+        "{text}"
+    );
+    assert!(
+        text.contains("In the 3 other cells 60 trials ended with the unit stopped (20) or the lie refused (40)"),
+        "{text}"
+    );
     assert_eq!(page.matches("full-undetected\">").count(), 1, "one filled cell");
 }
 
@@ -168,7 +180,12 @@ fn known(value: &Value, all: &mut BTreeSet<String>) {
         Value::Number(number) => {
             let number = number.as_f64().unwrap_or_default();
             for scaled in [number, number * 100.0, number / 10.0, number / 1e3] {
-                all.extend([format!("{scaled:.0}"), format!("{scaled:.1}"), format!("{scaled:.2}"), format!("{scaled:.3}")]);
+                all.extend([
+                    format!("{scaled:.0}"),
+                    format!("{scaled:.1}"),
+                    format!("{scaled:.2}"),
+                    format!("{scaled:.3}"),
+                ]);
             }
         }
         Value::Array(list) => {
@@ -224,8 +241,15 @@ fn every_kind_has_a_finding_and_a_picture() {
     for kind in ["matrix", "run", "reference", "campaign", "search", "guests", "bench-live", "curve", "ablation"] {
         let page = page(&of(kind, &golden(kind)));
         let (head, body) = page.split_once("<main>").expect("a body");
-        assert!(head.contains("<h1>") && head.contains("class=\"lead\"") && head.contains("class=\"facts\""), "{kind}: {head}");
-        let outcomes = body.split_once("id=\"outcomes\"").and_then(|(_, rest)| rest.split_once("</section>")).expect("a section").0;
+        assert!(
+            head.contains("<h1>") && head.contains("class=\"lead\"") && head.contains("class=\"facts\""),
+            "{kind}: {head}"
+        );
+        let outcomes = body
+            .split_once("id=\"outcomes\"")
+            .and_then(|(_, rest)| rest.split_once("</section>"))
+            .expect("a section")
+            .0;
         assert!(outcomes.contains("<h2>"), "{kind}: {outcomes}");
         assert!(body.contains("class=\"next\"") && body.matches("<code>holdsafe ").count() >= 2, "{kind}");
     }
@@ -258,8 +282,18 @@ fn named_run_is_told_first_beside_one_that_ended_otherwise() {
     let mut dossier = of("run.json", &teammates());
     let stop = |name: &str| {
         let mut of = story(name, None);
-        let link = results::summary::ChainLink { stage: "guard".to_owned(), at: 1.0, by: "unit-a".to_owned(), what: "fails".to_owned() };
-        of.why = vec![results::summary::Why { at: 1.0, change: "READY to HOLD_SAFE".to_owned(), cause: "x".to_owned(), chain: vec![link] }];
+        let link = results::summary::ChainLink {
+            stage: "guard".to_owned(),
+            at: 1.0,
+            by: "unit-a".to_owned(),
+            what: "fails".to_owned(),
+        };
+        of.why = vec![results::summary::Why {
+            at: 1.0,
+            change: "READY to HOLD_SAFE".to_owned(),
+            cause: "x".to_owned(),
+            chain: vec![link],
+        }];
         of
     };
     dossier.stories = vec![
@@ -269,7 +303,8 @@ fn named_run_is_told_first_beside_one_that_ended_otherwise() {
     ];
     let page = page(&dossier);
     let place = |name: &str| page.find(&format!("<strong>{name}")).unwrap_or_else(|| panic!("{name}: {page}"));
-    let [named, other, folded] = ["Teammate verbatim, silent", "Teammate verbatim, present", "Teammate re-signed"].map(place);
+    let [named, other, folded] =
+        ["Teammate verbatim, silent", "Teammate verbatim, present", "Teammate re-signed"].map(place);
     assert!(named < other && other < folded && page.contains("1 more kept run"), "{named} {other} {folded}");
     assert!(page.contains("attack-unnoticed") && page.contains("40 reports of unit-c, by insider-b"), "{page}");
     assert!(page.contains("Why the unit stopped") && page.contains("Truth: speed, m/s"), "{page}");

@@ -16,7 +16,11 @@ pub(super) fn note(dossier: &Dossier) -> Markup {
     let all: Vec<Tried> = dossier.results.files().iter().flat_map(tried).collect();
     let waived = all.iter().filter(|one| is_waived(one, &policies)).count();
     let unit = if all.iter().any(|one| one.cell.is_some()) { "cell" } else { "variation" };
-    let named = if policies.is_empty() { ablations.iter().copied().collect::<Vec<_>>().join("; ") } else { policy_names(&policies) };
+    let named = if policies.is_empty() {
+        ablations.iter().copied().collect::<Vec<_>>().join("; ")
+    } else {
+        policy_names(&policies)
+    };
     html! {
         @for (kind, rest) in marks.iter().filter_map(|mark| mark.split_once(": ")).filter(|(kind, _)| *kind != "ABLATION") {
             div class="note" role="note" { b { (kind) "." } " " (rest) "." }

@@ -34,7 +34,11 @@ const WORDS: [Word; 8] = [
     Word { name: "present", clause: "the teammate reports too", note: "the teammate reports too" },
     Word { name: "silent", clause: "the teammate itself is silent", note: "the teammate is silent" },
     Word { name: "session-only", clause: "nobody checks names", note: "who is connected" },
-    Word { name: "session-bound", clause: "names are checked, signatures are not", note: "+ the name fits the connection" },
+    Word {
+        name: "session-bound",
+        clause: "names are checked, signatures are not",
+        note: "+ the name fits the connection",
+    },
     Word { name: "origin-signed", clause: "names and signatures are checked", note: "+ the author signed it" },
 ];
 
@@ -223,6 +227,9 @@ mod tests {
 
     #[test]
     fn lists_read_as_sentences() {
-        assert_eq!([list(&["a"], "or"), list(&["a", "b"], "or"), list(&["a", "b", "c"], "and")], ["a", "a or b", "a, b, and c"]);
+        assert_eq!(
+            [list(&["a"], "or"), list(&["a", "b"], "or"), list(&["a", "b", "c"], "and")],
+            ["a", "a or b", "a, b, and c"]
+        );
     }
 }

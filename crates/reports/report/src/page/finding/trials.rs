@@ -1,12 +1,14 @@
-//! The finding of results whose trials end in classes: runs, matrix, reference evaluation, campaign, live losses.
+//! The finding of results whose trials end in classes: runs, matrix, reference evaluation, campaign, live losses. `facts` has its four
+//! numbers.
+
+mod facts;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::trial::{Outcome, Outcomes, Trial};
-use results::report::{CampaignObject, LatencySummary, RunObject};
-use stats::Sample;
+use results::report::{CampaignObject, RunObject};
 
-use super::{Fact, Finding, Part, Rank, subject};
+use super::{Finding, Part, Rank, subject};
 use crate::Dossier;
 use crate::page::words;
 use crate::reader::{FoundResult, Given};
@@ -40,7 +42,9 @@ pub(super) fn found(dossier: &Dossier, given: &Given) -> Option<Finding> {
     let claim = campaign.and_then(|campaign| claimed(campaign)).filter(|_| rank > Rank::Harm);
     let told = view.sentence(rank, class, &about);
     let mut lead = campaign.and_then(|campaign| incomplete(given, campaign)).into_iter().collect::<Vec<_>>();
-    lead.extend(claim.as_ref().filter(|_| rank == Rank::Unnoticed).map(|_| format!("{}.", plain(&told).trim_end_matches('.'))));
+    lead.extend(
+        claim.as_ref().filter(|_| rank == Rank::Unnoticed).map(|_| format!("{}.", plain(&told).trim_end_matches('.'))),
+    );
     lead.extend(view.numbers(rank, class, &about));
     let (rank, sentence) = claim.unwrap_or((rank, told));
     let facts = view.facts(dossier, rank, class, &about);
@@ -90,9 +94,14 @@ fn claimed(campaign: &CampaignObject) -> Option<(Rank, Vec<Part>)> {
     let (rank, verb) = match (verdicts.refuted, verdicts.open) {
         (0, 0) => (Rank::Fine, format!(" is shown for {}", all_of(n))),
         (0, open) => (Rank::Open, format!(" stays open for {open} of {}", words::number(n as u64, "variation"))),
-        (refuted, _) => (Rank::NotStated, format!(" is refuted for {refuted} of {}", words::number(n as u64, "variation"))),
+        (refuted, _) => {
+            (Rank::NotStated, format!(" is refuted for {refuted} of {}", words::number(n as u64, "variation")))
+        }
     };
-    let parts = [Part::Plain(format!("The claim {claim}")), if rank == Rank::Fine { Part::Plain(verb) } else { Part::Marked(verb) }];
+    let parts = [
+        Part::Plain(format!("The claim {claim}")),
+        if rank == Rank::Fine { Part::Plain(verb) } else { Part::Marked(verb) },
+    ];
     Some((rank, [&parts[..], &[Part::Plain(".".to_owned())]].concat()))
 }
 
@@ -102,7 +111,8 @@ fn all_of(n: usize) -> String {
 
 fn incomplete(given: &Given, campaign: &CampaignObject) -> Option<String> {
     let name = if campaign.terms.sequential { "trials up to the next look" } else { "trials" };
-    (!campaign.complete).then(|| format!("{} is incomplete: {} of {} {name}.", given.file, campaign.trials, campaign.planned))
+    (!campaign.complete)
+        .then(|| format!("{} is incomplete: {} of {} {name}.", given.file, campaign.trials, campaign.planned))
 }
 
 impl View<'_> {
@@ -110,7 +120,8 @@ impl View<'_> {
     fn worst(&self) -> (Rank, Outcome) {
         let each = |keep: &dyn Fn(&Tried, Outcome) -> bool| {
             let all = self.all.iter();
-            all.flat_map(|one| one.outcomes.keys().filter(|class| keep(one, **class)).copied().collect::<Vec<_>>()).min()
+            all.flat_map(|one| one.outcomes.keys().filter(|class| keep(one, **class)).copied().collect::<Vec<_>>())
+                .min()
         };
         if let Some(class) = each(&|one, class| class.is_unexpected(one.expected)) {
             return (Rank::NotStated, class);
@@ -127,7 +138,9 @@ impl View<'_> {
 
     /// The variations that the sentence is about.
     fn with(&self, class: Outcome, rank: Rank) -> Vec<&Tried<'_>> {
-        let is_meant = |one: &&Tried| one.outcomes.contains_key(&class) && (rank != Rank::NotStated || class.is_unexpected(one.expected));
+        let is_meant = |one: &&Tried| {
+            one.outcomes.contains_key(&class) && (rank != Rank::NotStated || class.is_unexpected(one.expected))
+        };
         if rank == Rank::Fine { Vec::new() } else { self.all.iter().filter(is_meant).collect() }
     }
 
@@ -149,7 +162,11 @@ impl View<'_> {
         let of: u64 = about.iter().map(|one| one.n).sum();
         // Single trials count where not all of them ended so, and where the class is about the trial itself.
         let by_trial = class == Outcome::Invalid || (self.unit == "scenario" && hits < of);
-        let subject = if by_trial { format!("{hits} of {}", words::number(of, "trial")) } else { subject(about.len() as u64, self.noun) };
+        let subject = if by_trial {
+            format!("{hits} of {}", words::number(of, "trial"))
+        } else {
+            subject(about.len() as u64, self.noun)
+        };
         let [one, many] = words::deed(class);
         let deed = if (by_trial && hits == 1) || (!by_trial && about.len() == 1) { one } else { many };
         let (verb, rest) = deed.split_once(' ').unwrap_or((deed, ""));
@@ -166,10 +183,14 @@ impl View<'_> {
         match about {
             [one] => {
                 let told = one.cell.filter(|_| one.row.is_none()).and_then(words::sentence);
-                told.map_or_else(|| if self.all.len() == 1 { format!(" in {}", one.scenario) } else { format!(": {}", label(one)) }, |told| format!(": {told}"))
+                told.map_or_else(
+                    || if self.all.len() == 1 { format!(" in {}", one.scenario) } else { format!(": {}", label(one)) },
+                    |told| format!(": {told}"),
+                )
             }
             few if few.len() <= NAMED => {
-                let names: Vec<String> = few.iter().map(|one| label(one)).collect();
+                let mut names: Vec<String> = few.iter().map(|one| label(one)).collect();
+                names.dedup();
                 format!(": {}", words::list(&names, "and"))
             }
             many => format!(" in {} of {}", many.len(), words::number(self.all.len() as u64, self.unit)),
@@ -183,12 +204,23 @@ impl View<'_> {
         let who = if n == 1 { format!("The {}", self.noun) } else { format!("Every {}", self.noun) };
         match classes.as_slice() {
             [Outcome::Nominal] if self.noun == "quiet run" => {
-                format!("Nothing happens where nothing is done: {} of {} stay NOMINAL.", words::grouped(n), words::number(n, "run"))
+                format!(
+                    "Nothing happens where nothing is done: {} of {} stay NOMINAL.",
+                    words::grouped(n),
+                    words::number(n, "run")
+                )
             }
             some => {
                 let deeds: Vec<&str> = some.iter().map(|class| words::deed(*class)[0]).collect();
-                let within = self.slowest().filter(|_| some.len() == 1).map(|(sample, ..)| sample.p95.unwrap_or_default());
-                let within = within.map(|ms| if n == 1 { format!(" in {}", words::milliseconds(ms)) } else { format!(", 95 % of times within {}", words::milliseconds(ms)) });
+                let within =
+                    self.slowest().filter(|_| some.len() == 1).map(|(sample, ..)| sample.p95.unwrap_or_default());
+                let within = within.map(|ms| {
+                    if n == 1 {
+                        format!(" in {}", words::milliseconds(ms))
+                    } else {
+                        format!(", 95 % of times within {}", words::milliseconds(ms))
+                    }
+                });
                 format!("{who} {}{}.", words::list(&deeds, "or"), within.unwrap_or_default())
             }
         }
@@ -198,18 +230,36 @@ impl View<'_> {
     fn numbers(&self, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<String> {
         let mut all = Vec::new();
         if rank == Rank::Fine {
-            let of = if let [one] = self.all.as_slice() { one.scenario.to_owned() } else { words::number(self.all.len() as u64, self.unit) };
+            let of = if let [one] = self.all.as_slice() {
+                one.scenario.to_owned()
+            } else {
+                words::number(self.all.len() as u64, self.unit)
+            };
             let stated = if self.all.iter().any(|one| one.expected.is_empty()) { "" } else { ", as stated beforehand" };
-            all.push(format!("{} of {of} ended with {}{stated}.", words::number(self.n(), "trial"), self.endings(self.all.iter())));
+            all.push(format!(
+                "{} of {of} ended with {}{stated}.",
+                words::number(self.n(), "trial"),
+                self.endings(self.all.iter())
+            ));
         } else {
-            let (hits, of): (u64, u64) = (about.iter().filter_map(|one| one.outcomes.get(&class)).sum(), about.iter().map(|one| one.n).sum());
+            let (hits, of): (u64, u64) =
+                (about.iter().filter_map(|one| one.outcomes.get(&class)).sum(), about.iter().map(|one| one.n).sum());
             let these = if about.len() == 1 { format!("that {}", self.unit) } else { format!("these {}s", self.unit) };
             all.push(format!("{} of {} of {these}.", words::grouped(hits), words::number(of, "trial")));
-            let others: Vec<&Tried> = self.all.iter().filter(|one| !about.iter().any(|other| std::ptr::eq(*one, *other))).collect();
+            let others: Vec<&Tried> =
+                self.all.iter().filter(|one| !about.iter().any(|other| std::ptr::eq(*one, *other))).collect();
             if !others.is_empty() {
                 let n = others.iter().map(|one| one.n).sum();
-                let which = if others.len() == 1 { format!("the other {}", self.unit) } else { format!("the {} other {}s", others.len(), self.unit) };
-                all.push(format!("In {which} {} ended with {}.", words::number(n, "trial"), self.endings(others.into_iter())));
+                let which = if others.len() == 1 {
+                    format!("the other {}", self.unit)
+                } else {
+                    format!("the {} other {}s", others.len(), self.unit)
+                };
+                all.push(format!(
+                    "In {which} {} ended with {}.",
+                    words::number(n, "trial"),
+                    self.endings(others.into_iter())
+                ));
             }
         }
         all.extend(self.believed(about).filter(|_| class != Outcome::Invalid));
@@ -230,7 +280,11 @@ impl View<'_> {
     /// How far what was believed was from the truth.
     fn believed(&self, about: &[&Tried]) -> Option<String> {
         let FoundResult::Runs(runs) = &self.given.found else { return None };
-        let is_meant = |run: &RunObject, trial: &Trial| about.iter().any(|one| one.scenario == run.scenario && (one.cell.is_none() || one.cell == trial.cell.as_deref()));
+        let is_meant = |run: &RunObject, trial: &Trial| {
+            about
+                .iter()
+                .any(|one| one.scenario == run.scenario && (one.cell.is_none() || one.cell == trial.cell.as_deref()))
+        };
         let each = runs.iter().flat_map(|run| run.trials.iter().filter(|trial| is_meant(run, trial)));
         let most = each.filter_map(|trial| trial.claims.as_ref()).map(|claims| claims.believed_mm).max()?;
         Some(match most {
@@ -252,88 +306,6 @@ impl View<'_> {
         let each: Vec<String> = harm.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
         (!each.is_empty()).then(|| format!("Stated beforehand is not harmless: {}.", each.join(", ")))
     }
-
-    fn facts(&self, dossier: &Dossier, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<Fact> {
-        let mut all = vec![self.as_stated(), self.asking(class, about)];
-        all.extend(self.claim().or_else(|| self.latency(dossier)));
-        all.extend(self.not_safe());
-        if rank == Rank::Open || all.len() < 4 {
-            all.extend(self.armed().filter(|_| all.len() < 4));
-        }
-        all.truncate(4);
-        all
-    }
-
-    fn as_stated(&self) -> Fact {
-        let off: u64 = self.all.iter().flat_map(|one| one.unexpected()).map(|(_, n)| n).sum();
-        let n = self.n();
-        let said = if self.all.iter().any(|one| one.expected.is_empty()) { "ended in no class that is always wrong" } else { "ended as stated beforehand" };
-        Fact::new(format!("{} of {}", words::grouped(n - off), words::grouped(n)), said)
-    }
-
-    fn asking(&self, class: Outcome, about: &[&Tried]) -> Fact {
-        let (k, m) = (about.len() as u64, self.all.len() as u64);
-        if m == 1 {
-            let n = self.totals().get(&class).copied().unwrap_or_default();
-            return Fact::new(class.name(), format!("{n} of {}", words::number(self.n(), "trial")));
-        }
-        if about.is_empty() {
-            return Fact::new(format!("0 of {}", words::number(m, self.unit)), "harmed or unnoticed");
-        }
-        let (hits, of): (u64, u64) = (about.iter().filter_map(|one| one.outcomes.get(&class)).sum(), about.iter().map(|one| one.n).sum());
-        Fact::new(format!("{k} of {}", words::number(m, self.unit)), format!("{}, {hits} of {}", class.name(), words::number(of, "trial")))
-    }
-
-    fn claim(&self) -> Option<Fact> {
-        let FoundResult::Campaign(campaign) = &self.given.found else { return None };
-        let (claim, verdicts) = (campaign.terms.claim.as_ref()?, campaign.claim?);
-        let said = format!("show {claim}; {} refute it, {} leave it open", verdicts.refuted, verdicts.open);
-        Some(Fact::new(format!("{} of {}", verdicts.shown, words::number(campaign.rows.len() as u64, "variation")), said))
-    }
-
-    /// The slowest p95 of the times to HOLD_SAFE, else to DEGRADED, which of them it is, and of how many samples.
-    fn slowest(&self) -> Option<(&Sample, usize, usize)> {
-        let each: Vec<&LatencySummary> = match &self.given.found {
-            FoundResult::Runs(runs) => runs.iter().map(|run| &run.summary.latency_ms).collect(),
-            FoundResult::Campaign(campaign) => campaign.rows.iter().map(|row| &row.latency_ms).collect(),
-            FoundResult::Matrix(matrix) => matrix.rows.iter().flat_map(|row| &row.runs).map(|run| &run.summary.latency_ms).collect(),
-            FoundResult::Reference(reference) => reference.rows.iter().map(|row| &row.summary.latency_ms).collect(),
-            FoundResult::BenchLive(bench) => bench.runs().map(|run| &run.summary.latency_ms).collect(),
-            _ => return None,
-        };
-        let worst = |pick: fn(&LatencySummary) -> &Sample| {
-            let samples = each.iter().map(|latency| pick(latency)).filter(|sample| sample.p95.is_some());
-            samples.max_by(|a, b| a.p95.unwrap_or_default().total_cmp(&b.p95.unwrap_or_default()))
-        };
-        let hold = worst(|l| &l.to_hold_safe).map(|sample| (sample, 0, each.len()));
-        hold.or_else(|| worst(|l| &l.to_degraded).map(|sample| (sample, 1, each.len())))
-    }
-
-    fn latency(&self, dossier: &Dossier) -> Option<Fact> {
-        let (sample, to, samples) = self.slowest()?;
-        let limit = dossier.stories.first().and_then(|story| story.limits_ms.get(to));
-        let limit = limit.map(|ms| format!("; limit {} from the loss", words::grouped(*ms))).unwrap_or_default();
-        let upper = sample.p95_upper_95.map(|ms| format!(", at most {}", words::three_digits(ms))).unwrap_or_default();
-        let worst = if samples > 1 { "slowest " } else { "" };
-        let from = if self.noun == "lie" { "lie" } else { "arrival" };
-        let mode = if to == 0 { "HOLD_SAFE" } else { "DEGRADED" };
-        Some(Fact::new(words::milliseconds(sample.p95?), format!("{from} to {mode} ({worst}p95, n {}{upper}){limit}", sample.n)))
-    }
-
-    fn not_safe(&self) -> Option<Fact> {
-        let broken = self.totals().get(&Outcome::Unsafe).copied().unwrap_or_default();
-        let bounded = self.all.iter().filter_map(|one| Some((one.unsafe_upper_95?, one.n)));
-        let worst = bounded.max_by(|a, b| a.0.total_cmp(&b.0));
-        let each = if self.all.len() > 1 { format!(" a {}", self.unit) } else { String::new() };
-        let said = worst.map_or_else(|| "no bound yet".to_owned(), |(upper, n)| format!("below {}{each} (95 %, n {n})", words::percent(upper)));
-        Some(Fact::new(format!("{broken} of {} unsafe", words::grouped(self.n())), said))
-    }
-
-    fn armed(&self) -> Option<Fact> {
-        let FoundResult::Runs(runs) = &self.given.found else { return None };
-        let (armed, n) = runs.iter().fold((0, 0), |(armed, n), run| (armed + run.mission.armed, n + run.mission.n));
-        (n > 0).then(|| Fact::new(format!("{armed} of {n}"), "missions held authority"))
-    }
 }
 
 /// A variation in a sentence.
@@ -341,6 +313,7 @@ fn label(one: &Tried) -> String {
     if let Some(row) = one.row {
         return format!("{} ({})", row.id, one.scenario);
     }
-    let set: Vec<String> = one.cell.map(|cell| cell.replace('/', ", ")).into_iter().chain(one.set.iter().cloned()).collect();
+    let set: Vec<String> =
+        one.cell.map(|cell| cell.replace('/', ", ")).into_iter().chain(one.set.iter().cloned()).collect();
     if set.is_empty() { one.scenario.to_owned() } else { format!("{} with {}", one.scenario, set.join(", ")) }
 }

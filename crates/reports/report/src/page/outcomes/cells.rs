@@ -6,7 +6,7 @@ use results::report::{RunObject, Summary};
 
 use super::{COLUMNS, at_least, said};
 use crate::Dossier;
-use crate::page::grid::{Cell, Grid, Row, leading};
+use crate::page::grid::{Cell, Grid, Row, leading, off};
 use crate::page::{slug, words};
 
 /// Letters of a finding that a cell has room for.
@@ -32,7 +32,12 @@ fn of_cells(dossier: &Dossier, run: &RunObject) -> Markup {
             run.seed
         )
     } else {
-        format!("{}, {}, from seed {}. A row a cell. ≥: true share at least (95 %).", words::capital(&run.scenario), words::place(run.mode.evidence()), run.seed)
+        format!(
+            "{}, {}, from seed {}. A row a cell. ≥: true share at least (95 %).",
+            words::capital(&run.scenario),
+            words::place(run.mode.evidence()),
+            run.seed
+        )
     };
     html! { (said(if across { "Which check stops what" } else { "How each cell ended" }, &words)) (grid.markup()) }
 }
@@ -54,7 +59,8 @@ fn crossed<'a>(dossier: &Dossier, run: &'a RunObject) -> Option<Grid<'a>> {
     }
     let row = |name: &&str| {
         let (first, rest) = name.split_once('/').unwrap_or((*name, ""));
-        let aside: Vec<&str> = rest.split('/').filter(|part| !part.is_empty()).map(|part| words::note(part).unwrap_or(part)).collect();
+        let aside: Vec<&str> =
+            rest.split('/').filter(|part| !part.is_empty()).map(|part| words::note(part).unwrap_or(part)).collect();
         Row {
             name: words::capital(first),
             note: words::note(first).unwrap_or_default().to_owned(),
@@ -64,7 +70,10 @@ fn crossed<'a>(dossier: &Dossier, run: &'a RunObject) -> Option<Grid<'a>> {
     };
     Some(Grid {
         label: format!("Cells of {}", run.scenario),
-        columns: columns.iter().map(|name| (words::capital(&name.replace('-', " ")), words::note(name).unwrap_or_default().to_owned())).collect(),
+        columns: columns
+            .iter()
+            .map(|name| (words::capital(&name.replace('-', " ")), words::note(name).unwrap_or_default().to_owned()))
+            .collect(),
         rows_are: "what is done".to_owned(),
         rows: rows.iter().map(row).collect(),
     })
@@ -101,6 +110,7 @@ fn cell<'a>(dossier: &Dossier, run: &'a RunObject, name: &str) -> Option<Cell<'a
         outcomes: &of.summary.outcomes,
         n: of.summary.n as u64,
         expected: &of.expected,
+        off: off(&of.summary.outcomes, &of.expected),
         reason,
         bound: at_least(&of.summary.outcomes, class, of.summary.n as u64),
         run: told(dossier, &own),
@@ -119,6 +129,7 @@ fn of_runs(dossier: &Dossier, runs: &[&RunObject]) -> Markup {
                 outcomes: &run.summary.outcomes,
                 n: run.summary.n as u64,
                 expected: &run.expected,
+                off: off(&run.summary.outcomes, &run.expected),
                 reason: reason(&run.summary, class, &own),
                 bound: at_least(&run.summary.outcomes, class, run.summary.n as u64),
                 run: told(dossier, &own),
