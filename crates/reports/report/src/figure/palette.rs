@@ -104,12 +104,6 @@ fn rules(colour: impl Fn(&(&str, Paint, &str, &str)) -> String, edge: &str) -> S
     all
 }
 
-/// The colour of an outcome on white, by its name in results.
-pub(crate) fn colour_of_outcome(name: &str) -> &'static str {
-    let class = class_of_outcome(name);
-    COLOURS.iter().find(|row| row.0 == class).map_or("#d6d3d1", |row| row.2)
-}
-
 /// True if a cell of this class has a tint of its own.
 pub(crate) fn is_tinted(class: &str) -> bool {
     TINTS.iter().any(|row| row.0 == class)

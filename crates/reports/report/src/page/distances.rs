@@ -1,5 +1,6 @@
 //! How far measured values are from the limits that the platform is made for.
 
+use evidence::trial::Outcome;
 use maud::{Markup, html};
 use results::report::RunObject;
 use results::summary::{Distance, RunSummary};
@@ -16,6 +17,8 @@ struct Measured {
     unit: &'static str,
     note: String,
     least: bool,
+    /// True if the limit counts from a later time, so that the value says nothing about it.
+    earlier: bool,
 }
 
 /// Rows of the results' latencies, then of the run that is told at length.
@@ -62,6 +65,7 @@ fn of_summary(run: &RunObject, story: &RunSummary) -> Vec<Measured> {
             unit: "ms",
             note: format!("p95{upper}, n {}; the limit counts from the loss", sample.n),
             least: false,
+            earlier: sample.p95? > limit as f64 && !run.summary.outcomes.contains_key(&Outcome::Late),
         })
     };
     // Where every trial holds at once, DEGRADED is the same judgement.
@@ -77,6 +81,7 @@ fn of_run(of: &Distance) -> Measured {
         unit: of.unit,
         note: of.from.to_owned(),
         least: of.least,
+        earlier: false,
     }
 }
 
@@ -88,7 +93,9 @@ fn markup(row: &Measured) -> Markup {
     html! { div class="drow" {
         span { (row.what) }
         b { (words::three_digits(row.value)) " " (row.unit) }
-        div class=(if over { "dbar over" } else { "dbar" }) { i style=(format!("width:{width:.1}%")) {} }
+        @if row.earlier { span class="lim" { "the loss came later than the arrival" } } @else {
+            div class=(if over { "dbar over" } else { "dbar" }) { i style=(format!("width:{width:.1}%")) {} }
+        }
         span class="lim" { (bound) " " (words::three_digits(row.limit)) " " (row.unit) }
         small { (row.note) }
     } }

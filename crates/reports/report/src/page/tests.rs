@@ -83,6 +83,8 @@ fn teammates() -> Value {
         cells.push(cell);
         let mut own = trial.clone();
         (own["cell"], own["outcome"]) = (json!(name), json!(class));
+        own["injections"] =
+            json!([{"what": {"action": "forward"}, "from_ms": 4549, "fate": "noticed", "at_ms": 4650.0}]);
         own["claims"] = json!({"said": 40, "accepted": 40, "believed_mm": 0});
         trials.push(own);
     }

@@ -35,8 +35,9 @@ pub(super) fn found(dossier: &Dossier, given: &Given) -> Option<Finding> {
     if all.is_empty() {
         return None;
     }
-    let view = View { given, noun: noun(given), unit: unit(given), all };
+    let mut view = View { given, noun: noun(given, &[]), unit: unit(given), all };
     let (rank, class) = view.worst();
+    view.noun = noun(given, &view.with(class, rank));
     let about = view.with(class, rank);
     let campaign = if let FoundResult::Campaign(campaign) = &given.found { Some(campaign) } else { None };
     let claim = campaign.and_then(|campaign| claimed(campaign)).filter(|_| rank > Rank::Harm);
@@ -59,29 +60,38 @@ fn plain(parts: &[Part]) -> String {
     parts.iter().map(word).collect()
 }
 
-/// What was done in trials, by what they tell of themselves.
-fn noun(given: &Given) -> &'static str {
-    let trials: Vec<&Trial> = match &given.found {
-        FoundResult::Runs(runs) => runs.iter().flat_map(|run| &run.trials).collect(),
-        FoundResult::BenchLive(bench) => bench.losses.iter().flat_map(|run| &run.trials).collect(),
+/// What was done in the trials of these variations, by what they tell of themselves.
+fn noun(given: &Given, about: &[&Tried]) -> &'static str {
+    let runs: Vec<&RunObject> = match &given.found {
+        FoundResult::Runs(runs) => runs.iter().collect(),
+        FoundResult::BenchLive(bench) => bench.losses.iter().collect(),
         FoundResult::Matrix(_) => return "threat",
         _ => return "variation",
     };
-    let planned = || trials.iter().flat_map(|trial| &trial.injections);
-    if trials.iter().any(|trial| trial.claims.as_ref().is_some_and(|claims| claims.said > 0)) {
-        "lie"
-    } else if planned().next().is_none() {
+    let trials = || runs.iter().flat_map(|run| run.trials.iter().filter(|trial| is_about(run, trial, about)));
+    let done = || trials().filter(|trial| !trial.injections.is_empty());
+    if done().next().is_none() {
         "quiet run"
-    } else if planned().all(|injection| injection.what.get("fault").is_some()) {
+    } else if done().all(|trial| trial.claims.as_ref().is_some_and(|claims| claims.said > 0)) {
+        "lie"
+    } else if done().flat_map(|trial| &trial.injections).all(|injection| injection.what.get("fault").is_some()) {
         "fault"
     } else {
         "attack"
     }
 }
 
+/// True for a trial of one of these variations; of all where none is named.
+fn is_about(run: &RunObject, trial: &Trial, about: &[&Tried]) -> bool {
+    let is_one = |one: &&Tried| one.scenario == run.scenario && one.watermark == run.watermark.as_deref();
+    about.is_empty() || about.iter().any(|one| is_one(one) && (one.cell.is_none() || one.cell == trial.cell.as_deref()))
+}
+
+/// A variation in a word.
 fn unit(given: &Given) -> &'static str {
     match &given.found {
-        FoundResult::Runs(runs) if runs.iter().any(|run| !run.cells.is_empty()) => "cell",
+        FoundResult::Runs(runs) if runs.iter().all(|run| !run.cells.is_empty()) => "cell",
+        FoundResult::Runs(runs) if runs.iter().any(|run| !run.cells.is_empty()) => "variation",
         FoundResult::Runs(_) | FoundResult::BenchLive(_) => "scenario",
         _ => "variation",
     }
@@ -170,7 +180,8 @@ impl View<'_> {
         let [one, many] = words::deed(class);
         let deed = if (by_trial && hits == 1) || (!by_trial && about.len() == 1) { one } else { many };
         let (verb, rest) = deed.split_once(' ').unwrap_or((deed, ""));
-        let not_stated = if rank == Rank::NotStated { ", which was not stated beforehand" } else { "" };
+        let is_off = rank == Rank::NotStated && about.iter().any(|one| !one.expected.is_empty());
+        let not_stated = if is_off { ", which was not stated beforehand" } else { "" };
         vec![
             Part::Plain(format!("{subject} {verb} ")),
             Part::Marked(rest.to_owned()),
@@ -184,7 +195,7 @@ impl View<'_> {
             [one] => {
                 let told = one.cell.filter(|_| one.row.is_none()).and_then(words::sentence);
                 told.map_or_else(
-                    || if self.all.len() == 1 { format!(" in {}", one.scenario) } else { format!(": {}", label(one)) },
+                    || if self.all.len() == 1 { format!(" in {}", label(one)) } else { format!(": {}", label(one)) },
                     |told| format!(": {told}"),
                 )
             }
@@ -239,7 +250,7 @@ impl View<'_> {
             all.push(format!(
                 "{} of {of} ended with {}{stated}.",
                 words::number(self.n(), "trial"),
-                self.endings(self.all.iter())
+                self.endings(&self.all.iter().collect::<Vec<_>>())
             ));
         } else {
             let (hits, of): (u64, u64) =
@@ -255,11 +266,7 @@ impl View<'_> {
                 } else {
                     format!("the {} other {}s", others.len(), self.unit)
                 };
-                all.push(format!(
-                    "In {which} {} ended with {}.",
-                    words::number(n, "trial"),
-                    self.endings(others.into_iter())
-                ));
+                all.push(format!("In {which} {} ended with {}.", words::number(n, "trial"), self.endings(&others)));
             }
         }
         all.extend(self.believed(about).filter(|_| class != Outcome::Invalid));
@@ -267,11 +274,12 @@ impl View<'_> {
         all
     }
 
-    fn endings<'b>(&self, of: impl Iterator<Item = &'b Tried<'b>>) -> String {
-        let mut totals = Outcomes::new();
-        of.flat_map(|one| &one.outcomes).for_each(|(class, n)| *totals.entry(*class).or_default() += n);
+    /// How these variations ended, with counts where they ended in several ways.
+    fn endings(&self, of: &[&Tried]) -> String {
+        let (mut totals, noun) = (Outcomes::new(), noun(self.given, of));
+        of.iter().flat_map(|one| &one.outcomes).for_each(|(class, n)| *totals.entry(*class).or_default() += n);
         let one = |(class, n): (&Outcome, &u64)| {
-            let ending = words::ending(*class, self.noun);
+            let ending = words::ending(*class, noun);
             if totals.len() == 1 { ending } else { format!("{ending} ({})", words::grouped(*n)) }
         };
         words::list(&totals.iter().map(one).collect::<Vec<_>>(), "or")
@@ -280,12 +288,10 @@ impl View<'_> {
     /// How far what was believed was from the truth.
     fn believed(&self, about: &[&Tried]) -> Option<String> {
         let FoundResult::Runs(runs) = &self.given.found else { return None };
-        let is_meant = |run: &RunObject, trial: &Trial| {
-            about
-                .iter()
-                .any(|one| one.scenario == run.scenario && (one.cell.is_none() || one.cell == trial.cell.as_deref()))
-        };
-        let each = runs.iter().flat_map(|run| run.trials.iter().filter(|trial| is_meant(run, trial)));
+        if about.is_empty() {
+            return None;
+        }
+        let each = runs.iter().flat_map(|run| run.trials.iter().filter(|trial| is_about(run, trial, about)));
         let most = each.filter_map(|trial| trial.claims.as_ref()).map(|claims| claims.believed_mm).max()?;
         Some(match most {
             0 => "What was believed was true: 0 m of error.".to_owned(),
@@ -315,5 +321,10 @@ fn label(one: &Tried) -> String {
     }
     let set: Vec<String> =
         one.cell.map(|cell| cell.replace('/', ", ")).into_iter().chain(one.set.iter().cloned()).collect();
-    if set.is_empty() { one.scenario.to_owned() } else { format!("{} with {}", one.scenario, set.join(", ")) }
+    let guest = one
+        .watermark
+        .and_then(|mark| mark.strip_prefix("GUEST: "))
+        .map(|of| format!(", where {}", of.replace('`', "")));
+    let with = if set.is_empty() { String::new() } else { format!(" with {}", set.join(", ")) };
+    format!("{}{with}{}", one.scenario, guest.unwrap_or_default())
 }

@@ -124,7 +124,13 @@ fn of_runs(dossier: &Dossier, runs: &[&RunObject]) -> Markup {
         Row {
             name: run.scenario.clone(),
             note: format!("{}, from seed {}", words::place(run.mode.evidence()), run.seed),
-            aside: run.platform.clone().unwrap_or_default(),
+            aside: run
+                .watermark
+                .as_deref()
+                .and_then(|mark| mark.strip_prefix("GUEST: "))
+                .map(|of| of.replace('`', ""))
+                .or(run.platform.clone())
+                .unwrap_or_default(),
             cells: vec![class.map(|class| Cell {
                 outcomes: &run.summary.outcomes,
                 n: run.summary.n as u64,
