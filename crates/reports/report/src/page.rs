@@ -106,11 +106,16 @@ fn crumb(dossier: &Dossier) -> String {
     for given in dossier.results.files().iter().take(4) {
         let all = tried(given);
         let scenarios: std::collections::BTreeSet<&str> = all.iter().map(|one| one.scenario).collect();
-        let scenario = match &given.found {
-            FoundResult::Search(search) => search.scenario.as_str(),
-            FoundResult::Curve(curve) => curve.scenario.as_str(),
-            _ if scenarios.len() == 1 => scenarios.into_iter().next().unwrap_or_default(),
-            _ => "",
+        let scenario = if let FoundResult::Search(search) = &given.found {
+            search.scenario.as_str()
+        } else if let FoundResult::Curve(curve) = &given.found {
+            curve.scenario.as_str()
+        } else {
+            scenarios
+                .into_iter()
+                .next()
+                .filter(|first| all.iter().all(|one| one.scenario == *first))
+                .unwrap_or_default()
         };
         parts.push(format!("{} {scenario}", given.found.kind()).trim_end().to_owned());
         let places: std::collections::BTreeSet<&str> = all.iter().map(|one| words::place(one.evidence)).collect();

@@ -79,6 +79,11 @@ impl FoundResult {
         }
     }
 
+    /// The runs of a result that is runs; none of another.
+    pub fn runs(&self) -> &[RunObject] {
+        if let FoundResult::Runs(runs) = self { runs } else { &[] }
+    }
+
     /// First contradiction in a result: a figure that does not follow from the others. Kinds without such figures have
     /// none. It is checked for results that others made.
     pub fn contradiction(&self) -> Option<String> {

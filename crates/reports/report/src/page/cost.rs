@@ -31,7 +31,12 @@ fn prices(given: &Given) -> Vec<Price> {
             let seconds: f64 = campaign.rows.iter().map(|row| row.sim_seconds).sum();
             vec![(words::number(trips, "false stop"), format!("in {}", hours(seconds)))]
         }
-        _ => Vec::new(),
+        FoundResult::Matrix(_)
+        | FoundResult::Reference(_)
+        | FoundResult::Search(_)
+        | FoundResult::Curve(_)
+        | FoundResult::Ablation(_)
+        | FoundResult::TwinCost(_) => Vec::new(),
     }
 }
 

@@ -7,7 +7,6 @@ use results::summary::{Distance, RunSummary};
 
 use super::{runs, words};
 use crate::Dossier;
-use crate::reader::FoundResult;
 
 /// A row.
 struct Measured {
@@ -38,10 +37,7 @@ pub(super) fn section(dossier: &Dossier, told: &[&RunSummary]) -> Markup {
 }
 
 fn of_results(dossier: &Dossier, story: &RunSummary) -> Vec<Measured> {
-    let runs = dossier.results.files().iter().flat_map(|given| match &given.found {
-        FoundResult::Runs(runs) => runs.as_slice(),
-        _ => &[],
-    });
+    let runs = dossier.results.files().iter().flat_map(|given| given.found.runs());
     runs.filter(|run| story.name.starts_with(run.scenario.as_str())).flat_map(|run| of_summary(run, story)).collect()
 }
 

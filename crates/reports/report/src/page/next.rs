@@ -2,6 +2,7 @@
 
 use evidence::trial::Outcome;
 use maud::{Markup, html};
+use results::report::{ComparisonRow, SearchObject};
 use results::summary::RunSummary;
 
 use crate::Dossier;
@@ -40,43 +41,35 @@ fn commands(dossier: &Dossier, told: &[&RunSummary]) -> [String; 2] {
 /// Commands that run a part of a result again, with a recording.
 fn again(given: &Given) -> Option<[String; 2]> {
     let run = |line: String| [format!("{line} --out runs/again"), "holdsafe report runs/again".to_owned()];
-    match &given.found {
-        FoundResult::Search(search) => Some(match search.findings.first() {
+    if let FoundResult::Search(search) = &given.found {
+        return Some(match search.findings.first() {
             Some(finding) => run(finding.reproduce.clone()),
-            None => {
-                let line = format!(
-                    "holdsafe search {} --attack-space {} --budget {}",
-                    search.scenario,
-                    search.alphabet,
-                    search.hunt.trials * 10
-                );
-                [line.clone(), format!("{line} --find UNSAFE,LATE")]
-            }
-        }),
-        FoundResult::Comparison(comparison) => {
-            let row = comparison
-                .rows
-                .iter()
-                .find(|row| row.harmful.hits > 0 || row.outcomes.contains_key(&Outcome::Undetected))
-                .or(comparison.rows.first())?;
-            let cell = row.cell.as_ref().map(|cell| format!(" --cell {cell}")).unwrap_or_default();
-            let bare = if row.conduct == "bare" { " --bare" } else { "" };
-            Some(run(format!(
-                "holdsafe run {}{cell} --trials 1 --seed {} --autonomy GUEST.TOML{bare}",
-                row.scenario, comparison.seed
-            )))
-        }
-        _ => {
-            let all = tried(given);
-            let one = all.iter().find(|one| one.unexpected().next().is_some()).or(all.first())?;
-            let cell = one.cell.map(|cell| format!(" --cell {cell}")).unwrap_or_default();
-            Some(run(if one.reproduce.is_empty() {
-                format!("holdsafe run {}{cell} --trials 1", one.scenario)
-            } else {
-                one.reproduce.clone()
-            }))
-        }
+            None => searched_on(search),
+        });
     }
+    if let FoundResult::Comparison(comparison) = &given.found {
+        let asks = |row: &&ComparisonRow| row.harmful.hits > 0 || row.outcomes.contains_key(&Outcome::Undetected);
+        let row = comparison.rows.iter().find(asks).or(comparison.rows.first())?;
+        let cell = row.cell.as_ref().map(|cell| format!(" --cell {cell}")).unwrap_or_default();
+        let bare = if row.conduct == "bare" { " --bare" } else { "" };
+        let seed = comparison.seed;
+        return Some(run(format!(
+            "holdsafe run {}{cell} --trials 1 --seed {seed} --autonomy GUEST.TOML{bare}",
+            row.scenario
+        )));
+    }
+    let all = tried(given);
+    let one = all.iter().find(|one| one.unexpected().next().is_some()).or(all.first())?;
+    let cell = one.cell.map(|cell| format!(" --cell {cell}")).unwrap_or_default();
+    let line = format!("holdsafe run {}{cell} --trials 1", one.scenario);
+    Some(run(if one.reproduce.is_empty() { line } else { one.reproduce.clone() }))
+}
+
+/// A search that found nothing, with ten times the sequences.
+fn searched_on(search: &SearchObject) -> [String; 2] {
+    let (scenario, space, budget) = (&search.scenario, &search.alphabet, search.hunt.trials.saturating_mul(10));
+    let line = format!("holdsafe search {scenario} --attack-space {space} --budget {budget}");
+    [line.clone(), format!("{line} --find UNSAFE,LATE")]
 }
 
 /// A path as a shell takes it.

@@ -66,7 +66,7 @@ fn marks(dossier: &Dossier) -> BTreeSet<&str> {
 /// A cell that names its policy is waived if that policy is; another by its own watermark.
 fn is_waived(one: &Tried, policies: &BTreeSet<&str>) -> bool {
     let named = one.cell.is_some_and(|cell| cell.split('/').any(|part| policies.contains(part)));
-    let says_policy = one.cell.is_some_and(|cell| cell.split('/').any(|part| words::is_policy(part)));
+    let says_policy = one.cell.is_some_and(|cell| cell.split('/').any(words::is_policy));
     named || (one.watermark.is_some() && !says_policy)
 }
 

@@ -106,7 +106,7 @@ pub(super) fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
@@ -150,10 +150,12 @@ pub(super) fn deed(class: Outcome) -> [&'static str; 2] {
 
 /// A class for readers without the documentation.
 pub(super) fn key(class: Outcome) -> &'static str {
-    match class {
-        Outcome::HoldSafe => "the unit stopped, without authority",
-        Outcome::Degraded => "the unit slowed down, without authority",
-        other => meaning(other),
+    if class == Outcome::HoldSafe {
+        "the unit stopped, without authority"
+    } else if class == Outcome::Degraded {
+        "the unit slowed down, without authority"
+    } else {
+        meaning(class)
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) fn found(comparison: &Comparison) -> Option<Finding> {
         (None, None) => return None,
     };
     let trials = words::number(comparison.trials, "trial");
-    let each: Vec<String> = comparison.totals.iter().map(|total| told(total)).collect();
+    let each: Vec<String> = comparison.totals.iter().map(told).collect();
     let lead = format!("{trials} of each attack. Harmful (UNSAFE or LATE): {}.", each.join("; "));
     Some(finding(rank, sentence, lead, facts(conduct("bare"), conduct("guarded"))))
 }

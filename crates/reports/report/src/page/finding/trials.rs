@@ -40,7 +40,7 @@ pub(super) fn found(dossier: &Dossier, given: &Given) -> Option<Finding> {
     view.noun = noun(given, &view.with(class, rank));
     let about = view.with(class, rank);
     let campaign = if let FoundResult::Campaign(campaign) = &given.found { Some(campaign) } else { None };
-    let claim = campaign.and_then(|campaign| claimed(campaign)).filter(|_| rank > Rank::Harm);
+    let claim = campaign.and_then(claimed).filter(|_| rank > Rank::Harm);
     let told = view.sentence(rank, class, &about);
     let mut lead = campaign.and_then(|campaign| incomplete(given, campaign)).into_iter().collect::<Vec<_>>();
     lead.extend(
@@ -62,12 +62,14 @@ fn plain(parts: &[Part]) -> String {
 
 /// What was done in the trials of these variations, by what they tell of themselves.
 fn noun(given: &Given, about: &[&Tried]) -> &'static str {
-    let runs: Vec<&RunObject> = match &given.found {
-        FoundResult::Runs(runs) => runs.iter().collect(),
-        FoundResult::BenchLive(bench) => bench.losses.iter().collect(),
-        FoundResult::Matrix(_) => return "threat",
-        _ => return "variation",
+    let runs: Vec<&RunObject> = if let FoundResult::BenchLive(bench) = &given.found {
+        bench.losses.iter().collect()
+    } else {
+        given.found.runs().iter().collect()
     };
+    if runs.is_empty() {
+        return if matches!(given.found, FoundResult::Matrix(_)) { "threat" } else { "variation" };
+    }
     let trials = || runs.iter().flat_map(|run| run.trials.iter().filter(|trial| is_about(run, trial, about)));
     let done = || trials().filter(|trial| !trial.injections.is_empty());
     if done().next().is_none() {
@@ -89,11 +91,13 @@ fn is_about(run: &RunObject, trial: &Trial, about: &[&Tried]) -> bool {
 
 /// A variation in a word.
 fn unit(given: &Given) -> &'static str {
-    match &given.found {
-        FoundResult::Runs(runs) if runs.iter().all(|run| !run.cells.is_empty()) => "cell",
-        FoundResult::Runs(runs) if runs.iter().any(|run| !run.cells.is_empty()) => "variation",
-        FoundResult::Runs(_) | FoundResult::BenchLive(_) => "scenario",
-        _ => "variation",
+    let with_cells = given.found.runs().iter().filter(|run| !run.cells.is_empty()).count();
+    match given.found.runs().len() {
+        0 if matches!(given.found, FoundResult::BenchLive(_)) => "scenario",
+        0 => "variation",
+        n if n == with_cells => "cell",
+        _ if with_cells > 0 => "variation",
+        _ => "scenario",
     }
 }
 

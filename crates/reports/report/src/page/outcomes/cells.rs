@@ -99,12 +99,10 @@ fn cell<'a>(dossier: &Dossier, run: &'a RunObject, name: &str) -> Option<Cell<'a
     let of = run.cells.iter().find(|cell| cell.cell == name)?;
     let own: Vec<&Trial> = run.trials.iter().filter(|trial| trial.cell.as_deref() == Some(name)).collect();
     let class = leading(&of.summary.outcomes, &of.expected)?;
-    let reason = match class {
-        Outcome::Rejected => {
-            let most = of.dropped.iter().max_by_key(|(_, n)| **n);
-            most.map_or_else(|| "refused".to_owned(), |(reason, _)| format!("refused: {}", words::refusal(reason)))
-        }
-        _ => reason(&of.summary, class, &own),
+    let refused = of.dropped.iter().max_by_key(|(_, n)| **n).filter(|_| class == Outcome::Rejected);
+    let reason = match refused {
+        Some((reason, _)) => format!("refused: {}", words::refusal(reason)),
+        None => reason(&of.summary, class, &own),
     };
     Some(Cell {
         outcomes: &of.summary.outcomes,
@@ -157,12 +155,9 @@ pub(super) fn reason_of(summary: &Summary, expected: &[Outcome]) -> String {
 }
 
 fn reason(summary: &Summary, class: Outcome, own: &[&Trial]) -> String {
-    let latency = match class {
-        Outcome::HoldSafe => summary.latency_ms.to_hold_safe.mean,
-        Outcome::Degraded => summary.latency_ms.to_degraded.mean,
-        _ => None,
-    };
-    if let Some(ms) = latency {
+    let latency = &summary.latency_ms;
+    let latency = [(Outcome::HoldSafe, latency.to_hold_safe.mean), (Outcome::Degraded, latency.to_degraded.mean)];
+    if let Some(ms) = latency.into_iter().find(|(of, _)| *of == class).and_then(|(_, mean)| mean) {
         return format!("in {}", words::milliseconds(ms));
     }
     let finding = own.iter().filter(|trial| trial.outcome == class).find_map(|trial| trial.findings.first());

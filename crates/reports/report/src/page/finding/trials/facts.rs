@@ -72,7 +72,11 @@ impl View<'_> {
             }
             FoundResult::Reference(reference) => reference.rows.iter().map(|row| &row.summary.latency_ms).collect(),
             FoundResult::BenchLive(bench) => bench.runs().map(|run| &run.summary.latency_ms).collect(),
-            _ => return None,
+            FoundResult::Search(_)
+            | FoundResult::Comparison(_)
+            | FoundResult::Curve(_)
+            | FoundResult::Ablation(_)
+            | FoundResult::TwinCost(_) => return None,
         };
         let worst = |pick: fn(&LatencySummary) -> &Sample| {
             let samples = each.iter().map(|latency| pick(latency)).filter(|sample| sample.p95.is_some());
