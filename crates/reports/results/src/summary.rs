@@ -1,9 +1,13 @@
 //! Summary of one run for a reviewer, from its log: the report's drawings over time.
 //!
 //! Times are times of the run. Modes, authority, refusals and reasons are the services' own statements; injections are
-//! ground truth and stand apart.
+//! ground truth and stand apart, as does the plant's own motion. `lanes` reads guards and display, `measured` the motion and its distances
+//! to the platform's limits.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+mod lanes;
+mod measured;
 
 use std::collections::BTreeMap;
 
@@ -41,6 +45,53 @@ pub struct RunSummary {
     pub refused: Vec<Refusals>,
     /// Reason for each change to a more restricted mode.
     pub why: Vec<Why>,
+    /// Stretches in which guards of the unit under test fail, the names of all that do in words.
+    pub guards: Vec<Lasted>,
+    /// What the console showed of the unit under test.
+    pub shown: Vec<Lasted>,
+    /// True motion of the unit under test, thinned out.
+    pub truth: Vec<TruthPoint>,
+    /// Reports of an insider, as it says itself: ground truth.
+    pub claims: Option<ClaimsMade>,
+    /// Measured values beside their limits.
+    pub distances: Vec<Distance>,
+    /// Longest time from a loss of trust to HOLD_SAFE, and from a loss to DEGRADED, milliseconds: the platform's bounds.
+    pub limits_ms: [u64; 2],
+}
+
+/// True motion at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthPoint {
+    /// Time, seconds.
+    pub at: f64,
+    /// Speed, metres per second.
+    pub speed: f64,
+}
+
+/// Reports that an insider sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClaimsMade {
+    /// Count.
+    pub n: u64,
+    /// Greatest distance between a place in them and the true one, metres.
+    pub off_m: f64,
+}
+
+/// A measured value beside its limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distance {
+    /// Value in words.
+    pub what: &'static str,
+    /// Value.
+    pub value: f64,
+    /// Limit.
+    pub limit: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// Origin of the limit.
+    pub from: &'static str,
+    /// True if the value may not fall below the limit, false if it may not exceed it.
+    pub least: bool,
 }
 
 /// A state or an injection with its time.
@@ -95,9 +146,12 @@ pub struct ChainLink {
 
 /// The run with this name. `flaw` is the fault of its log.
 pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
-    let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
+    // Accounts are closed a while after the plant's last word, and the display is late by then: no part of the run.
+    let end = measured::last(entries).or_else(|| entries.iter().map(|w| w.at).max());
+    let clock = Clock { end: end.unwrap_or_default() };
     let done = truth::lasting(entries).into_iter().map(|l| clock.lasted(l.action, l.from, l.to)).collect();
-    let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.reason(e)).collect();
+    let explained: Vec<Explanation> = explain(entries, bounds).into_iter().filter(Explanation::restricts).collect();
+    let why = explained.iter().map(|e| clock.reason(e)).collect();
     RunSummary {
         name: name.to_owned(),
         seconds: clock.seconds_at(clock.end),
@@ -107,6 +161,12 @@ pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Op
         done,
         refused: refused(entries, clock),
         why,
+        guards: lanes::guards(entries, clock),
+        shown: lanes::shown(entries, clock),
+        truth: measured::truth(entries, clock),
+        claims: measured::claims(entries),
+        distances: measured::distances(entries, &explained, bounds),
+        limits_ms: [bounds.to_hold_safe_ms, bounds.to_degraded_ms],
     }
 }
 
@@ -135,7 +195,7 @@ impl Clock {
         Why {
             at: self.seconds_at(explanation.at_us),
             change: format!("{} to {}", explanation.from.name(), explanation.to.name()),
-            cause: explanation.cause.label().to_string(),
+            cause: lanes::cause_words(explanation.cause),
             chain: explanation.chain.iter().map(link).collect(),
         }
     }
