@@ -208,7 +208,7 @@ function plotsOf(of, state, view) {
     const { fresh, late } = picture.limits_ms;
     Object.assign(plots[1], { limits: [[fresh / 1000, `late ${fresh / 1000}`], [late / 1000, `stale ${late / 1000}`]], top: (late / 1000) * 1.3 });
   }
-  if (room !== null) plots.push({ name: "Room before the fence", value: `${was}${tenths(room)} m`, points: points((one) => one.room), limits: [[0, "stop 0"]] });
+  if (room !== null) plots.push({ name: "Room to the fence", value: `${was}${tenths(room)} m`, points: points((one) => one.room), limits: [[0, "stop 0"]] });
   if (view.track !== null) {
     const sure = of.tracks.find((each) => each.value.id === view.track);
     plots.push({ name: `Confidence, track ${view.track}`, value: sure ? `${was}${(sure.value.confidence_permille / 1000).toFixed(2)}` : "not reported", points: points((one) => one.sure.get(view.track)), limits: of.state.value.settings ? [[of.state.value.settings.arm_permille / 1000, `arm ${of.state.value.settings.arm_permille / 1000}`]] : [], top: 1 });

@@ -98,32 +98,26 @@ function units(view) {
   put(byId("units"), ...view.all.map((each) => unitRow(each, view)));
 }
 
-/** Alarms in groups; where a console has none, each alarm is one. */
-function groups({ alarm_groups, alarms: single }) {
-  return (alarm_groups || single).map((of) => ({ cause: of.says, times: 1, led_to: [], shelved_ms: null, ...of }));
-}
-
 function alarm(of, view) {
   const [hue, mark] = PRIORITIES[of.priority] || PRIORITIES.HIGH;
-  const over = of.standing ? "" : "was: ";
   const notes = [of.acknowledged ? "acknowledged" : "new", of.standing ? "" : "over", of.times > 1 ? `${of.times} times` : ""].filter(Boolean);
   const led = of.led_to.map((each) => element("li", {}, element("span", {}, `led to: ${each.says}`), element("span", { class: "when" }, view.ago(each.since_ms))));
   return element("div", { class: `group ${of.standing ? hue : "weak"} ${of.acknowledged ? "noted" : "new"}` },
-    element("p", { class: "first" }, element("span", {}, element("span", { class: of.standing ? hue : "weak" }, `${mark} ${of.priority} `), element("strong", {}, `${over}${of.cause}`)), element("span", { class: "when" }, view.ago(of.since_ms))),
+    element("p", { class: "first" }, element("span", {}, element("span", { class: of.standing ? hue : "weak" }, `${mark} ${of.priority} `), element("strong", {}, of.says)), element("span", { class: "when" }, view.ago(of.since_ms))),
     ...(led.length ? [element("ul", {}, ...led)] : []),
     element("p", { class: "note" }, notes.join(" · ")));
 }
 
 function alarms(view) {
   const { picture } = view;
-  const all = groups(picture), shelved = all.filter((of) => isKnown(of.shelved_ms) && of.shelved_ms > 0);
+  const all = picture.alarms, shelved = all.filter((of) => isKnown(of.shelved_ms) && of.shelved_ms > 0);
   const open = all.filter((of) => !shelved.includes(of)).map((of) => alarm(of, view));
   const none = open.length ? [] : [element("p", { class: "weak" }, "no alarms")];
   const back = Math.min(...shelved.map((of) => of.shelved_ms));
   const more = shelved.length ? [element("p", { class: "note" }, `${shelved.length} shelved, back within ${seconds(back)}`)] : [];
   if (picture.alarms_more > 0) more.push(element("p", { class: "note" }, `and ${picture.alarms_more} more, for which there was no room`));
   put(byId("alarms"), ...open, ...none, ...more);
-  tell("n-alarms", isKnown(picture.alarms_hour === undefined ? null : picture.alarms_hour) ? `${picture.alarms_hour} in this hour · limit 6` : open.length ? String(open.length) : "");
+  tell("n-alarms", `${picture.alarms_in_hour} in this hour · limit ${picture.alarms_limit}`);
 }
 
 /** Guards of the chosen unit, those that fail first. */
