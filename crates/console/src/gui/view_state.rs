@@ -8,7 +8,7 @@ use wire::person::Order;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
-use super::map::Camera;
+use super::map::{Camera, Sides};
 use super::sidecar::Textures;
 use super::tracks::Sort;
 use crate::shown::Shown;
@@ -51,6 +51,8 @@ pub(super) struct ViewState {
     pub(super) camera: Option<Camera>,
     /// True if the map keeps the chosen unit in view.
     pub(super) follow: bool,
+    /// Sides of the map's labels, so that these do not jump.
+    pub(super) label_sides: Sides,
     /// Ages of shown reports, by unit, oldest first.
     pub(super) ages: BTreeMap<UnitId, VecDeque<(Instant, Span)>>,
 }
@@ -73,6 +75,7 @@ impl ViewState {
             sort: Sort::default(),
             camera: None,
             follow: true,
+            label_sides: Sides::new(),
             ages: BTreeMap::new(),
         }
     }
