@@ -27,7 +27,7 @@ fn replayed(yard: Yard) -> Seated {
     seated
 }
 
-/// What the map tells a screen reader.
+/// Description of the map for screen readers.
 fn described(seated: &Seated) -> String {
     let node = seated.query_all_by_role(Kind::Canvas).next().expect("a map");
     node.accesskit_node().label().expect("what it says")

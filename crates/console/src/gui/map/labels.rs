@@ -2,14 +2,15 @@
 //!
 //! A label lies on no symbol and on no other label. It keeps off trails, routes, fences and passed objects too, unless
 //! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. A unit
-//! must have its label: for it further distances are tried, then leaders across tracks, then places on tracks. What a label says
-//! is left to `words`, drawing it to `paint`.
+//! must have its label: for it further distances are tried, then leaders across tracks, then places on tracks. At equal
+//! distance a label stays at the side where it was, so that it does not jump. Words are left to `words`, drawing to
+//! `paint`.
 
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 /// Distances from the symbol, in its own reach.
 const DISTANCES: [f32; 5] = [1.0, 2.2, 3.8, 6.0, 9.0];
-/// Further distances for what must have a label.
+/// Further distances for units.
 const FURTHER: [f32; 4] = [12.5, 17.0, 23.0, 31.0];
 /// Directions to the places, the best first.
 const PLACES: [Vec2; 8] = [
@@ -36,7 +37,13 @@ pub(super) struct Wanted {
     pub(super) sizes: Vec<Vec2>,
     /// Distances that are tried.
     pub(super) reach: Reach,
+    /// Side at which it was last.
+    pub(super) last: Option<Side>,
 }
+
+/// One of the eight sides of a symbol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::gui) struct Side(usize);
 
 /// Distances from the symbol at which a label looks for a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +56,10 @@ pub(super) enum Reach {
     Further,
 }
 
-/// What a label or its leader may lie on.
+/// Things that a label or its leader may lie on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Over {
-    /// Nothing.
+    /// None.
     Nothing,
     /// A trail, a route, the fence, a passed object.
     Lines,
@@ -69,6 +76,8 @@ pub(super) struct Placed {
     pub(super) rect: Rect,
     /// Number of lines that have room.
     pub(super) lines: usize,
+    /// Side of the symbol.
+    pub(super) side: Side,
     /// Ends of the line to the symbol, of a label that is not beside it.
     pub(super) leader: Option<[Pos2; 2]>,
 }
@@ -96,31 +105,34 @@ impl Obstacles {
 
     /// Finds a place and takes it; none if there is no room.
     pub(super) fn place(&mut self, wanted: &Wanted) -> Option<Placed> {
-        let reach = wanted.half * 1.25 + 1.0;
-        let all = wanted.sizes.len();
+        const LAST: [Over; 2] = [Over::Crossing, Over::Tracks];
         const USUAL: [Over; 2] = [Over::Nothing, Over::Lines];
-        let ways: Vec<(&[f32], &[Over])> = match wanted.reach {
-            Reach::Beside => vec![(&DISTANCES[..1], &USUAL)],
-            Reach::Usual => vec![(&DISTANCES, &USUAL)],
-            Reach::Further => vec![
-                (&DISTANCES, &USUAL),
-                (&FURTHER, &USUAL),
-                (&DISTANCES, &[Over::Crossing, Over::Tracks]),
-                (&FURTHER, &[Over::Crossing, Over::Tracks]),
-            ],
+        let ways: &[(&[f32], [Over; 2])] = match wanted.reach {
+            Reach::Beside => &[(&DISTANCES[..1], USUAL)],
+            Reach::Usual => &[(&DISTANCES, USUAL)],
+            Reach::Further => &[(&DISTANCES, USUAL), (&FURTHER, USUAL), (&DISTANCES, LAST), (&FURTHER, LAST)],
         };
-        let tried = ways.iter().flat_map(|(distances, overs)| overs.iter().map(move |over| (*distances, *over)));
-        let lines = |(distances, over)| [(all, distances, over), (1, distances, over)];
-        let found = tried.flat_map(lines).find_map(|(lines, distances, over): (usize, &[f32], Over)| {
-            let size = extent(&wanted.sizes[..lines]);
-            let mut places = distances.iter().flat_map(|far| PLACES.iter().map(move |to| (*far, *to * reach * *far)));
-            places
-                .find_map(|(far, offset)| self.fits(wanted, offset, size, far > 1.0, over))
-                .map(|(rect, leader)| Placed { rect, lines, leader })
+        let all = wanted.sizes.len();
+        let mut tried = ways.iter().flat_map(|(distances, overs)| overs.map(|over| (*distances, over)));
+        let found = tried.find_map(|(distances, over)| {
+            [all, 1].into_iter().find_map(|lines| self.search(wanted, lines, distances, over))
         })?;
         self.solid.push(found.rect.expand2(ROOM));
         self.lines.extend(found.leader);
         Some(found)
+    }
+
+    /// The nearest free place of so many lines; of equally near ones that at the last side.
+    fn search(&self, wanted: &Wanted, lines: usize, distances: &[f32], over: Over) -> Option<Placed> {
+        let size = extent(&wanted.sizes[..lines]);
+        let reach = wanted.half * 1.25 + 1.0;
+        let sides = || wanted.last.into_iter().chain((0..PLACES.len()).map(Side));
+        let mut places = distances.iter().flat_map(|far| sides().map(move |side| (*far, side)));
+        places.find_map(|(far, side)| {
+            let offset = PLACES[side.0] * reach * far;
+            let (rect, leader) = self.fits(wanted, offset, size, far > 1.0, over)?;
+            Some(Placed { rect, lines, side, leader })
+        })
     }
 
     /// The label with its leader, if it is free there.
@@ -198,7 +210,13 @@ mod tests {
     }
 
     fn wanted(x: f32, y: f32, lines: usize) -> Wanted {
-        Wanted { at: Pos2::new(x, y), half: 10.0, sizes: vec![vec2(80.0, 18.0); lines], reach: Reach::Usual }
+        Wanted {
+            at: Pos2::new(x, y),
+            half: 10.0,
+            sizes: vec![vec2(80.0, 18.0); lines],
+            reach: Reach::Usual,
+            last: None,
+        }
     }
 
     /// Symbols in a spiral, as many as a crowd has.
@@ -255,6 +273,16 @@ mod tests {
         let placed = obstacles.place(&wanted(280.0, 210.0, 2)).unwrap();
         assert!(placed.leader.is_some() && placed.lines == 2, "{placed:?}");
         assert!(obstacles.lines[..3].iter().all(|line| !crosses(*line, placed.rect)));
+    }
+
+    #[test]
+    fn a_label_stays_at_its_side_unless_a_nearer_place_is_free() {
+        let below = obstacles().place(&Wanted { last: Some(Side(3)), ..wanted(280.0, 210.0, 2) }).unwrap();
+        assert!(below.side == Side(3) && below.leader.is_none() && below.rect.top() > 210.0, "{below:?}");
+        let mut taken = obstacles();
+        taken.solid.push(Rect::from_center_size(Pos2::new(280.0, 240.0), vec2(60.0, 30.0)));
+        let moved = taken.place(&Wanted { last: Some(Side(3)), ..wanted(280.0, 210.0, 2) }).unwrap();
+        assert!(moved.side != Side(3) && moved.leader.is_none(), "beside it there is room: {moved:?}");
     }
 
     #[test]

@@ -75,9 +75,11 @@ enum Sample {
     Extent,
     North,
     Sign(Shape),
+    /// Words alone.
+    Note,
 }
 
-/// Draws the row below the data: scale and north, what was left out, legend as far as there is room, buttons.
+/// Draws the row below the data: scale and north, notes on labels left out, legend as far as there is room, buttons.
 pub(super) fn footer(
     ui: &mut Ui,
     view_state: &mut ViewState,
@@ -97,26 +99,18 @@ pub(super) fn footer(
     let tip = format!("{}; {WORDS}", words.join("; "));
     ui.interact(room, ui.scope_id().with("legend"), Sense::hover()).on_hover_text(tip);
     let painter = ui.painter_at(room);
-    let mut x = scale(&painter, palette, site, &view, row);
-    for note in notes {
-        let galley = painter.layout_no_wrap(note.clone(), FontId::proportional(SMALL), palette.text);
-        if x + galley.size().x > end {
-            break;
+    let mut at = pos2(scale(&painter, palette, site, &view, row), row.center().y);
+    for (sample, color, word) in notes.iter().map(|note| (Sample::Note, palette.text, note.clone())).chain(entries) {
+        let noted = matches!(sample, Sample::Note);
+        let galley =
+            painter.layout_no_wrap(word, FontId::proportional(SMALL), if noted { color } else { palette.weak });
+        let sampled = if noted { 0.0 } else { SAMPLE[0] + SAMPLE[1] };
+        let wide = sampled + galley.size().x;
+        if at.x + wide <= end {
+            paint_sample(&painter, sample, at, color);
+            painter.galley(at + vec2(sampled, -galley.size().y / 2.0), galley, color);
+            at.x += wide + ENTRIES;
         }
-        let width = galley.size().x;
-        painter.galley(pos2(x, row.center().y - galley.size().y / 2.0), galley, palette.text);
-        x += width + ENTRIES;
-    }
-    for (sample, color, word) in entries {
-        let galley = painter.layout_no_wrap(word, FontId::proportional(SMALL), palette.weak);
-        let wide = SAMPLE[0] + SAMPLE[1] + galley.size().x;
-        if x + wide > end {
-            continue;
-        }
-        paint_sample(&painter, sample, pos2(x, row.center().y), color);
-        let at = pos2(x + SAMPLE[0] + SAMPLE[1], row.center().y - galley.size().y / 2.0);
-        painter.galley(at, galley, palette.weak);
-        x += wide + ENTRIES;
     }
 }
 
@@ -154,6 +148,7 @@ fn paint_sample(painter: &Painter, sample: Sample, left: Pos2, color: Color32) {
         }
         Sample::North => painter.arrow(middle + vec2(0.0, 9.0), vec2(0.0, -18.0), Stroke::new(1.5, color)),
         Sample::Sign(shape) => shape.draw(painter, middle, 10.0, color),
+        Sample::Note => {}
     }
 }
 
@@ -171,7 +166,7 @@ fn scale(painter: &Painter, palette: &Palette, site: &Site, view: &View, row: Re
     painter.text(at, Align2::LEFT_CENTER, text, FontId::proportional(SMALL), palette.text).right() + ENTRIES
 }
 
-/// Buttons: what stands on them, their width, and their name for screen readers.
+/// Buttons: their text, their width, points, and their name for screen readers.
 const BUTTONS: [(&str, f32, &str); 4] = [
     ("Follow", 72.0, "follow the chosen unit"),
     ("Fit", 32.0, "fit the map"),

@@ -27,7 +27,7 @@ const DOTS: f32 = 6.0;
 const TRACK: [f32; 2] = [12.0, 5.0];
 const ARROWS: usize = 3;
 
-/// The unit whose mission the site is: the launcher hands over that of the unit under test.
+/// The unit with the mission that the site shows: the launcher hands over that of the unit under test.
 const PLANNED: UnitId = UnitId::A;
 
 /// Step of the grid at a scale, metres.
