@@ -48,11 +48,11 @@ const TINTED = `[...document.querySelectorAll(".cell:not(.none), .dbar i, figure
     page.on("pageerror", (error) => errors.push(String(error)));
     page.on("request", (request) => request.url() === at || request.url().startsWith("data:") || elsewhere.push(request.url()));
     await page.goto(at);
+    check(await page.evaluate(FIRST), `${name}: one finding, a sentence, on the first screen`);
     if (width === 1280) {
       if (scheme === "dark" && (await page.locator("#runs").count())) await page.evaluate("document.querySelector('#runs').scrollIntoView()");
       await page.screenshot({ path: path.join(images, `${scheme}.png`) });
     }
-    check(await page.evaluate(FIRST), `${name}: one finding, a sentence, on the first screen`);
     const small = await page.evaluate(SMALL);
     check(small.length === 0, `${name}: no words below 13 pixels ${JSON.stringify(small.slice(0, 5))}`);
     // What is folded away is looked at, too.

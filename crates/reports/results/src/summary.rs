@@ -278,10 +278,11 @@ fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
 mod tests {
     use ground_truth::Entry;
     use wire::codec::Text;
-    use wire::event::Interface;
-    use wire::id::Boot;
+    use wire::event::{Freshness, Interface};
+    use wire::id::{Boot, RecordId, Sequence, UnitId};
+    use wire::mode::{Guard, Guards};
     use wire::refusal::Reason;
-    use wire::time::Instant;
+    use wire::time::{Instant, Span};
 
     use super::*;
 
@@ -307,5 +308,57 @@ mod tests {
         let stale = &story.refused[0];
         assert_eq!((stale.reason.as_str(), stale.n, stale.at.len()), ("stale", 3, 2));
         assert_eq!((stale.at[0].from, stale.at[0].to), (1.0, 1.05));
+    }
+
+    #[test]
+    fn lanes_end_with_the_plant_and_name_what_was() {
+        let judged = |failing| Event::Judged { failing, placed: true, tracks: 1 };
+        let displayed = |freshness| Event::Displayed {
+            unit: UnitId::A,
+            mode: Mode::Ready,
+            authority: None,
+            freshness,
+            age: Span::ZERO,
+            tracks_fresh: 0,
+            tracks_stale: 0,
+            report: RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(1) },
+            failing: Guards::default(),
+            place: None,
+        };
+        let truth = |at, speed_mm_s, fence_mm| {
+            let note = Note::Truth {
+                unit: UnitId::A,
+                x_mm: 0,
+                y_mm: 0,
+                yaw_mrad: 0,
+                speed_mm_s,
+                set_speed_mm_s: 0,
+                leased: true,
+                fence_mm,
+            };
+            Witnessed {
+                entry: Entry { event: Any::Instrument(note), ..seen(at, NodeId::SIM, Event::Started).entry },
+                at,
+            }
+        };
+        let none = Guards::default();
+        let log = [
+            seen(0, NodeId::UNIT_A, judged(none.with_guard(Guard::Lease))),
+            seen(1_000_000, NodeId::UNIT_A, judged(none)),
+            seen(1_500_000, NodeId::CONSOLE, displayed(Freshness::Fresh)),
+            truth(2_000_000, -3_000, 7_000),
+            seen(3_000_000, NodeId::UNIT_A, judged(none.with_guard(Guard::Thermal))),
+            seen(4_000_000, NodeId::CONSOLE, displayed(Freshness::Stale)),
+            truth(9_000_000, 0, 9_000),
+            seen(9_500_000, NodeId::CONSOLE, displayed(Freshness::Lost)),
+        ];
+        let story = from_entries("x", &log, &Bounds::GROUND, None);
+        let lane = |what: &str, from, to| Lasted { what: what.to_owned(), from, to };
+        assert_eq!(story.seconds, 9.0);
+        assert_eq!(story.guards, [lane("Thermal camera", 3.0, 9.0)], "the start of the run is no failure");
+        assert_eq!(story.shown, [lane("READY", 1.5, 4.0), lane("STALE, was READY", 4.0, 9.0)]);
+        assert_eq!(story.truth.iter().map(|of| of.speed).collect::<Vec<_>>(), [3.0, 0.0]);
+        let fence = story.distances.last().expect("a distance");
+        assert_eq!((fence.value, fence.limit, fence.least), (7.0, 1.0, true));
     }
 }

@@ -10,8 +10,8 @@ const HIGH: f64 = 22.0;
 const CURVE: f64 = 58.0;
 /// Narrower spans, pixels, are not drawn.
 const THIN: f64 = 2.0;
-/// Pixels of a letter of 13 px, about.
-const LETTER: f64 = 7.2;
+/// Pixels of a small and of a capital letter of 13 px in a wide face, about.
+const LETTERS: [f64; 2] = [7.4, 9.2];
 /// Space between a span's edge and its name.
 const PAD: f64 = 6.0;
 
@@ -112,7 +112,7 @@ impl Timeline {
         }
         if let Some((at, words)) = &self.mark {
             drawing.line("injected", (x(*at), 0.0), (x(*at), height - 4.0));
-            let half = words.chars().count() as f64 * LETTER / 2.0;
+            let half = width(words) / 2.0;
             let middle = x(*at).clamp(half.min(layout.whole / 2.0), (layout.whole - half).max(layout.whole / 2.0));
             drawing.words("faint", Anchor::Middle, (middle, height + 38.0), words);
         }
@@ -152,7 +152,7 @@ impl Lane {
                 let beside = fitting(&span.name, next - to - PAD);
                 if whole_or_long(&beside, &span.name) {
                     drawing.words("label", Anchor::Start, (to + PAD, top + 16.0), &beside);
-                    taken = to + PAD + beside.chars().count() as f64 * LETTER;
+                    taken = to + PAD + width(&beside);
                 }
             }
         }
@@ -172,12 +172,23 @@ impl Lane {
 
 /// The name if it fits, else as much of it as does, with an ellipsis.
 fn fitting(name: &str, room: f64) -> String {
-    let letters = (room / LETTER).max(0.0) as usize;
-    if name.chars().count() <= letters {
+    if width(name) <= room {
         return name.to_owned();
     }
-    let cut: String = name.chars().take(letters.saturating_sub(1)).collect();
-    format!("{}…", cut.trim_end())
+    let mut free = room - LETTERS[1];
+    let fits = |c: &char| {
+        free -= letter(*c);
+        free >= 0.0
+    };
+    format!("{}…", name.chars().take_while(fits).collect::<String>().trim_end())
+}
+
+fn width(words: &str) -> f64 {
+    words.chars().map(letter).sum()
+}
+
+fn letter(c: char) -> f64 {
+    LETTERS[usize::from(c.is_uppercase() || c == '_' || c == 'm')]
 }
 
 /// True if the name is whole, or so much of it that it still says something.
