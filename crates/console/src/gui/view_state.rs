@@ -77,7 +77,7 @@ impl ViewState {
             open: None,
             video: Textures::default(),
             follow: true,
-            label_sides: Sides::default(),
+            label_sides: Sides::new(),
         }
     }
 
