@@ -32,13 +32,21 @@ async function address(watch) {
   const browser = await chromium.launch({ executablePath: browserPath, args: ["--no-sandbox"] });
   // The scenario, with time to look.
   fs.cpSync(path.join(__dirname, "../../scenarios"), path.join(out, "scenarios"), { recursive: true });
-  const scenario = path.join(out, "scenarios", "thermal_loss.toml");
-  const longer = fs.readFileSync(scenario, "utf8").replace("duration_s = 9.0", "duration_s = 70.0").replace("at_s = 4.0\nduration_s = 5.0", "at_s = 8.0\nduration_s = 62.0");
-  fs.writeFileSync(scenario, longer);
+  const scenario = path.join(out, "scenarios", "perception", "thermal_loss.toml");
+  const change = (file, before, after) => {
+    const text = fs.readFileSync(file, "utf8");
+    if (!text.includes(before)) throw new Error(`${file} has no ${before}`);
+    fs.writeFileSync(file, text.replace(before, after));
+  };
+  change(scenario, "[varies]", "duration_s = 70.0\n\n[varies]");
+  change(scenario, "at_s = 4.0\nduration_s = 5.0", "at_s = 8.0\nduration_s = 62.0");
   const live = spawn(program, ["run", scenario, "--live", "--watch", "--out", run], { stdio: "ignore" });
   const ended = new Promise((done) => live.on("exit", done));
   const mouth = path.join(run, "inputs", "console.cbor");
-  while (!fs.existsSync(mouth) || fs.statSync(mouth).size < 64) await wait(20);
+  while (!fs.existsSync(mouth) || fs.statSync(mouth).size < 64) {
+    if (live.exitCode !== null) throw new Error(`the run ended with ${live.exitCode} before its console began`);
+    await wait(20);
+  }
   const watch = spawn(program, ["watch", run, "--web"], { stdio: ["ignore", "pipe", "inherit"] });
   const at = await address(watch);
   const open = async (scheme, width) => {

@@ -176,6 +176,8 @@ function map(view, chosen) {
   for (const of of view.picture.units) trail(drawn, of.unit, view, to.at);
   const places = labeller(width, height), sites = all.map((thing) => to.at(thing.x, thing.y));
   sites.forEach(([x, y]) => places.take(x, y, 8));
+  // Some places of each trail, so that a label leaves it free where it can.
+  for (const { samples } of heard.values()) samples.filter((one, n) => n % 5 === 0).forEach((one) => places.take(...to.at(one.x, one.y), 3));
   // Units come first, and so are drawn last, above what they see.
   [...all].reverse().forEach((thing, n) => {
     const [x, y] = sites[all.length - 1 - n];

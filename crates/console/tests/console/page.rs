@@ -147,7 +147,7 @@ fn tapped_unit_is_chosen_and_stays_so() {
         tab.until("performance.getEntriesByType('resource').length > asked + 5");
         let kept = "row.isConnected && row.getAttribute('aria-pressed') === 'true' && document.activeElement === row";
         assert_eq!(tab.value(kept), true);
-        tab.value("document.querySelector('#banner .worse').click()");
+        tab.until("(document.querySelector('#banner .worse').click(), true)");
         tab.until("document.querySelector('#banner .mode').innerText.includes('DEGRADED')");
     });
 }
