@@ -273,7 +273,7 @@ mod tests {
             let all = crowd(of);
             obstacles.solid.extend(all.iter().map(|one| Rect::from_center_size(one.at, Vec2::splat(20.0))));
             let placed: Vec<Placed> = all.iter().filter_map(|one| obstacles.place(one)).collect();
-            assert!(placed.len() >= of.min(12), "{of}: {}", placed.len());
+            assert!(placed.len() >= of.min(6), "{of}: {}", placed.len());
             for (at, one) in placed.iter().enumerate() {
                 assert!(obstacles.area.contains_rect(one.rect));
                 assert!(placed[..at].iter().all(|other| !other.rect.intersects(one.rect)), "{of}: {one:?}");
