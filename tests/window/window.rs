@@ -506,7 +506,7 @@ fn alarms_are_acknowledged_singly_together_and_by_key() {
     let mut seated = seat(scenes::hold_safe());
     let open = |seated: &Seated| seated.state().yard.shown().alarms.iter().filter(|group| group.open()).count();
     let all = open(&seated);
-    click(&mut seated, Kind::Button, "Acknowledge: unit-a hears claims of its teammates that cannot be true");
+    click(&mut seated, Kind::Button, "Acknowledge: unit-b contradicts itself");
     assert_eq!((seated.state().acts.len(), open(&seated)), (1, all - 1));
     assert!(shows_text(&seated, "led to: unit-a HOLD_SAFE"));
     let mut seated = seat(scenes::hold_safe());
@@ -533,7 +533,7 @@ fn alarm_is_shelved_with_a_reason_and_sound_is_silenced() {
     click(&mut seated, Kind::Button, "Shelved: 1");
     assert!(shows_text(&seated, cause));
     let mut seated = seat(scenes::hold_safe());
-    let held = "Shelve: unit-a hears claims of its teammates that cannot be true";
+    let held = "Shelve: unit-b contradicts itself";
     assert!(seated.get_by_role_and_label(Kind::Button, held).accesskit_node().is_disabled());
     press(&mut seated, Key::S);
     assert!(shows_text(&seated, "Sound silenced, "));
@@ -685,7 +685,7 @@ fn evidence_is_shown_in_recordings_only() {
     );
     seated.state_mut().sidecar = Some(Sidecar { sensed: Some((sights.into(), Span::ms(40))), because });
     seated.run_steps(3);
-    for evidence in ["SENSOR", "EVIDENCE", "contradicts itself"] {
+    for evidence in ["SENSOR", "EVIDENCE", "cause  6700 ms"] {
         assert!(!shows_text(&seated, evidence), "the picture is live");
     }
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
@@ -698,7 +698,7 @@ fn evidence_is_shown_in_recordings_only() {
     assert!(shows_text(&seated, "  cause  6700 ms  unit-b  contradicts itself"));
     assert!(shows_text(&seated, "SENSOR colour 1 found") && shows_text(&seated, "SENSOR thermal gave nothing"));
     click(&mut seated, Kind::Button, "Evidence");
-    assert!(!shows_text(&seated, "SENSOR colour") && !shows_text(&seated, "contradicts itself"));
+    assert!(!shows_text(&seated, "SENSOR colour") && !shows_text(&seated, "cause  6700 ms"));
 }
 
 #[test]
