@@ -97,7 +97,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
     Panel::bottom("alarm controls").resizable(false).frame(Frame::NONE).show_separator_line(false).show(ui, |ui| {
         foot(ui, view, shown, wishes);
     });
-    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+    // However low the pane is, no alarm lies on the controls.
+    ScrollArea::vertical().auto_shrink([false, false]).min_scrolled_height(0.0).show(ui, |ui| {
         let first = first_open(shown).map(|group| group.cause);
         let (shelved, listed): (Vec<_>, Vec<_>) = shown.alarms.iter().partition(|group| group.shelved_until.is_some());
         let (open, folded): (Vec<_>, Vec<_>) = listed.into_iter().partition(|group| group.unfolded(shown.alarm_flood));

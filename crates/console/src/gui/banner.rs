@@ -1,9 +1,14 @@
 //! The banner: the four answers for the chosen unit, in the largest words on the screen.
 //!
 //! It stands outside of the tiles, so that no layout hides it. The answers are [`crate::banner`]'s; this view arranges
-//! them. A part that has no room ends in an ellipsis and is whole in its accessible name and tooltip.
+//! them: in a narrow banner the time stands in the mode's block, and words that would not fit are written smaller. Each
+//! part is whole in its accessible name and tooltip.
 
-use eframe::egui::{Align2, FontId, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
+use std::sync::Arc;
+
+use eframe::egui::{
+    Align2, Color32, FontId, Galley, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
+};
 
 use super::marks::{self, Tone};
 use super::theme::{BODY, Palette, SMALL};
@@ -11,33 +16,42 @@ use super::view_state::ViewState;
 use crate::banner::{Answer, Sign};
 use crate::shown::Shown;
 
-/// Width of a window from which on the answers have the larger sizes, points.
-pub(super) const WIDE: f32 = 1440.0;
-/// Height of the banner in a narrow and in a wide window, points.
-const HEIGHTS: [f32; 2] = [104.0, 118.0];
-/// Width of the mode's block.
-const BLOCKS: [f32; 2] = [236.0, 300.0];
-/// Sizes of the mode and of an answer's headline.
+/// Width of the banner from which on the answers have the larger sizes and the time has a column, points.
+const WIDE: f32 = 1100.0;
+/// Height of the banner, points.
+const HEIGHT: f32 = 118.0;
+/// Width of the mode's block in a narrow and in a wide banner.
+const BLOCKS: [f32; 2] = [224.0, 300.0];
+/// Sizes of the mode.
 const MODES: [f32; 2] = [28.0, 36.0];
-const HEADLINES: [f32; 2] = [18.0, 21.0];
+/// Sizes of a headline and of what stands below it: the first that fit are taken.
+const SIZES: [[[f32; 2]; 4]; 2] = [
+    [[18.0, BODY], [16.0, BODY], [16.0, SMALL], [BODY, SMALL]],
+    [[21.0, BODY], [18.0, BODY], [16.0, BODY], [BODY, SMALL]],
+];
 /// Between two parts.
 const GAP: f32 = 14.0;
+/// Height of the question above an answer, and room below its headline.
+const TITLE: f32 = 23.0;
+const BELOW: f32 = 3.0;
+/// Indent of a detail with a sign.
+const INDENT: f32 = 18.0;
 
 /// Draws the banner of the chosen unit. A press on the note of a worse unit chooses that one.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
-    let size = usize::from(ui.ctx().content_rect().width() >= WIDE);
+    let size = usize::from(ui.available_width() >= WIDE);
     let answers = shown.banner(view_state.unit);
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHTS[size]), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
     let block = Rect::from_min_size(rect.min, vec2(BLOCKS[size], rect.height()));
-    mode(ui, view_state, shown, &answers.mode, (block, size));
-    let rest = Rect::from_min_max(pos2(block.right() + GAP, rect.top()), rect.max);
     // Without room for a column of its own, the time stands in the mode's block.
-    let parts: &[(&str, &Answer, f32)] = &[
-        ("Why", &answers.why, 1.25),
-        ("Since", &answers.since, 0.62),
-        ("Do next", &answers.next, 1.2),
-        ("Is this true?", &answers.truth, 1.0),
-    ];
+    let since = (size == 0).then_some(&answers.since);
+    mode(ui, view_state, shown, (&answers.mode, since), (block, size));
+    let rest = Rect::from_min_max(pos2(block.right() + GAP, rect.top()), rect.max);
+    let mut parts: Vec<(&str, &Answer, f32)> =
+        vec![("Why", &answers.why, 1.25), ("Do next", &answers.next, 1.2), ("Is this true?", &answers.truth, 1.0)];
+    if since.is_none() {
+        parts.insert(1, ("Since", &answers.since, 0.62));
+    }
     let total: f32 = parts.iter().map(|(.., share)| share).sum();
     let mut left = rest.left();
     for (at, (title, answer, share)) in parts.iter().enumerate() {
@@ -53,7 +67,13 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
 }
 
 /// The mode, in a block that is filled where it is meant to be seen across a room.
-fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer, (block, size): (Rect, usize)) {
+fn mode(
+    ui: &mut Ui,
+    view_state: &mut ViewState,
+    shown: &Shown,
+    (answer, since): (&Answer, Option<&Answer>),
+    (block, size): (Rect, usize),
+) {
     let palette = Palette::current(ui);
     let (tone, shape) = marks::sign(answer.sign);
     let color = tone.color(palette);
@@ -67,13 +87,14 @@ fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer,
     let inner = block.shrink2(vec2(12.0, 8.0));
     let small = if filled { ink } else { palette.text };
     ui.painter().text(inner.left_top(), Align2::LEFT_TOP, view_state.unit.name(), FontId::proportional(BODY), small);
-    shape.draw(ui.painter(), inner.left_center() + vec2(9.0, 0.0), MODES[size] * 0.6, ink);
+    let middle = inner.center().y - if since.is_some() { 9.0 } else { 0.0 };
+    shape.draw(ui.painter(), pos2(inner.left() + 9.0, middle), MODES[size] * 0.6, ink);
     let room = inner.width() - 26.0;
     let galley = marks::fitted(ui.painter(), &answer.headline, MODES[size], ink, (f32::INFINITY, 1));
     // A long name is written smaller, never cut.
     let scale = (room / galley.size().x).min(1.0);
     let galley = marks::fitted(ui.painter(), &answer.headline, MODES[size] * scale, ink, (f32::INFINITY, 1));
-    let place = pos2(inner.left() + 26.0, inner.center().y - galley.size().y / 2.0);
+    let place = pos2(inner.left() + 26.0, middle - galley.size().y / 2.0);
     marks::bold_galley(ui.painter(), place, galley, ink);
     let note = answer.details.iter().map(|(_, detail)| detail.as_str()).collect::<Vec<_>>().join(" · ");
     let foot = Rect::from_min_max(pos2(inner.left(), inner.bottom() - 20.0), inner.max);
@@ -81,7 +102,31 @@ fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer,
     let response = ui.interact(block, ui.scope_id().with("mode"), Sense::hover());
     let text = format!("MODE {}: {}", view_state.unit.name(), answer.sentence());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    if let Some(since) = since {
+        let line = foot.translate(vec2(0.0, -19.0));
+        let font = FontId::proportional(BODY);
+        marks::text_in(ui.painter(), line, Align2::LEFT_BOTTOM, &lasted(since), font, small);
+        named(ui, (view_state.unit.name(), "Since"), since, line);
+    }
     worse(ui, view_state, shown, (inner, small));
+}
+
+/// The time in the mode's block.
+fn lasted(since: &Answer) -> String {
+    match since.headline.as_str() {
+        "not known" => "since when is not known".to_owned(),
+        "the start" => "since the start".to_owned(),
+        time if since.details.is_empty() => time.to_owned(),
+        _ => format!("for {}", since.sentence()),
+    }
+}
+
+/// Gives a part its name, which is whole whatever there is room for.
+fn named(ui: &Ui, (unit, title): (&str, &str), answer: &Answer, place: Rect) {
+    let response = ui.interact(place, ui.scope_id().with(title), Sense::hover());
+    let text = format!("{} {unit}: {}", title.trim_end_matches('?').to_uppercase(), answer.sentence());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    response.on_hover_text(answer.sentence());
 }
 
 /// Which unit is worse off than the chosen one, or how many there are.
@@ -116,31 +161,39 @@ fn part(ui: &mut Ui, (unit, title): (&str, &str), answer: &Answer, (place, size)
         }
         _ => palette.strong,
     };
-    let galley = marks::fitted(painter, &answer.headline, HEADLINES[size], color, (place.width(), 2));
-    let rows = galley.rows.len();
-    let mut y = place.top() + 23.0 + galley.size().y + 3.0;
-    marks::bold_galley(painter, pos2(place.left(), place.top() + 23.0), galley, color);
-    for (sign, detail) in &answer.details {
-        if y + 18.0 > place.bottom() + 2.0 {
+    let marked = |sign: Sign| {
+        let alone = sign == answer.sign || answer.details.len() > 1 || sign > Sign::Quiet;
+        alone && sign != Sign::Normal && title != "Why"
+    };
+    let lay = |[head, body]: [f32; 2]| {
+        let headline = marks::fitted(painter, &answer.headline, head, color, (place.width(), usize::MAX));
+        let details = answer.details.iter().map(|(sign, detail)| {
+            let indent = if marked(*sign) { INDENT } else { 0.0 };
+            let tone = marks::sign(*sign).0;
+            let ink = if tone > Tone::Normal && marked(*sign) { tone.color(palette) } else { palette.text };
+            (*sign, indent, marks::fitted(painter, detail, body, ink, (place.width() - indent, usize::MAX)), ink)
+        });
+        (headline, details.collect::<Vec<_>>())
+    };
+    let room = place.height() - TITLE;
+    let high = |(headline, details): &(Arc<Galley>, Vec<(Sign, f32, Arc<Galley>, Color32)>)| {
+        headline.size().y + details.iter().map(|(.., galley, _)| galley.size().y + 1.0).sum::<f32>() + BELOW
+    };
+    let mut laid = SIZES[size].into_iter().map(lay);
+    let smallest = lay(SIZES[size][SIZES[size].len() - 1]);
+    let (headline, details) = laid.find(|laid| high(laid) <= room).unwrap_or(smallest);
+    let mut y = place.top() + TITLE + headline.size().y + BELOW;
+    marks::bold_galley(painter, place.left_top() + vec2(0.0, TITLE), headline, color);
+    for (sign, indent, galley, ink) in details {
+        if y + galley.size().y > place.bottom() + 2.0 {
             break;
         }
-        let (tone, shape) = marks::sign(*sign);
-        let alone = *sign == answer.sign && rows == 1 || answer.details.len() > 1 || *sign > Sign::Quiet;
-        let marked = alone && *sign != Sign::Normal && title != "Why";
-        let indent = if marked { 18.0 } else { 0.0 };
-        let color = if tone > Tone::Normal && marked { tone.color(palette) } else { palette.text };
-        if marked {
-            shape.draw(painter, pos2(place.left() + 6.0, y + 9.0), 10.0, color);
+        if indent > 0.0 {
+            marks::sign(sign).1.draw(painter, pos2(place.left() + 6.0, y + 9.0), 10.0, ink);
         }
-        let left = ((place.bottom() + 2.0 - y) / 18.0).floor().max(1.0) as usize;
-        let rows = if answer.details.len() > 1 { 1 } else { left };
-        let galley = marks::fitted(painter, detail, BODY, color, (place.width() - indent, rows));
         let height = galley.size().y;
-        painter.galley(pos2(place.left() + indent, y), galley, color);
+        painter.galley(pos2(place.left() + indent, y), galley, ink);
         y += height + 1.0;
     }
-    let response = ui.interact(place, ui.scope_id().with(title), Sense::hover());
-    let text = format!("{} {unit}: {}", title.trim_end_matches('?').to_uppercase(), answer.sentence());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-    response.on_hover_text(answer.sentence());
+    named(ui, (unit, title), answer, place);
 }
