@@ -4,7 +4,7 @@
 
 use console::gui::layout::{Pane, Preset};
 use eframe::egui::accesskit::Role as Kind;
-use eframe::egui::epaint::{ClippedShape, Color32, ColorMode, Shape};
+use eframe::egui::epaint::{Color32, ColorMode, Shape};
 use eframe::egui::{Pos2, Rect};
 use egui_kittest::kittest::{NodeT, Queryable};
 use wire::feed::Feed;
@@ -13,8 +13,9 @@ use wire::person::Role;
 use wire::time::Span;
 
 use crate::bench::Bench;
+use crate::painted;
 use crate::scenes;
-use crate::window::{Seated, click, seat, shows_text, standing};
+use crate::window::{Seated, click, name_of, open, seat, shows_text, standing};
 use crate::yard::Yard;
 
 /// The window over a recording of this.
@@ -37,17 +38,9 @@ fn map(seated: &Seated) -> (Rect, f32) {
 
 /// Everything that is painted on the map, one shape after the other.
 fn painted(seated: &Seated) -> Vec<Shape> {
-    fn flat(shape: &Shape, into: &mut Vec<Shape>) {
-        match shape {
-            Shape::Vec(shapes) => shapes.iter().for_each(|shape| flat(shape, into)),
-            shape => into.push(shape.clone()),
-        }
-    }
     let (rect, _) = map(seated);
-    let mut shapes = Vec::new();
-    let inside = |of: &&ClippedShape| rect.expand(1.0).contains_rect(of.clip_rect);
-    seated.output().shapes.iter().filter(inside).for_each(|of| flat(&of.shape, &mut shapes));
-    shapes
+    let inside = |(clip, shape): painted::Clipped| rect.expand(1.0).contains_rect(clip).then_some(shape);
+    painted::shapes(seated).into_iter().filter_map(inside).collect()
 }
 
 /// True if a colour is one of those that say that something is out of normal: more red than blue.
@@ -57,11 +50,14 @@ fn warm(color: Color32) -> bool {
 
 /// Words on the map, each with its place.
 fn words(seated: &Seated) -> Vec<(String, Rect)> {
-    let text = |shape: Shape| match shape {
-        Shape::Text(text) => Some((text.galley.text().to_owned(), text.galley.rect.translate(text.pos.to_vec2()))),
-        _ => None,
-    };
-    painted(seated).into_iter().filter_map(text).collect()
+    let (rect, _) = map(seated);
+    let texts = painted::texts(&painted::shapes(seated));
+    texts.into_iter().filter(|text| rect.contains_rect(text.ink)).map(|text| (text.words, text.ink)).collect()
+}
+
+/// What the map says of itself.
+fn description(seated: &Seated) -> String {
+    name_of(seated, "MAP ")
 }
 
 #[test]
@@ -69,10 +65,10 @@ fn revoking_stands_behind_a_menu_far_from_resuming() {
     let mut yard = Yard::from_bench(Bench::seating(Role::Supervise), &[UnitId::A, UnitId::B]);
     yard.run(Span::s(1));
     let mut seated = seat(yard);
-    assert!(!shows_text(&seated, "strike operator-2 from the roll"), "nobody has asked for it");
+    assert!(!shows_text(&seated, "Revoke operator-2"), "nobody has asked for it");
     click(&mut seated, Kind::Button, "Revoke an identity ...");
-    let strike = seated.get_by_role_and_label(Kind::RadioButton, "strike operator-2 from the roll").rect();
-    let resume = seated.get_by_role_and_label(Kind::RadioButton, "resume unit-a").rect();
+    let strike = seated.get_by_role_and_label(Kind::RadioButton, "Revoke operator-2").rect();
+    let resume = seated.get_by_role_and_label(Kind::RadioButton, "Resume unit-a").rect();
     assert!(strike.top() > resume.bottom() + 60.0, "{strike} is beside {resume}");
     assert!(seated.state().yard.shown().revocable.iter().all(|(_, requested)| !requested));
 }
@@ -81,16 +77,18 @@ fn revoking_stands_behind_a_menu_far_from_resuming() {
 fn disabled_controls_of_a_recording_give_the_reason() {
     let seated = replayed(standing());
     for kind in [Kind::RadioButton, Kind::Button] {
-        let (rect, _) = map(&seated);
-        let column = seated.query_all_by_role(kind).filter(|node| node.rect().left() > 2.0 * rect.right());
+        let left = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect().left();
+        let column = seated.query_all_by_role(kind).filter(|node| node.rect().left() >= left);
         let orders = column.filter(|node| {
             let label = node.accesskit_node().label().unwrap_or_default();
-            ["HOLD", "Disarm", "configure", "enable", "resume", "Revoke"].iter().any(|verb| label.starts_with(verb))
+            ["HOLD", "Disarm", "Configure", "Enable", "Resume", "Revoke"].iter().any(|verb| label.starts_with(verb))
         });
-        let alive: Vec<_> = orders.filter(|node| !node.accesskit_node().is_disabled()).collect();
+        let orders: Vec<_> = orders.collect();
+        assert!(orders.len() >= 3, "{orders:?}");
+        let alive: Vec<_> = orders.into_iter().filter(|node| !node.accesskit_node().is_disabled()).collect();
         assert!(alive.is_empty(), "{alive:?}");
     }
-    for (kind, label) in [(Kind::Button, "HOLD unit-a   F1"), (Kind::RadioButton, "resume unit-a")] {
+    for (kind, label) in [(Kind::Button, "HOLD unit-a   F1"), (Kind::RadioButton, "Resume unit-a")] {
         let mut seated = replayed(standing());
         seated.get_by_role_and_label(kind, label).hover();
         seated.run_steps(10);
@@ -105,28 +103,37 @@ fn recording_shows_times_of_the_run() {
     assert!(shows_text(&seated, "run time 6.10 s of 7.00 s"));
     let times_shown = |seated: &Seated| -> Vec<String> {
         let labels = seated.root().children_recursive().filter_map(|node| node.accesskit_node().value());
-        labels.filter(|label| label.contains(" ago") && !label.contains("report")).collect()
+        // A report has an age, and the plots end at the shown moment, which their axis calls now.
+        labels
+            .filter(|label| label.contains(" ago") && !label.contains("report") && !label.starts_with("AXIS"))
+            .collect()
     };
-    for past in [false, true] {
-        assert_eq!(times_shown(&seated), Vec::<String>::new(), "history {past}");
-        click(&mut seated, Kind::CheckBox, "history");
+    for pane in [Pane::Alarms, Pane::History, Pane::Why, Pane::Tracks] {
+        open(&mut seated, pane);
+        assert_eq!(times_shown(&seated), Vec::<String>::new(), "{pane:?}");
     }
-    assert!(shows_text(&seated, "at 4.8"), "when it went to HOLD_SAFE");
+    assert_eq!(name_of(&seated, "SINCE unit-a: "), "SINCE unit-a: 1.3 s, at 00:04.8");
 }
 
 #[test]
-fn strip_explains_link_and_clock_plainly() {
+fn context_bar_explains_links_and_clocks_plainly() {
     let mut yard = scenes::nominal();
     yard.run(Span::s(9));
     yard.bench.feed(&Feed::Session(PeerId::UNIT_C, true));
     let mut seated = seat(yard);
-    let chips: Vec<String> = seated.query_all_by_label_contains("LINK").filter_map(|node| node.value()).collect();
-    assert!(chips.len() >= 3 && chips.iter().all(|chip| !chip.contains("ppm") && !chip.contains("never")), "{chips:?}");
-    assert!(shows_text(&seated, "LINK unit-b up, report 0.10 s ago, clock in step"), "{chips:?}");
-    assert!(shows_text(&seated, "LINK unit-c up, no report yet"), "{chips:?}");
-    seated.get_by_label_contains("LINK unit-b").hover();
+    let said: Vec<String> = ["LINK", "CLOCK"].iter().flat_map(|of| values(&seated, of)).collect();
+    assert!(said.len() >= 3 && said.iter().all(|text| !text.contains("ppm") && !text.contains("never")), "{said:?}");
+    let all = "LINK unit-a up, report 0.10 s ago; LINK unit-b up, report 0.10 s ago; LINK unit-c up, no report yet";
+    for text in [all, "LINK unit-c up, no report yet", "CLOCK in step"] {
+        assert!(said.iter().any(|said| said == text), "{text}: {said:?}");
+    }
+    seated.get_by_label_contains("CLOCK in step").hover();
     seated.run_steps(10);
     assert!(shows_text(&seated, "ages allow for 200 ppm"), "the figure is in the tooltip");
+}
+
+fn values(seated: &Seated, of: &str) -> Vec<String> {
+    seated.query_all_by_label_contains(of).filter_map(|node| node.value()).collect()
 }
 
 #[test]
@@ -136,8 +143,9 @@ fn map_layout_fills_the_window() {
     seated.run_steps(3);
     let (rect, _) = map(&seated);
     let column = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect();
-    assert!(rect.left() <= 8.0 && column.left() - rect.right() < 24.0, "{rect} beside {column}");
-    assert!(rect.height() > 500.0, "{rect}");
+    // The numbers of the axis stand at its left.
+    assert!(rect.left() <= 56.0 && column.left() - rect.right() < 24.0, "{rect} beside {column}");
+    assert!(rect.height() > 420.0, "{rect}");
     seated.state_mut().window.layouts_mut().now().open(Pane::Tracks);
     seated.run_steps(2);
     assert!(shows_text(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
@@ -178,8 +186,7 @@ fn circles_of_lost_things_are_pale_and_bounded() {
         let nearest = centres.iter().map(|centre| centre.distance(*at)).fold(f32::INFINITY, f32::min);
         assert!(nearest <= 10.0 * metre + 4.0, "{} m", nearest / metre);
     }
-    let legend = words(&seated).into_iter().any(|(text, _)| text.contains("of what is LOST pale, to 10 m at most"));
-    assert!(legend, "{:?}", words(&seated));
+    assert!(description(&seated).contains("circles of what is LOST pale, to 10 m at most"));
 }
 
 #[test]
@@ -224,8 +231,8 @@ fn uncertain_track_is_smaller_and_paler() {
     let (least, most) = (discs.iter().min_by(by_size).expect("a disc"), discs.iter().max_by(by_size).expect("a disc"));
     assert!(least.0 < 0.7 * most.0 && f32::from(least.1.a()) < 0.5 * f32::from(most.1.a()), "{least:?}, {most:?}");
     let words = words(&seated);
-    let shows = |text: &str| words.iter().any(|(line, _)| line.contains(text));
-    assert!(shows("3 decoy 0.01") && shows("the surer the larger and stronger"), "{words:?}");
+    assert!(words.iter().any(|(line, _)| line.contains("3 decoy 0.01")), "{words:?}");
+    assert!(description(&seated).contains("symbols: the surer the larger and stronger"));
 }
 
 /// The source is named in the order's progress and in the history.
@@ -233,6 +240,6 @@ fn uncertain_track_is_smaller_and_paler() {
 fn order_names_its_source_everywhere() {
     let mut seated = seat(standing());
     assert!(shows_text(&seated, "given by a person"));
-    click(&mut seated, Kind::CheckBox, "history");
+    open(&mut seated, Pane::History);
     assert!(shows_text(&seated, "hold to unit-a, given by a person"));
 }
