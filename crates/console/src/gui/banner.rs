@@ -48,7 +48,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     mode(ui, view_state, shown, (&answers.mode, since), (block, size));
     let rest = Rect::from_min_max(pos2(block.right() + GAP, rect.top()), rect.max);
     let mut parts: Vec<(&str, &Answer, f32)> =
-        vec![("Why", &answers.why, 1.25), ("Do next", &answers.next, 1.2), ("Is this true?", &answers.truth, 1.0)];
+        vec![("Why", &answers.why, 1.2), ("Do next", &answers.next, 1.15), ("Is this true?", &answers.truth, 1.05)];
     if since.is_none() {
         parts.insert(1, ("Since", &answers.since, 0.62));
     }
@@ -56,7 +56,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     let mut left = rest.left();
     for (at, (title, answer, share)) in parts.iter().enumerate() {
         let width = rest.width() * share / total;
-        let place = Rect::from_min_size(pos2(left, rest.top()), vec2(width - GAP, rest.height()));
+        let room = if at + 1 < parts.len() { width - GAP } else { width };
+        let place = Rect::from_min_size(pos2(left, rest.top()), vec2(room, rest.height()));
         if at > 0 {
             let line = Stroke::new(1.0, Palette::current(ui).line);
             ui.painter().vline(left - GAP / 2.0, rest.shrink(8.0).y_range(), line);

@@ -387,7 +387,7 @@ fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
     let left = prepared.until.since(shown.at);
     let share = left.0 as f32 / prepared.until.since(prepared.since).0.max(1) as f32;
     let text = format!("ARMED: {}, {} left", words::order(&prepared.order), words::left(left));
-    ui.add(Label::new(RichText::new(text).strong().color(palette.mark)).truncate());
+    ui.add(Label::new(RichText::new(text).strong().color(palette.mark)).wrap());
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), egui::Sense::hover());
     ui.painter().rect_filled(rect, 2.0, palette.raised);
     let bar = egui::Rect::from_min_size(rect.min, vec2(rect.width() * share.clamp(0.0, 1.0), rect.height()));

@@ -69,12 +69,12 @@ enum Part {
 
 /// The columns: head, sort key, width, and the width of a pane from which on it stands there, points.
 const COLUMNS: [(Part, &str, Option<Sort>, f32, f32); 6] = [
-    (Part::Track, "track", Some(Sort::Number), 54.0, 0.0),
-    (Part::Class, "class", None, 74.0, 310.0),
-    (Part::Age, "age", Some(Sort::Age), 126.0, 0.0),
-    (Part::Confidence, "confidence", Some(Sort::Confidence), 88.0, 420.0),
-    (Part::Away, "away", None, 56.0, 480.0),
-    (Part::Sensors, "sensors", None, 48.0, 0.0),
+    (Part::Track, "track", Some(Sort::Number), 48.0, 0.0),
+    (Part::Class, "class", None, 74.0, 320.0),
+    (Part::Age, "age", Some(Sort::Age), 122.0, 0.0),
+    (Part::Confidence, "confidence", Some(Sort::Confidence), 88.0, 414.0),
+    (Part::Away, "away", None, 50.0, 470.0),
+    (Part::Sensors, "sensors", None, 58.0, 240.0),
 ];
 
 /// The table. A narrow pane leaves the columns out that matter least, and scrolls sideways where the rest does not fit. A click on a row looks at its track.
@@ -87,7 +87,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
 }
 
 fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
-    let width = ui.available_width();
+    let width = ui.available_width() - ui.spacing().scroll.allocated_width();
     let rows = rows(shown, view_state.sort);
     if rows.is_empty() {
         ui.weak("No unit reports a track.");
