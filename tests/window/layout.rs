@@ -25,12 +25,20 @@ const SHARED: f32 = 0.6;
 pub(crate) fn text_flaws(texts: &[Text]) -> Vec<String> {
     let small = texts.iter().filter(|text| text.size < LEAST);
     let mut flaws: Vec<String> = small.map(|text| format!("{:?} has {} px", text.words, text.size)).collect();
+    let beyond = texts.iter().filter(|text| text.beyond);
+    flaws.extend(beyond.map(|text| format!("{:?} leaves its pane, {}", text.words, text.ink)));
     for (at, text) in texts.iter().enumerate() {
-        let over = texts[..at].iter().filter(|under| under.ink.shrink(SHARED).intersects(text.ink.shrink(SHARED)));
+        let over = texts[..at].iter().filter(|under| lies_on(text, under));
         flaws
             .extend(over.map(|under| format!("{:?} on {:?}, {} and {}", text.words, under.words, text.ink, under.ink)));
     }
     flaws
+}
+
+/// True if a row of a text lies on one of another.
+fn lies_on(text: &Text, under: &Text) -> bool {
+    let shrunk = |row: &Rect| row.shrink(SHARED);
+    text.rows.iter().map(shrunk).any(|row| under.rows.iter().map(shrunk).any(|other| row.intersects(other)))
 }
 
 /// What is wrong with the present frame.
@@ -40,6 +48,9 @@ fn flaws(seated: &Seated) -> Vec<String> {
     let mut flaws = text_flaws(&texts);
     flaws.extend(banner_flaws(seated, &texts));
     flaws.extend(hold_flaws(seated, &shapes, &texts));
+    let rail = hold(seated).left();
+    let cut = texts.iter().filter(|text| text.cut && text.ink.left() >= rail);
+    flaws.extend(cut.map(|text| format!("the column of orders cuts {:?}", text.words)));
     flaws
 }
 

@@ -2,6 +2,7 @@
 //! the painted shapes, and their area is an upper bound.
 
 use console::gui::theme::Palette;
+use eframe::egui::accesskit::Toggled;
 use eframe::egui::epaint::{Color32, ColorMode, Shape, Stroke};
 use eframe::egui::{Rect, Theme, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -79,7 +80,7 @@ fn quiet_picture_is_grey_but_for_simulation_and_selection() {
             let selected = |words: &str| {
                 let is = |node: &egui_kittest::Node<'_>| {
                     let this = node.accesskit_node();
-                    this.label().is_some_and(|label| label == words) && this.is_selected() == Some(true)
+                    this.label().is_some_and(|label| label == words) && this.toggled() == Some(Toggled::True)
                 };
                 seated.root().children_recursive().any(|node| is(&node))
             };
@@ -113,6 +114,7 @@ fn own_hold_raises_no_alarm_and_a_contradiction_one() {
     let seated = seat(scenes::hold_safe());
     assert_eq!(groups(&seated), ["unit-b contradicts itself"]);
     assert_eq!(seated.query_all_by_label_contains("led to: unit-a HOLD_SAFE").count(), 1, "not an alarm of its own");
+    assert!(!shows_text(&seated, "HOLD_SAFE, cause lost:teammates (no alarm)"), "nor an event beside it");
     assert!(shows_text(&seated, "1 in this hour"));
     assert_eq!(seated.state().yard.shown().alarms.len(), 1);
 }

@@ -650,7 +650,6 @@ fn every_control_is_reached_by_tab() {
         "Video",
         "History",
         "Refusals",
-        "Acknowledge all",
         "Operate",
         "Examine",
         "Light",
