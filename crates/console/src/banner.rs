@@ -207,7 +207,7 @@ impl Shown {
             _ if unit.state.freshness() > Freshness::Late => {
                 return Answer::new(Sign::Normal, "not known").with(Sign::Normal, "for it is not heard");
             }
-            _ => {}
+            Plan::None | Plan::Contact(_) | Plan::Silence(_) | Plan::Due(_) => {}
         }
         let answer = Answer::new(Sign::Normal, lasting(self.at.since(unit.since)));
         answer.with(Sign::Normal, format!("at {}", clock(unit.since.since(self.epoch()))))
@@ -229,7 +229,7 @@ impl Shown {
         if unit.is_out_of_contact() {
             let hold = match unit.plan() {
                 Plan::Silence(Some(next)) => format!("HOLD goes out in {}", lasting(next)),
-                _ => String::new(),
+                Plan::None | Plan::Contact(_) | Plan::Silence(None) | Plan::Due(_) => String::new(),
             };
             return Answer::new(Sign::Normal, "Nothing yet").with(Sign::Quiet, hold);
         }

@@ -10,7 +10,7 @@ use eframe::egui::{
     Align2, Color32, FontId, Galley, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::marks::{self, Tone};
+use super::marks::{self, Shape, Tone};
 use super::theme::{BODY, Palette, SMALL};
 use super::view_state::ViewState;
 use crate::banner::{Answer, Sign};
@@ -82,7 +82,9 @@ fn mode(
     let (fill, ink, edge) = match answer.sign {
         _ if filled => (color, palette.on_block, color),
         Sign::Lost | Sign::Past => (palette.raised, color, color),
-        _ => (palette.raised, palette.strong, palette.edge),
+        Sign::Normal | Sign::Quiet | Sign::Authority | Sign::Caution | Sign::Held => {
+            (palette.raised, palette.strong, palette.edge)
+        }
     };
     ui.painter().rect(block, 3.0, fill, Stroke::new(1.5, edge), StrokeKind::Inside);
     let inner = block.shrink2(vec2(12.0, 8.0));
@@ -151,50 +153,69 @@ fn worse(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, (inner, ink): (
     }
 }
 
+/// An answer as laid out: the headline, and what stands below it with sign and colour.
+struct Laid {
+    headline: Arc<Galley>,
+    details: Vec<(Option<Shape>, Color32, Arc<Galley>)>,
+}
+
+impl Laid {
+    /// The first sizes that fit into a place, else the smallest.
+    fn fitting(ui: &Ui, title: &str, answer: &Answer, (place, sizes): (Rect, &[[f32; 2]])) -> Self {
+        let all = sizes.iter().map(|sizes| Self::new(ui, title, answer, place.width(), *sizes));
+        let mut last = None;
+        for laid in all {
+            if laid.height() <= place.height() - TITLE {
+                return laid;
+            }
+            last = Some(laid);
+        }
+        last.unwrap_or_else(|| Self::new(ui, title, answer, place.width(), [BODY, SMALL]))
+    }
+
+    fn new(ui: &Ui, title: &str, answer: &Answer, width: f32, [head, body]: [f32; 2]) -> Self {
+        let palette = Palette::current(ui);
+        let loud = matches!(answer.sign, Sign::Caution | Sign::Lost | Sign::Past) && title == "Is this true?";
+        let color = if loud { marks::sign(answer.sign).0.color(palette) } else { palette.strong };
+        let headline = marks::fitted(ui.painter(), &answer.headline, head, color, (width, usize::MAX));
+        let detail = |(sign, words): &(Sign, String)| {
+            let told = *sign == answer.sign || answer.details.len() > 1 || *sign > Sign::Quiet;
+            let marked = told && *sign != Sign::Normal && title != "Why";
+            let (tone, shape) = marks::sign(*sign);
+            let ink = if tone > Tone::Normal && marked { tone.color(palette) } else { palette.text };
+            let room = if marked { width - INDENT } else { width };
+            (marked.then_some(shape), ink, marks::fitted(ui.painter(), words, body, ink, (room, usize::MAX)))
+        };
+        Self { headline, details: answer.details.iter().map(detail).collect() }
+    }
+
+    fn height(&self) -> f32 {
+        let details = self.details.iter().map(|(.., galley)| galley.size().y + 1.0).sum::<f32>();
+        self.headline.size().y + BELOW + details
+    }
+}
+
 /// One answer: its question, its headline, and what stands below it.
 fn part(ui: &mut Ui, (unit, title): (&str, &str), answer: &Answer, (place, size): (Rect, usize)) {
     let palette = Palette::current(ui);
-    let painter = ui.painter();
-    painter.text(place.left_top() + vec2(0.0, 3.0), Align2::LEFT_TOP, title, FontId::proportional(BODY), palette.weak);
-    let color = match answer.sign {
-        Sign::Caution | Sign::Lost | Sign::Past if title == "Is this true?" => {
-            marks::sign(answer.sign).0.color(palette)
-        }
-        _ => palette.strong,
-    };
-    let marked = |sign: Sign| {
-        let alone = sign == answer.sign || answer.details.len() > 1 || sign > Sign::Quiet;
-        alone && sign != Sign::Normal && title != "Why"
-    };
-    let lay = |[head, body]: [f32; 2]| {
-        let headline = marks::fitted(painter, &answer.headline, head, color, (place.width(), usize::MAX));
-        let details = answer.details.iter().map(|(sign, detail)| {
-            let indent = if marked(*sign) { INDENT } else { 0.0 };
-            let tone = marks::sign(*sign).0;
-            let ink = if tone > Tone::Normal && marked(*sign) { tone.color(palette) } else { palette.text };
-            (*sign, indent, marks::fitted(painter, detail, body, ink, (place.width() - indent, usize::MAX)), ink)
-        });
-        (headline, details.collect::<Vec<_>>())
-    };
-    let room = place.height() - TITLE;
-    let high = |(headline, details): &(Arc<Galley>, Vec<(Sign, f32, Arc<Galley>, Color32)>)| {
-        headline.size().y + details.iter().map(|(.., galley, _)| galley.size().y + 1.0).sum::<f32>() + BELOW
-    };
-    let mut laid = SIZES[size].into_iter().map(lay);
-    let smallest = lay(SIZES[size][SIZES[size].len() - 1]);
-    let (headline, details) = laid.find(|laid| high(laid) <= room).unwrap_or(smallest);
-    let mut y = place.top() + TITLE + headline.size().y + BELOW;
-    marks::bold_galley(painter, place.left_top() + vec2(0.0, TITLE), headline, color);
-    for (sign, indent, galley, ink) in details {
-        if y + galley.size().y > place.bottom() + 2.0 {
+    let font = FontId::proportional(BODY);
+    ui.painter().text(place.left_top() + vec2(0.0, 3.0), Align2::LEFT_TOP, title, font, palette.weak);
+    let laid = Laid::fitting(ui, title, answer, (place, &SIZES[size]));
+    let ink = laid.headline.job.sections.first().map_or(palette.strong, |section| section.format.color);
+    let mut at = place.left_top() + vec2(0.0, TITLE);
+    marks::bold_galley(ui.painter(), at, laid.headline.clone(), ink);
+    at.y += laid.headline.size().y + BELOW;
+    for (shape, ink, galley) in laid.details {
+        let height = galley.size().y;
+        if at.y + height > place.bottom() + 2.0 {
             break;
         }
-        if indent > 0.0 {
-            marks::sign(sign).1.draw(painter, pos2(place.left() + 6.0, y + 9.0), 10.0, ink);
+        let indent = if shape.is_some() { INDENT } else { 0.0 };
+        if let Some(shape) = shape {
+            shape.draw(ui.painter(), at + vec2(6.0, 9.0), 10.0, ink);
         }
-        let height = galley.size().y;
-        painter.galley(pos2(place.left() + indent, y), galley, ink);
-        y += height + 1.0;
+        ui.painter().galley(at + vec2(indent, 0.0), galley, ink);
+        at.y += height + 1.0;
     }
     named(ui, (unit, title), answer, place);
 }
