@@ -3,9 +3,10 @@
 //! Interaction is in `window`. Colours are checked here too, where the accessibility label does not mention them.
 
 use console::gui::layout::{Pane, Preset};
+use console::gui::theme::Palette;
 use eframe::egui::accesskit::Role as Kind;
 use eframe::egui::epaint::{Color32, ColorMode, Shape};
-use eframe::egui::{Pos2, Rect};
+use eframe::egui::{Pos2, Rect, Vec2, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use wire::feed::Feed;
 use wire::id::{PeerId, UnitId};
@@ -27,37 +28,46 @@ fn replayed(yard: Yard) -> Seated {
     seated
 }
 
-/// The map on the screen, and how many points of it are a metre.
+/// Description of the map for screen readers.
+fn described(seated: &Seated) -> String {
+    let node = seated.query_all_by_role(Kind::Canvas).next().expect("a map");
+    node.accesskit_node().label().expect("what it says")
+}
+
+/// The data of the map on the screen, and how many points of it are a metre.
 fn map(seated: &Seated) -> (Rect, f32) {
     let node = seated.query_all_by_role(Kind::Canvas).next().expect("a map");
-    let label = node.accesskit_node().label().expect("what it says");
+    let label = described(seated);
     let across: f32 =
         label.split("; ").nth(1).and_then(|text| text.split(' ').next()?.parse().ok()).expect("its width");
     (node.rect(), node.rect().width() / across)
 }
 
-/// Everything that is painted on the map, one shape after the other.
+/// Everything that is painted on the map's data, one shape after the other.
 fn painted(seated: &Seated) -> Vec<Shape> {
-    let (rect, _) = map(seated);
+    painted_within(seated, map(seated).0)
+}
+
+/// Everything that is painted within a part of the window.
+fn painted_within(seated: &Seated, rect: Rect) -> Vec<Shape> {
     let inside = |(clip, shape): painted::Clipped| rect.expand(1.0).contains_rect(clip).then_some(shape);
     painted::shapes(seated).into_iter().filter_map(inside).collect()
 }
+
+/// Room of axes, scale and legend, left and above, right and below the data.
+const AROUND: [Vec2; 2] = [vec2(46.0, 8.0), vec2(10.0, 54.0)];
 
 /// True if a colour is one of those that say that something is out of normal: more red than blue.
 fn warm(color: Color32) -> bool {
     color.r() > color.b().saturating_add(20)
 }
 
-/// Words on the map, each with its place.
+/// Words on the map and around it, each with its place. Strong words are painted twice and stand here once.
 fn words(seated: &Seated) -> Vec<(String, Rect)> {
-    let (rect, _) = map(seated);
+    let data = map(seated).0;
+    let pane = Rect::from_min_max(data.min - AROUND[0], data.max + AROUND[1]);
     let texts = painted::texts(&painted::shapes(seated));
-    texts.into_iter().filter(|text| rect.contains_rect(text.ink)).map(|text| (text.words, text.ink)).collect()
-}
-
-/// What the map says of itself.
-fn description(seated: &Seated) -> String {
-    name_of(seated, "MAP ")
+    texts.into_iter().filter(|text| pane.contains_rect(text.ink)).map(|text| (text.words, text.ink)).collect()
 }
 
 #[test]
@@ -143,9 +153,8 @@ fn map_layout_fills_the_window() {
     seated.run_steps(3);
     let (rect, _) = map(&seated);
     let column = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect();
-    // The numbers of the axis stand at its left.
-    assert!(rect.left() <= 56.0 && column.left() - rect.right() < 24.0, "{rect} beside {column}");
-    assert!(rect.height() > 420.0, "{rect}");
+    assert!(rect.left() <= 56.0 && column.left() - rect.right() < 34.0, "{rect} beside {column}");
+    assert!(rect.height() > 500.0, "{rect}");
     seated.state_mut().window.layouts_mut().now().open(Pane::Tracks);
     seated.run_steps(2);
     assert!(shows_text(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
@@ -186,7 +195,7 @@ fn circles_of_lost_things_are_pale_and_bounded() {
         let nearest = centres.iter().map(|centre| centre.distance(*at)).fold(f32::INFINITY, f32::min);
         assert!(nearest <= 10.0 * metre + 4.0, "{} m", nearest / metre);
     }
-    assert!(description(&seated).contains("circles of what is LOST pale, to 10 m at most"));
+    assert!(described(&seated).contains("of what is LOST pale, to 10 m at most"), "{}", described(&seated));
 }
 
 #[test]
@@ -205,6 +214,9 @@ fn map_labels_do_not_overlap() {
                     .find(|(other, (_, rect))| *other != at && rect.shrink(0.5).intersects(*place));
                 assert!(overlapping.is_none(), "{name}, {preset:?}: {label} lies over {overlapping:?}");
             }
+            let units = seated.state().yard.shown().units;
+            let labelled = |unit: &UnitId| all.iter().any(|(text, _)| text.starts_with(&format!("{unit}  ")));
+            assert!(units.iter().all(|unit| labelled(&unit.unit)), "{name}, {preset:?}: a unit has no label: {all:?}");
         }
     }
 }
@@ -231,8 +243,57 @@ fn uncertain_track_is_smaller_and_paler() {
     let (least, most) = (discs.iter().min_by(by_size).expect("a disc"), discs.iter().max_by(by_size).expect("a disc"));
     assert!(least.0 < 0.7 * most.0 && f32::from(least.1.a()) < 0.5 * f32::from(most.1.a()), "{least:?}, {most:?}");
     let words = words(&seated);
-    assert!(words.iter().any(|(line, _)| line.contains("3 decoy 0.01")), "{words:?}");
-    assert!(description(&seated).contains("symbols: the surer the larger and stronger"));
+    let shows = |text: &str| words.iter().any(|(line, _)| line.contains(text));
+    assert!(shows("3 decoy 0.01"), "{words:?}");
+    assert!(described(&seated).contains("the surer the larger and stronger"));
+}
+
+/// The line ends where reports ended and goes on where they went on, more than seven metres further.
+#[test]
+fn trail_is_not_drawn_across_silence() {
+    let seated = seat(scenes::patrol());
+    let (_, metre) = map(&seated);
+    let route = ColorMode::Solid(Palette::DARK.quiet);
+    let trail: Vec<Vec<Pos2>> = painted(&seated)
+        .into_iter()
+        .filter_map(|shape| match shape {
+            Shape::Path(path) if !path.closed && path.points.len() > 1 && path.stroke.color != route => {
+                [4.0, 2.4, 1.4].contains(&path.stroke.width).then_some(path.points)
+            }
+            _ => None,
+        })
+        .collect();
+    let steps = trail.iter().flat_map(|points| points.windows(2)).map(|pair| pair[0].distance(pair[1]));
+    let longest = steps.fold(0.0, f32::max);
+    assert!(longest < 4.0 * metre, "a line over {} m", longest / metre);
+    let pieces = trail.iter().filter(|points| points.len() > 12).count();
+    assert!(pieces >= 4, "two of the last twenty seconds, one before and one after the gap: {pieces}");
+    let ticks = words(&seated).into_iter().filter(|(text, _)| text.starts_with('−') && text.ends_with(" s")).count();
+    assert!(ticks >= 3, "{:?}", words(&seated));
+}
+
+#[test]
+fn map_states_distances_to_the_fence() {
+    let seated = seat(scenes::nominal());
+    let text = described(&seated);
+    assert!(text.contains("unit-a 34.8 m from the fence, stopped at full speed from 3.0 m"), "{text}");
+    assert!(text.contains("2 of 5 way points reached; follows unit-a"), "{text}");
+    assert!(words(&seated).iter().any(|(text, _)| text == "34.8 m"), "the distance stands beside its line");
+    let seated = seat(scenes::lost());
+    assert!(described(&seated).contains("unit-a was 34.8 m from the fence"), "{}", described(&seated));
+    assert!(words(&seated).iter().any(|(text, _)| text == "was 34.8 m"));
+    assert!(words(&seated).iter().any(|(text, _)| text == "unit-a  LINK LOST, was READY"));
+}
+
+/// Units and passed objects are told apart by words too.
+#[test]
+fn passed_object_has_a_mark_without_a_label() {
+    let seated = seat(scenes::hold_safe());
+    let shown = seated.state().yard.shown();
+    let passed = &shown.unit(UnitId::A).expect("it is heard").lost;
+    assert_eq!(passed.len(), 1);
+    assert!(described(&seated).contains("1 out of view"), "{}", described(&seated));
+    assert!(!words(&seated).iter().any(|(text, _)| text.contains("5 obstacle") && !text.starts_with('b')));
 }
 
 /// The source is named in the order's progress and in the history.

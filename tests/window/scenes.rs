@@ -44,7 +44,7 @@ pub(crate) const SCENES: [Scene; 16] = [
 /// Scenes of more than a minute, which not every test makes.
 pub(crate) const LONG: [Scene; 1] = [("patrol", patrol)];
 
-/// Two units have driven for more than a minute, one of them around; for four seconds nothing was heard of it.
+/// Two units have driven for more than a minute, one of them around; for four seconds it was not heard.
 pub(crate) fn patrol() -> Yard {
     let mut yard = nominal();
     let a = yard.actor(UnitId::A);

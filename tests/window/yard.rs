@@ -2,6 +2,8 @@
 //!
 //! The gateway and the units are scripted; the console is the real one, and its pictures are its model's.
 
+use std::cell::Cell;
+
 use console::shown::Shown;
 use console::site::{Relief, Site, SiteBox};
 use sha2::{Digest, Sha256};
@@ -14,7 +16,7 @@ use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::id::{Boot, CommandId, Nonce, PeerId, RecordId, Sequence, TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Cause, Guard, Guards, Mode};
-use wire::motion::ReportedMotion;
+use wire::motion::{Attitude, ReportedMotion};
 use wire::person::Role;
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -54,6 +56,43 @@ pub(crate) struct Actor {
     pub(crate) pictured: Option<Pictured>,
     sequence: u64,
     last: Option<(CommandId, Option<Reason>)>,
+}
+
+/// Kind of the units of a yard.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Domain {
+    Ground,
+    Air,
+    Orbit,
+}
+
+thread_local! {
+    /// Kind of the units of the next yard of this thread.
+    static DOMAIN: Cell<Domain> = const { Cell::new(Domain::Ground) };
+}
+
+/// Makes the units of this thread's next yards of this kind.
+#[allow(dead_code, reason = "the gallery draws every scene in every domain")]
+pub(crate) fn set_domain(domain: Domain) {
+    DOMAIN.set(domain);
+}
+
+/// Motion and contact that a unit of this thread's kind reports.
+fn aloft() -> (Option<ReportedMotion>, Option<ReportedContact>) {
+    let attitude = |w, x, y| Some(Attitude::new([w, x, y, 0.0]));
+    match DOMAIN.get() {
+        Domain::Ground => (None, None),
+        Domain::Air => {
+            let attitude = attitude(1.0, 0.02, 0.06);
+            (Some(ReportedMotion { up_mm: 2_960, left_up_mm_s: [20, -40], charge: 830, attitude, sunlit: None }), None)
+        }
+        Domain::Orbit => {
+            let attitude = attitude(0.17, 0.98, 0.1);
+            let motion =
+                ReportedMotion { up_mm: 518_140_000, left_up_mm_s: [0, 0], charge: 790, attitude, sunlit: Some(true) };
+            (Some(motion), Some(ReportedContact { left: Span::s(212), next: Some(Span::s(5_400)) }))
+        }
+    }
 }
 
 /// The yard.
@@ -159,6 +198,7 @@ impl Yard {
     fn report(&mut self, at: usize) {
         let now = self.bench.now;
         let actor = &mut self.actors[at];
+        actor.drive();
         if !actor.heard {
             return;
         }
@@ -226,6 +266,7 @@ impl Actor {
             (2_000, 30_000),
         ];
         let place = places[position as usize % places.len()];
+        let (motion, contact) = aloft();
         let first = position as u32 * 100;
         Self {
             unit,
@@ -242,22 +283,26 @@ impl Actor {
             via: unit.peer(),
             obeys: true,
             fast_ppm: 0,
-            motion: None,
-            contact: None,
+            motion,
+            contact,
             pictured: None,
             sequence: 0,
             last: None,
         }
     }
 
-    fn report(&mut self, stamp: u64) -> Report {
-        self.sequence += 1;
+    /// Moves on by one period, heard or not.
+    fn drive(&mut self) {
         let step = self.speed_mm_s / 10;
         let yaw = f64::from(self.pose.yaw_mrad) / 1000.0;
         self.pose.x_mm += (f64::from(step) * libm::cos(yaw)) as i32;
         self.pose.y_mm += (f64::from(step) * libm::sin(yaw)) as i32;
         let turned = f64::from(self.pose.yaw_mrad + self.turn_mrad) / 1000.0;
         self.pose.yaw_mrad = (libm::atan2(libm::sin(turned), libm::cos(turned)) * 1000.0) as i16;
+    }
+
+    fn report(&mut self, stamp: u64) -> Report {
+        self.sequence += 1;
         Report {
             mode: self.mode,
             cause: self.cause,
@@ -333,8 +378,14 @@ pub(crate) fn site() -> Site {
         looped: true,
         blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
         relief: Some(hills()),
-        scale_m: None,
+        ..Site::default()
     }
+}
+
+/// The yard as a region below an orbit, a kilometre for each metre.
+pub(crate) fn region() -> Site {
+    let second = |n: i32| [n as f32 * 1.6 + 4.0, n as f32 * 7.4];
+    Site { blocks: Vec::new(), relief: None, scale_m: Some(1000.0), below: (-60..=60).map(second).collect(), ..site() }
 }
 
 /// Gentle hills, as a survey found them.

@@ -2,7 +2,7 @@
 //!
 //! They follow from the shown values alone, and name the actor that these know and no other. What the operator or the
 //! script ordered is none, nor is silence by a unit's plan; the rest is an event in `history`. Raising a group and
-//! ending it is left to `alarms`, ended tracks to `ended`.
+//! ending it is left to `alarms`, ended tracks to `ended`, plans of contact to `silence`.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,6 @@ use wire::event::{Freshness, Inconsistency};
 use wire::id::{PeerId, TrackId, UnitId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::person::Alarm;
-use wire::report::ReportedContact;
 use wire::time::{Instant, Span};
 
 use crate::alarm::{LedTo, Priority};
@@ -20,34 +19,8 @@ use crate::ended::Ended;
 use crate::history::{History, Incident};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownUnit};
+use crate::silence::{CONTACT_LATE, Plan, gateway_silent, plan, revoked};
 use crate::skew::Rate;
-
-/// Time by which a planned contact may be late before that asks for an act.
-pub const CONTACT_LATE: Span = Span::s(1);
-
-/// Silence of a unit against its plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plan {
-    /// The unit is to be heard.
-    Contact,
-    /// It is not: until the next contact in this time, if the plan has another.
-    Between(Option<Span>),
-    /// It is to be heard again since this time.
-    Due(Span),
-}
-
-impl Plan {
-    /// The plan for a unit that was last heard `age` ago.
-    pub fn new(contact: Option<ReportedContact>, age: Span) -> Self {
-        match contact {
-            Some(ReportedContact { left, next }) if left <= age => match next {
-                Some(next) if next <= age => Plan::Due(Span(age.0 - next.0)),
-                next => Plan::Between(next.map(|next| Span(next.0 - age.0))),
-            },
-            Some(_) | None => Plan::Contact,
-        }
-    }
-}
 
 /// A cause that stands.
 #[derive(Clone, Debug)]
@@ -149,14 +122,8 @@ impl Causes {
             }
             let known = self.units.entry(unit.unit).or_default();
             known.silence(shown, unit, gateway_silent, &mut found, history);
-            if let (Plan::Between(Some(next)), None) = (plan(unit), known.silent) {
-                let due = shown.at + next + CONTACT_LATE + Span(1);
-                self.due = Some(self.due.map_or(due, |earlier| earlier.min(due)));
-            }
-            if let (Plan::Due(late), None) = (plan(unit), known.silent) {
-                let due = shown.at + Span(CONTACT_LATE.0.saturating_sub(late.0)) + Span(1);
-                self.due = Some(self.due.map_or(due, |earlier| earlier.min(due)));
-            }
+            let wait = known.silent.map_or_else(|| plan(unit).alarm_in(), |_| None);
+            self.due = [self.due, wait.map(|wait| shown.at + wait)].into_iter().flatten().min();
             let authority = known.authority;
             let changed = known.mode(shown, unit, &recent);
             known.found_mode(unit, &mut found);
@@ -348,38 +315,4 @@ fn held_here(shown: &Shown, unit: &ShownUnit) -> bool {
 fn is_about_sensors(cause: &Alarm) -> bool {
     let sensor = |guard| matches!(guard, Guard::Rgb | Guard::Depth | Guard::Thermal | Guard::Lidar | Guard::Tracks);
     matches!(cause, Alarm::GuardLost(_, guard) if sensor(*guard))
-}
-
-fn plan(unit: &ShownUnit) -> Plan {
-    Plan::new(unit.state.get().0.contact, unit.state.age())
-}
-
-/// True if the peer's identity was revoked here: its silence is ordered.
-fn revoked(shown: &Shown, peer: PeerId) -> bool {
-    shown.revocable.iter().any(|(node, asked)| *asked && peer.to_string() == node.name())
-}
-
-/// True if the gateway is not heard, nor any of several units that their plans let be heard: one cause, not as many as
-/// there are units. Of one unit alone the console cannot tell.
-fn gateway_silent(shown: &Shown) -> bool {
-    let mut expected = shown.units.iter().filter(|unit| plan(unit) == Plan::Contact);
-    let several = expected.clone().nth(1).is_some();
-    let gone = !shown.links.is_empty() && shown.links.iter().all(|link| link.open.freshness() >= Freshness::Stale);
-    several && gone && expected.all(|unit| unit.state.freshness() >= Freshness::Stale)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn silence_is_told_by_the_plan() {
-        let contact = |left, next: Option<u64>| Some(ReportedContact { left: Span::s(left), next: next.map(Span::s) });
-        assert_eq!(Plan::new(None, Span::s(60)), Plan::Contact);
-        assert_eq!(Plan::new(contact(12, Some(42)), Span::s(2)), Plan::Contact);
-        assert_eq!(Plan::new(contact(12, Some(42)), Span::s(15)), Plan::Between(Some(Span::s(27))));
-        assert_eq!(Plan::new(contact(12, Some(42)), Span::s(43)), Plan::Due(Span::s(1)));
-        assert_eq!(Plan::new(contact(0, None), Span::s(43)), Plan::Between(None));
-        assert_eq!(Plan::new(contact(12, Some(42)), Span(u64::MAX)), Plan::Due(Span(u64::MAX - 42_000_000)));
-    }
 }

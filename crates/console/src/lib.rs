@@ -38,6 +38,7 @@ pub mod process;
 mod retrace;
 pub mod shown;
 pub mod sidecar;
+pub mod silence;
 pub mod site;
 pub mod skew;
 pub mod sound;

@@ -37,6 +37,8 @@ pub(crate) fn line(shown: &Shown) -> String {
         "max_speed_mm_s": shown.bounds.max_speed_mm_s,
         "units": shown.units.iter().map(|state| unit(shown, state)).collect::<Value>(),
         "silent": shown.silent.iter().map(|unit| unit.name()).collect::<Value>(),
+        "unheard": shown.silent.iter().map(|unit| json!({ "unit": unit.name(), "banner": shown.banner(*unit) }))
+            .collect::<Value>(),
         "links": shown.links.iter().map(|link| json!({
             "peer": link.peer,
             "open": labelled(&link.open, json!(link.open.get().0)),

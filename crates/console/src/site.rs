@@ -35,6 +35,9 @@ pub struct Site {
     /// its payload looks at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_m: Option<f32>,
+    /// Way of the point below a satellite, in order of time, as its planned orbit has it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub below: Vec<GroundPoint>,
 }
 
 impl Site {
@@ -42,7 +45,7 @@ impl Site {
     #[must_use]
     pub fn sound(mut self) -> Self {
         let finite = |place: &GroundPoint| place.iter().all(|x| x.is_finite());
-        for places in [&mut self.fence, &mut self.route] {
+        for places in [&mut self.fence, &mut self.route, &mut self.below] {
             places.truncate(MAX_POINTS);
             places.retain(finite);
         }

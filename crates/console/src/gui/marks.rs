@@ -1,6 +1,6 @@
 //! Marks for a mode, a freshness or a life: always a shape and a word, and a colour where it is abnormal.
 //!
-//! `map` writes the labels on the map, `text` and `page/page.js` outside the window have their own marks. When a value
+//! `map` writes the labels on the map, `text` and `page/ages.js` outside the window have their own marks. When a value
 //! is stale is decided in `age`.
 //!
 //! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.

@@ -11,6 +11,7 @@ pub mod replay;
 pub mod sensors;
 pub mod theme;
 
+mod alarm_block;
 mod alarms;
 mod banner;
 mod bell;

@@ -6,9 +6,9 @@ use wire::mode::Guard;
 use wire::person::Order;
 use wire::settings::Settings;
 
-use super::alarms::AlarmView;
+use super::alarm_block::AlarmView;
 use super::layout::Pane;
-use super::map::Camera;
+use super::map::{Camera, Sides};
 use super::sidecar::Textures;
 use super::tracks::Sort;
 use crate::shown::Shown;
@@ -52,6 +52,8 @@ pub(super) struct ViewState {
     pub(super) video: Textures,
     /// True if the map keeps the chosen unit in view.
     pub(super) follow: bool,
+    /// Sides of the map's labels, so that these do not jump.
+    pub(super) label_sides: Sides,
 }
 
 impl ViewState {
@@ -75,6 +77,7 @@ impl ViewState {
             open: None,
             video: Textures::default(),
             follow: true,
+            label_sides: Sides::new(),
         }
     }
 

@@ -17,7 +17,7 @@ use wire::time::{Instant, Span};
 use super::ProcessConfig;
 use crate::moment::{self, Happened, MAX_MOMENTS, Moment};
 use crate::shown::Shown;
-use crate::{Console, ConsoleConfig, ConsoleError};
+use crate::{Console, ConsoleConfig, ConsoleError, picture, text};
 
 /// The file of keys and settings needed to view the recording, beside it.
 pub const READING: &str = "console.json";
@@ -191,6 +191,12 @@ impl Player {
         (shown.marks.replay, shown.marks.began) = (true, Some(self.began));
         shown.marks.invalid.clone_from(&self.invalid);
         shown
+    }
+
+    /// The picture of that moment in words, and as one JSON object.
+    pub fn words(&self) -> (String, String) {
+        let shown = self.shown();
+        (text::lines(&shown), picture::line(&shown))
     }
 
     /// Goes to this time from the beginning, or to the end where that is earlier.

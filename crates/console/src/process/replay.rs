@@ -31,8 +31,14 @@ pub struct Recorded {
 /// When something of it is missing or is no recording.
 pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
     let (player, config) = Player::open(run_dir)?;
-    let (name, site) = (run_dir.display().to_string(), config.window.unwrap_or_default().sound());
+    let (name, site) = (name_of(run_dir), config.window.unwrap_or_default().sound());
     Ok(Recorded { name, player, site, evidence: None, beside: None })
+}
+
+/// Name of a run by its folder: the last two parts of the path.
+pub fn name_of(run_dir: &Path) -> String {
+    let parts: Vec<_> = run_dir.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+    parts[parts.len().saturating_sub(2)..].join("/")
 }
 
 impl Recorded {

@@ -407,22 +407,25 @@ pub(crate) fn site(topology: &Topology) -> Site {
         half: block.half_mm.map(|mm| mm as f32 / 1000.0),
         yaw: block.heading_mrad as f32 / 1000.0,
     };
-    Site {
+    let plane = Site {
         fence: mission.geofence.iter().map(place).collect(),
         route: mission.route.iter().map(place).collect(),
         looped: mission.looped,
-        blocks: mission.obstacles.iter().map(block).collect(),
-        relief: topology.world().map(|world| survey(&world.scene)),
-        scale_m: scale(topology),
+        ..Site::default()
+    };
+    // From an orbit the scene is a region: it has neither walls nor hills.
+    match topology.overpass() {
+        Some(pass) => Site {
+            scale_m: Some(pass.scale_m as f32),
+            below: pass.below.iter().map(|place| place.map(|metres| metres as f32)).collect(),
+            ..plane
+        },
+        None => Site {
+            blocks: mission.obstacles.iter().map(block).collect(),
+            relief: topology.world().map(|world| survey(&world.scene)),
+            ..plane
+        },
     }
-}
-
-/// Metres on the ground for a metre of the map, on a platform that looks at a region from an orbit.
-fn scale(topology: &Topology) -> Option<f32> {
-    topology.members.iter().find_map(|member| {
-        let MemberRole::Perception(config) = &member.role else { return None };
-        config.sky.as_ref().map(|sky| sky.pass.scale_m as f32)
-    })
 }
 
 /// The ground within the fence and a little beyond, as surveyed before the mission.

@@ -11,6 +11,7 @@ mod draw;
 mod guest_bus;
 mod keys;
 mod member;
+mod overpass;
 mod process;
 mod rogue;
 mod scene;
@@ -47,6 +48,7 @@ pub use attack::is_attacked;
 pub use guest_bus::TimedOrder;
 pub use keys::RunSecret;
 pub use member::{BusEndpoint, Host, Member, MemberRole};
+pub use overpass::Overpass;
 pub use process::{ProcessFault, ProcessFaultKind, Turn, next_turn, node_of};
 pub use scene::needs_rendering;
 

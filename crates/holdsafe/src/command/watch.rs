@@ -17,6 +17,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
+use console::process::player::Player;
 use console::site::Site;
 use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
@@ -158,11 +159,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = find_one_run(&args.run)?;
     if !run.has_input_journals() {
-        let line = format!(
-            "{run}: a run in the twin is over at once; `holdsafe watch --window {run}` shows what its console showed",
-            run = run.path().display()
-        );
-        return Err(Failure::new(Exit::NoEvidence, line));
+        return last_view(context, args, &run);
     }
     let path = run.input_journal(NodeId::CONSOLE, Boot(1));
     let unread = |error: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {error}", path.display()));
@@ -223,6 +220,26 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
         news = News::read_log(&mut log).map_err(unread)?;
     }
     Ok(Exit::Interrupted)
+}
+
+/// The last view of a run in the twin, which is over at once.
+fn last_view(context: &Context, args: &Args, run: &RunFolder) -> Result<Exit, Failure> {
+    let path = run.path().display();
+    if args.web.or(args.foxglove).or(args.packets).is_some() {
+        let line = format!("{path} is over: `holdsafe watch --window {path}` shows its recording");
+        return Err(Failure::new(Exit::NoEvidence, line));
+    }
+    let checked = checked::open_run(run.clone())?;
+    checked::print_marks(context, &[&checked]);
+    let (mut player, _) =
+        Player::open(run.path()).map_err(|error| Failure::new(Exit::NoEvidence, error.to_string()))?;
+    player.seek(player.length());
+    let (text, picture) = player.words();
+    if context.json {
+        checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &[&checked])?;
+    }
+    out::say(format_args!("{}", if context.json { picture } else { text }));
+    Ok(args.unverified.exit(&[&checked], Exit::Fine))
 }
 
 /// Header printed before the pictures of a run that is over.

@@ -92,7 +92,7 @@ fn unreadable_recording_is_answered_with_one_line() {
 
 /// The report is made from results and runs.
 #[test]
-fn report_begins_with_the_verdict() {
+fn report_begins_with_its_finding() {
     let dir = tempfile::tempdir().unwrap();
     let (run, page, figures) =
         (recorded(dir.path(), "thermal_loss"), dir.path().join("r.html"), dir.path().join("figures"));
@@ -111,7 +111,8 @@ fn report_begins_with_the_verdict() {
     );
     let text = fs::read_to_string(&page).unwrap();
     let (head, body) = text.split_once("<main>").expect("a body");
-    assert!(head.contains("class=\"verdict\"") && body.contains("PREPARE_TO_ACT to DEGRADED"), "{head}");
+    assert!(head.contains("slows the unit down"), "{head}");
+    assert!(body.contains("PREPARE_TO_ACT → DEGRADED: Thermal camera lost"), "{body}");
     assert!(body.contains("fault of Thermal: Dropout"), "the attack is drawn");
     let drawn: Vec<String> =
         fs::read_dir(&figures).unwrap().map(|f| f.unwrap().file_name().into_string().unwrap()).collect();

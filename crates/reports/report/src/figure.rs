@@ -18,8 +18,8 @@ pub use drawing::Drawing;
 pub(crate) use ecdf::table as ecdf_table;
 pub use ecdf::{Mark, Steps, ecdf};
 pub use palette::{class_of_mode, class_of_outcome};
-pub(crate) use palette::{colour_of_outcome, sheet as palette_sheet};
-pub use timeline::{Lane, Span, lanes};
+pub(crate) use palette::{is_tinted, sheet as palette_sheet};
+pub use timeline::{Lane, Span, Timeline};
 
 /// A table of words.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

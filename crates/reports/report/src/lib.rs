@@ -1,8 +1,8 @@
 //! A reviewer's report, made from results as `holdsafe … --json` prints them and from no other source.
 //!
 //! Every output is a pure function of a [`Dossier`] or of its results, the bill of materials one of the lock that was built with: it
-//! depends on no clock, no chance and no other file, so the same results give the same bytes. No code here judges a trial or computes a
-//! bound; a report adds no statement to its results.
+//! depends on no clock, no chance and no other file, so the same results give the same bytes. No code here judges a trial; of bounds it
+//! computes the exact one on the share of a class, from the counts in the results.
 //!
 //! `reader` reads them as the objects that `results` defines, in which the summary of one run from its recording is defined too. `page`
 //! makes the HTML file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from
@@ -34,7 +34,7 @@ pub use sbom::sbom;
 /// Everything that a dossier is made of.
 #[derive(Clone, Debug, Default)]
 pub struct Dossier {
-    /// Subject, in a line.
+    /// Subject, in a line; empty where the finding is enough.
     pub title: String,
     /// Version of the program that makes it.
     pub version: String,
@@ -44,6 +44,10 @@ pub struct Dossier {
     pub stories: Vec<RunSummary>,
     /// Names of those that are trials of the results, each by the SHA-256 of its `held.json`.
     pub kept: BTreeMap<String, String>,
+    /// Folder of each run that is reported, by its name.
+    pub folders: BTreeMap<String, String>,
+    /// Watermarks of ablations among the results, by the manifests beside them.
+    pub watermarks: Vec<String>,
     /// Seconds after which a browser reads the page again.
     pub renew_s: Option<u32>,
     /// Every recording that was read or lies among the results, whether its run is reported or not.

@@ -13,7 +13,6 @@ use evidence::trial::Outcome;
 use results::report::{Kind, MatrixRow, MatrixRun};
 use serde_json::{Map, Value, json};
 
-use crate::figure::colour_of_outcome;
 use crate::reader::{FoundResult, Results};
 use crate::tried::{class_counts, meaning};
 
@@ -173,4 +172,21 @@ fn told_of(kind: &Kind) -> String {
         kind.unsafe_upper_95 * 100.0,
         kind.unsafe_upper_95_simultaneous * 100.0,
     )
+}
+
+/// Colours of the Navigator's cells, which have black words on white: those that its readers' layers already have.
+fn colour_of_outcome(name: &str) -> &'static str {
+    match name {
+        "UNSAFE" => "#b3001b",
+        "INVALID" => "#6d28d9",
+        "LATE" => "#c2410c",
+        "FALSE_TRIP" => "#a16207",
+        "STUCK" => "#713f12",
+        "HOLD_SAFE" => "#1d4ed8",
+        "DEGRADED" => "#0e7490",
+        "REJECTED" => "#15803d",
+        "UNDETECTED" => "#57534e",
+        "NOMINAL" => "#a8a29e",
+        _ => "#d6d3d1",
+    }
 }

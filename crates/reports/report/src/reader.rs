@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use results::report::{
-    Ablation, BenchLive, CampaignObject, CurveObject, Matrix, Reference, RunObject, RunsObject, SearchObject, TwinCost,
+    Ablation, BenchLive, CampaignObject, Comparison, CurveObject, Matrix, Reference, RunObject, RunsObject,
+    SearchObject, TwinCost,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -49,6 +50,8 @@ pub enum FoundResult {
     Campaign(CampaignObject),
     /// `search`.
     Search(SearchObject),
+    /// `guests`.
+    Comparison(Comparison),
     /// `bench-live`.
     BenchLive(Box<BenchLive>),
     /// `curve`.
@@ -68,11 +71,17 @@ impl FoundResult {
             FoundResult::Reference(_) => "reference",
             FoundResult::Campaign(_) => "campaign",
             FoundResult::Search(_) => "search",
+            FoundResult::Comparison(_) => "guests",
             FoundResult::BenchLive(_) => "bench-live",
             FoundResult::Curve(_) => "curve",
             FoundResult::Ablation(_) => "ablation",
             FoundResult::TwinCost(_) => "bench-twin",
         }
+    }
+
+    /// The runs of a result that is runs; none of another.
+    pub fn runs(&self) -> &[RunObject] {
+        if let FoundResult::Runs(runs) = self { runs } else { &[] }
     }
 
     /// First contradiction in a result: a figure that does not follow from the others. Kinds without such figures have
@@ -84,6 +93,7 @@ impl FoundResult {
             FoundResult::Reference(reference) => reference.contradiction(),
             FoundResult::Campaign(campaign) => campaign.contradiction(),
             FoundResult::Search(_)
+            | FoundResult::Comparison(_)
             | FoundResult::BenchLive(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
@@ -93,7 +103,7 @@ impl FoundResult {
 }
 
 /// The kinds that are read.
-const KINDS: &str = "matrix, run, runs, reference, campaign, search, bench-live, curve, ablation, bench-twin";
+const KINDS: &str = "matrix, run, runs, reference, campaign, search, guests, bench-live, curve, ablation, bench-twin";
 
 /// A refused file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -184,6 +194,9 @@ impl Results {
 pub struct Manifest {
     /// SHA-256 of each file, hexadecimal, by its path below the repository's root.
     pub files: BTreeMap<String, String>,
+    /// Watermarks of the ablations among its variations.
+    #[serde(default)]
+    pub watermarks: Vec<String>,
 }
 
 impl Manifest {
@@ -221,6 +234,7 @@ fn found(bytes: &[u8]) -> Result<FoundResult, Reason> {
         "reference" => FoundResult::Reference(object(bytes)?),
         "campaign" => FoundResult::Campaign(object(bytes)?),
         "search" => FoundResult::Search(object(bytes)?),
+        "guests" => FoundResult::Comparison(object(bytes)?),
         "bench-live" => FoundResult::BenchLive(Box::new(object(bytes)?)),
         "curve" => FoundResult::Curve(object(bytes)?),
         "ablation" => FoundResult::Ablation(object(bytes)?),
@@ -236,8 +250,10 @@ fn object<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Reason> {
 /// A golden result of this kind, which has every field.
 #[cfg(test)]
 pub(crate) fn golden(kind: &str) -> serde_json::Value {
-    let file = format!("{}/../results/tests/golden/{kind}-v1.json", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_slice(&std::fs::read(file).expect("a golden file")).expect("JSON")
+    let folders = ["results", "../holdsafe"];
+    let file = |folder: &str| format!("{}/../{folder}/tests/golden/{kind}-v1.json", env!("CARGO_MANIFEST_DIR"));
+    let found = folders.iter().find_map(|folder| std::fs::read(file(folder)).ok());
+    serde_json::from_slice(&found.expect("a golden file")).expect("JSON")
 }
 
 #[cfg(test)]

@@ -132,9 +132,11 @@ pub fn tried(file: &Given) -> Vec<Tried<'_>> {
         }
         FoundResult::Campaign(campaign) => campaign.rows.iter().map(of_campaign).collect(),
         FoundResult::BenchLive(bench) => bench.runs().flat_map(of_run).collect(),
-        FoundResult::Search(_) | FoundResult::Curve(_) | FoundResult::Ablation(_) | FoundResult::TwinCost(_) => {
-            Vec::new()
-        }
+        FoundResult::Search(_)
+        | FoundResult::Comparison(_)
+        | FoundResult::Curve(_)
+        | FoundResult::Ablation(_)
+        | FoundResult::TwinCost(_) => Vec::new(),
     }
 }
 

@@ -1,9 +1,13 @@
 //! Summary of one run for a reviewer, from its log: the report's drawings over time.
 //!
 //! Times are times of the run. Modes, authority, refusals and reasons are the services' own statements; injections are
-//! ground truth and stand apart.
+//! ground truth and stand apart, as does the plant's own motion. `lanes` reads guards and display, `measured` the motion and its distances
+//! to the platform's limits.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+mod lanes;
+mod measured;
 
 use std::collections::BTreeMap;
 
@@ -41,6 +45,53 @@ pub struct RunSummary {
     pub refused: Vec<Refusals>,
     /// Reason for each change to a more restricted mode.
     pub why: Vec<Why>,
+    /// Stretches in which guards of the unit under test fail, the names of all that do in words.
+    pub guards: Vec<Lasted>,
+    /// What the console showed of the unit under test.
+    pub shown: Vec<Lasted>,
+    /// True motion of the unit under test, thinned out.
+    pub truth: Vec<TruthPoint>,
+    /// Reports of an insider, as it says itself: ground truth.
+    pub claims: Option<ClaimsMade>,
+    /// Measured values beside their limits.
+    pub distances: Vec<Distance>,
+    /// Longest time from a loss of trust to HOLD_SAFE, and from a loss to DEGRADED, milliseconds: the platform's bounds.
+    pub limits_ms: [u64; 2],
+}
+
+/// True motion at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthPoint {
+    /// Time, seconds.
+    pub at: f64,
+    /// Speed, metres per second.
+    pub speed: f64,
+}
+
+/// Reports that an insider sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClaimsMade {
+    /// Count.
+    pub n: u64,
+    /// Greatest distance between a place in them and the true one, metres.
+    pub off_m: f64,
+}
+
+/// A measured value beside its limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distance {
+    /// Value in words.
+    pub what: &'static str,
+    /// Value.
+    pub value: f64,
+    /// Limit.
+    pub limit: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// Origin of the limit.
+    pub from: &'static str,
+    /// True if the value may not fall below the limit, false if it may not exceed it.
+    pub least: bool,
 }
 
 /// A state or an injection with its time.
@@ -95,9 +146,12 @@ pub struct ChainLink {
 
 /// The run with this name. `flaw` is the fault of its log.
 pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
-    let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
+    // Accounts are closed a while after the plant's last word, and the display is late by then: no part of the run.
+    let end = measured::last(entries).or_else(|| entries.iter().map(|w| w.at).max());
+    let clock = Clock { end: end.unwrap_or_default() };
     let done = truth::lasting(entries).into_iter().map(|l| clock.lasted(l.action, l.from, l.to)).collect();
-    let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.reason(e)).collect();
+    let explained: Vec<Explanation> = explain(entries, bounds).into_iter().filter(Explanation::restricts).collect();
+    let why = explained.iter().map(|e| clock.reason(e)).collect();
     RunSummary {
         name: name.to_owned(),
         seconds: clock.seconds_at(clock.end),
@@ -107,6 +161,12 @@ pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Op
         done,
         refused: refused(entries, clock),
         why,
+        guards: lanes::guards(entries, clock),
+        shown: lanes::shown(entries, clock),
+        truth: measured::truth(entries, clock),
+        claims: measured::claims(entries),
+        distances: measured::distances(entries, &explained, bounds),
+        limits_ms: [bounds.to_hold_safe_ms, bounds.to_degraded_ms],
     }
 }
 
@@ -135,7 +195,7 @@ impl Clock {
         Why {
             at: self.seconds_at(explanation.at_us),
             change: format!("{} to {}", explanation.from.name(), explanation.to.name()),
-            cause: explanation.cause.label().to_string(),
+            cause: lanes::cause_words(explanation.cause),
             chain: explanation.chain.iter().map(link).collect(),
         }
     }
@@ -218,10 +278,11 @@ fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
 mod tests {
     use ground_truth::Entry;
     use wire::codec::Text;
-    use wire::event::Interface;
-    use wire::id::Boot;
+    use wire::event::{Freshness, Interface};
+    use wire::id::{Boot, RecordId, Sequence, UnitId};
+    use wire::mode::{Guard, Guards};
     use wire::refusal::Reason;
-    use wire::time::Instant;
+    use wire::time::{Instant, Span};
 
     use super::*;
 
@@ -247,5 +308,57 @@ mod tests {
         let stale = &story.refused[0];
         assert_eq!((stale.reason.as_str(), stale.n, stale.at.len()), ("stale", 3, 2));
         assert_eq!((stale.at[0].from, stale.at[0].to), (1.0, 1.05));
+    }
+
+    #[test]
+    fn lanes_end_with_the_plant_and_name_what_was() {
+        let judged = |failing| Event::Judged { failing, placed: true, tracks: 1 };
+        let displayed = |freshness| Event::Displayed {
+            unit: UnitId::A,
+            mode: Mode::Ready,
+            authority: None,
+            freshness,
+            age: Span::ZERO,
+            tracks_fresh: 0,
+            tracks_stale: 0,
+            report: RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(1) },
+            failing: Guards::default(),
+            place: None,
+        };
+        let truth = |at, speed_mm_s, fence_mm| {
+            let note = Note::Truth {
+                unit: UnitId::A,
+                x_mm: 0,
+                y_mm: 0,
+                yaw_mrad: 0,
+                speed_mm_s,
+                set_speed_mm_s: 0,
+                leased: true,
+                fence_mm,
+            };
+            Witnessed {
+                entry: Entry { event: Any::Instrument(note), ..seen(at, NodeId::SIM, Event::Started).entry },
+                at,
+            }
+        };
+        let none = Guards::default();
+        let log = [
+            seen(0, NodeId::UNIT_A, judged(none.with_guard(Guard::Lease))),
+            seen(1_000_000, NodeId::UNIT_A, judged(none)),
+            seen(1_500_000, NodeId::CONSOLE, displayed(Freshness::Fresh)),
+            truth(2_000_000, -3_000, 7_000),
+            seen(3_000_000, NodeId::UNIT_A, judged(none.with_guard(Guard::Thermal))),
+            seen(4_000_000, NodeId::CONSOLE, displayed(Freshness::Stale)),
+            truth(9_000_000, 0, 9_000),
+            seen(9_500_000, NodeId::CONSOLE, displayed(Freshness::Lost)),
+        ];
+        let story = from_entries("x", &log, &Bounds::GROUND, None);
+        let lane = |what: &str, from, to| Lasted { what: what.to_owned(), from, to };
+        assert_eq!(story.seconds, 9.0);
+        assert_eq!(story.guards, [lane("Thermal camera", 3.0, 9.0)], "the start of the run is no failure");
+        assert_eq!(story.shown, [lane("READY", 1.5, 4.0), lane("STALE, was READY", 4.0, 9.0)]);
+        assert_eq!(story.truth.iter().map(|of| of.speed).collect::<Vec<_>>(), [3.0, 0.0]);
+        let fence = story.distances.last().expect("a distance");
+        assert_eq!((fence.value, fence.limit, fence.least), (7.0, 1.0, true));
     }
 }

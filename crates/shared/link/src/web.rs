@@ -22,8 +22,8 @@ use tokio::sync::{Semaphore, oneshot};
 
 use crate::loopback::LoopbackAddr;
 
-/// Connections at once, at most; further ones are closed.
-const CONNECTIONS: usize = 16;
+/// Connections at once, at most; further ones are closed. A browser opens up to six.
+const CONNECTIONS: usize = 32;
 /// Time limit for the head of a request.
 const HEAD: Duration = Duration::from_secs(5);
 /// Time after which any connection ends; a browser opens another.

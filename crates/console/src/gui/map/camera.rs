@@ -1,6 +1,6 @@
 //! The visible part of the world, and how it moves: dragging, wheel, keys, fitting, following.
 //!
-//! North is up at every scale. What is drawn is left to the other parts of the map.
+//! North is up at every scale. Drawing is left to the other parts of the map.
 
 use eframe::egui::{Pos2, Rect, Response, Ui, Vec2, vec2};
 
@@ -12,7 +12,7 @@ use crate::site::GroundPoint;
 const STEP: f32 = 60.0;
 /// Scales that can be zoomed to, points a metre.
 const SCALES: std::ops::RangeInclusive<f32> = 0.5..=200.0;
-/// Room around what is fitted, points, and the least extent that is, metres.
+/// Room around fitted places, points, and the least extent that is fitted, metres.
 const AROUND: f32 = 48.0;
 const LEAST: f32 = 10.0;
 /// Share of the map at each side that a followed unit keeps out of.
@@ -76,7 +76,7 @@ impl View {
         [center[0] + from.x / scale, center[1] - from.y / scale]
     }
 
-    /// Moves what is seen by so many points, right and down.
+    /// Moves the camera by so many points, right and down.
     fn pan(&mut self, by: Vec2) {
         self.camera.center[0] += by.x / self.camera.scale;
         self.camera.center[1] -= by.y / self.camera.scale;

@@ -1,14 +1,16 @@
 //! Placing labels: eight places at five distances around a symbol, with a leader from the second distance on.
 //!
 //! A label lies on no symbol and on no other label. It keeps off trails, routes, fences and passed objects too, unless
-//! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. What a label says
-//! is left to `words`, drawing it to `paint`.
+//! there is no other place. Where both lines find no room the second one goes, then the label, which is counted. A unit
+//! must have its label: for it further distances are tried, then leaders across tracks, then places on tracks. At equal
+//! distance a label stays at the side where it was, so that it does not jump. Words are left to `words`, drawing to
+//! `paint`.
 
 use eframe::egui::{Pos2, Rect, Vec2, vec2};
 
 /// Distances from the symbol, in its own reach.
 const DISTANCES: [f32; 5] = [1.0, 2.2, 3.8, 6.0, 9.0];
-/// Further distances for what must have a label.
+/// Further distances for units.
 const FURTHER: [f32; 4] = [12.5, 17.0, 23.0, 31.0];
 /// Directions to the places, the best first.
 const PLACES: [Vec2; 8] = [
@@ -35,7 +37,13 @@ pub(super) struct Wanted {
     pub(super) sizes: Vec<Vec2>,
     /// Distances that are tried.
     pub(super) reach: Reach,
+    /// Side at which it was last.
+    pub(super) last: Option<Side>,
 }
+
+/// One of the eight sides of a symbol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::gui) struct Side(usize);
 
 /// Distances from the symbol at which a label looks for a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +56,19 @@ pub(super) enum Reach {
     Further,
 }
 
+/// Things that a label or its leader may lie on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Over {
+    /// None.
+    Nothing,
+    /// A trail, a route, the fence, a passed object.
+    Lines,
+    /// These, and a leader may cross tracks.
+    Crossing,
+    /// These, and a label may lie on tracks.
+    Tracks,
+}
+
 /// The place of a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
@@ -55,6 +76,8 @@ pub(super) struct Placed {
     pub(super) rect: Rect,
     /// Number of lines that have room.
     pub(super) lines: usize,
+    /// Side of the symbol.
+    pub(super) side: Side,
     /// Ends of the line to the symbol, of a label that is not beside it.
     pub(super) leader: Option<[Pos2; 2]>,
 }
@@ -64,8 +87,10 @@ pub(super) struct Placed {
 pub(super) struct Obstacles {
     /// The area that a label keeps within.
     pub(super) area: Rect,
-    /// Symbols and labels, which no label ever lies on.
+    /// Symbols of units, and labels, which no label ever lies on.
     pub(super) solid: Vec<Rect>,
+    /// Symbols of tracks, which only the label of a unit may lie on.
+    pub(super) tracks: Vec<Rect>,
     /// Trails, routes, fences, leaders and passed objects, which a label lies on where there is no other place.
     pub(super) lines: Vec<[Pos2; 2]>,
 }
@@ -80,26 +105,34 @@ impl Obstacles {
 
     /// Finds a place and takes it; none if there is no room.
     pub(super) fn place(&mut self, wanted: &Wanted) -> Option<Placed> {
-        let reach = wanted.half * 1.25 + 1.0;
-        let all = wanted.sizes.len();
-        let (near, further): (&[f32], &[f32]) = match wanted.reach {
-            Reach::Beside => (&DISTANCES[..1], &[]),
-            Reach::Usual => (&DISTANCES, &[]),
-            Reach::Further => (&DISTANCES, &FURTHER),
+        const LAST: [Over; 2] = [Over::Crossing, Over::Tracks];
+        const USUAL: [Over; 2] = [Over::Nothing, Over::Lines];
+        let ways: &[(&[f32], [Over; 2])] = match wanted.reach {
+            Reach::Beside => &[(&DISTANCES[..1], USUAL)],
+            Reach::Usual => &[(&DISTANCES, USUAL)],
+            Reach::Further => &[(&DISTANCES, USUAL), (&FURTHER, USUAL), (&DISTANCES, LAST), (&FURTHER, LAST)],
         };
-        let ways = [(all, false), (1, false), (all, true), (1, true)];
-        let usual = ways.into_iter().map(|(lines, over)| (lines, over, near));
-        let rest = ways[1..].iter().map(|(lines, over)| (*lines, *over, further));
-        let found = usual.chain(rest).find_map(|(lines, over, distances)| {
-            let size = extent(&wanted.sizes[..lines]);
-            let mut places = distances.iter().flat_map(|far| PLACES.iter().map(move |to| (*far, *to * reach * *far)));
-            places
-                .find_map(|(far, offset)| self.fits(wanted, offset, size, far > 1.0, over))
-                .map(|(rect, leader)| Placed { rect, lines, leader })
+        let all = wanted.sizes.len();
+        let mut tried = ways.iter().flat_map(|(distances, overs)| overs.map(|over| (*distances, over)));
+        let found = tried.find_map(|(distances, over)| {
+            [all, 1].into_iter().find_map(|lines| self.search(wanted, lines, distances, over))
         })?;
         self.solid.push(found.rect.expand2(ROOM));
         self.lines.extend(found.leader);
         Some(found)
+    }
+
+    /// The nearest free place of so many lines; of equally near ones that at the last side.
+    fn search(&self, wanted: &Wanted, lines: usize, distances: &[f32], over: Over) -> Option<Placed> {
+        let size = extent(&wanted.sizes[..lines]);
+        let reach = wanted.half * 1.25 + 1.0;
+        let sides = || wanted.last.into_iter().chain((0..PLACES.len()).map(Side));
+        let mut places = distances.iter().flat_map(|far| sides().map(move |side| (*far, side)));
+        places.find_map(|(far, side)| {
+            let offset = PLACES[side.0] * reach * far;
+            let (rect, leader) = self.fits(wanted, offset, size, far > 1.0, over)?;
+            Some(Placed { rect, lines, side, leader })
+        })
     }
 
     /// The label with its leader, if it is free there.
@@ -109,7 +142,7 @@ impl Obstacles {
         offset: Vec2,
         size: Vec2,
         far: bool,
-        over: bool,
+        over: Over,
     ) -> Option<(Rect, Option<[Pos2; 2]>)> {
         let share = |along: f32| {
             if along > 0.1 {
@@ -125,13 +158,16 @@ impl Obstacles {
         let taken = rect.expand2(ROOM);
         let free = self.area.contains_rect(taken)
             && !self.solid.iter().any(|solid| solid.intersects(taken))
-            && (over || !self.lines.iter().any(|line| crosses(*line, taken)));
+            && (over >= Over::Tracks || !self.tracks.iter().any(|track| track.intersects(taken)))
+            && (over >= Over::Lines || !self.lines.iter().any(|line| crosses(*line, taken)));
         if !free {
             return None;
         }
         let leader = far.then(|| leader(wanted, rect));
-        let crossed = |solid: &&Rect| !solid.contains(wanted.at) && leader.is_some_and(|line| crosses(line, **solid));
-        if self.solid.iter().any(|solid| crossed(&solid)) { None } else { Some((rect, leader)) }
+        let crossed =
+            |symbol: &&Rect| !symbol.contains(wanted.at) && leader.is_some_and(|line| crosses(line, **symbol));
+        let tracks = self.tracks.iter().filter(|_| over < Over::Crossing);
+        if self.solid.iter().chain(tracks).any(|symbol| crossed(&symbol)) { None } else { Some((rect, leader)) }
     }
 }
 
@@ -170,11 +206,17 @@ mod tests {
 
     fn obstacles() -> Obstacles {
         let area = Rect::from_min_size(Pos2::ZERO, vec2(560.0, 420.0));
-        Obstacles { area, solid: Vec::new(), lines: Vec::new() }
+        Obstacles { area, solid: Vec::new(), tracks: Vec::new(), lines: Vec::new() }
     }
 
     fn wanted(x: f32, y: f32, lines: usize) -> Wanted {
-        Wanted { at: Pos2::new(x, y), half: 10.0, sizes: vec![vec2(80.0, 18.0); lines], reach: Reach::Usual }
+        Wanted {
+            at: Pos2::new(x, y),
+            half: 10.0,
+            sizes: vec![vec2(80.0, 18.0); lines],
+            reach: Reach::Usual,
+            last: None,
+        }
     }
 
     /// Symbols in a spiral, as many as a crowd has.
@@ -234,12 +276,28 @@ mod tests {
     }
 
     #[test]
+    fn a_label_stays_at_its_side_unless_a_nearer_place_is_free() {
+        let below = obstacles().place(&Wanted { last: Some(Side(3)), ..wanted(280.0, 210.0, 2) }).unwrap();
+        assert!(below.side == Side(3) && below.leader.is_none() && below.rect.top() > 210.0, "{below:?}");
+        let mut taken = obstacles();
+        taken.solid.push(Rect::from_center_size(Pos2::new(280.0, 240.0), vec2(60.0, 30.0)));
+        let moved = taken.place(&Wanted { last: Some(Side(3)), ..wanted(280.0, 210.0, 2) }).unwrap();
+        assert!(moved.side != Side(3) && moved.leader.is_none(), "beside it there is room: {moved:?}");
+    }
+
+    #[test]
     fn what_must_have_a_label_finds_one_further_away() {
         let mut obstacles = obstacles();
         obstacles.solid.push(Rect::from_center_size(Pos2::new(280.0, 210.0), vec2(300.0, 300.0)));
         let one = wanted(280.0, 210.0, 2);
         assert_eq!(obstacles.place(&one), None);
         assert_eq!(obstacles.place(&Wanted { reach: Reach::Beside, ..one.clone() }), None);
-        assert!(obstacles.place(&Wanted { reach: Reach::Further, ..one.clone() }).is_some());
+        let must = Wanted { reach: Reach::Further, ..one };
+        assert!(obstacles.place(&must).is_some());
+        obstacles.solid.clear();
+        obstacles.tracks.push(obstacles.area);
+        assert!(obstacles.place(&must).is_some(), "on tracks, where these are everywhere");
+        obstacles.solid.push(obstacles.area);
+        assert_eq!(obstacles.place(&must), None, "never on another label");
     }
 }

@@ -25,6 +25,10 @@ const SMALL: f32 = 13.0;
 const SAMPLE: [f32; 2] = [24.0, 6.0];
 /// Distance of two entries, points.
 const ENTRIES: f32 = 16.0;
+/// Greatest length of the scale, points.
+const BAR: f32 = 72.0;
+/// Width of the row below which it says less, points.
+const NARROW: f32 = 330.0;
 /// Factors of the buttons that zoom.
 const ZOOM: [f32; 2] = [0.8, 1.25];
 
@@ -71,9 +75,11 @@ enum Sample {
     Extent,
     North,
     Sign(Shape),
+    /// Words alone.
+    Note,
 }
 
-/// Draws the row below the data: scale and north, what was left out, legend as far as there is room, buttons.
+/// Draws the row below the data: scale and north, notes on labels left out, legend as far as there is room, buttons.
 pub(super) fn footer(
     ui: &mut Ui,
     view_state: &mut ViewState,
@@ -93,26 +99,18 @@ pub(super) fn footer(
     let tip = format!("{}; {WORDS}", words.join("; "));
     ui.interact(room, ui.scope_id().with("legend"), Sense::hover()).on_hover_text(tip);
     let painter = ui.painter_at(room);
-    let mut x = scale(&painter, palette, site, &view, room);
-    for note in notes {
-        let galley = painter.layout_no_wrap(note.clone(), FontId::proportional(SMALL), palette.text);
-        if x + galley.size().x > end {
-            break;
+    let mut at = pos2(scale(&painter, palette, site, &view, room), row.center().y);
+    for (sample, color, word) in notes.iter().map(|note| (Sample::Note, palette.text, note.clone())).chain(entries) {
+        let noted = matches!(sample, Sample::Note);
+        let galley =
+            painter.layout_no_wrap(word, FontId::proportional(SMALL), if noted { color } else { palette.weak });
+        let sampled = if noted { 0.0 } else { SAMPLE[0] + SAMPLE[1] };
+        let wide = sampled + galley.size().x;
+        if at.x + wide <= end {
+            paint_sample(&painter, sample, at, color);
+            painter.galley(at + vec2(sampled, -galley.size().y / 2.0), galley, color);
+            at.x += wide + ENTRIES;
         }
-        let width = galley.size().x;
-        painter.galley(pos2(x, row.center().y - galley.size().y / 2.0), galley, palette.text);
-        x += width + ENTRIES;
-    }
-    for (sample, color, word) in entries {
-        let galley = painter.layout_no_wrap(word, FontId::proportional(SMALL), palette.weak);
-        let wide = SAMPLE[0] + SAMPLE[1] + galley.size().x;
-        if x + wide > end {
-            break;
-        }
-        paint_sample(&painter, sample, pos2(x, row.center().y), color);
-        let at = pos2(x + SAMPLE[0] + SAMPLE[1], row.center().y - galley.size().y / 2.0);
-        painter.galley(at, galley, palette.weak);
-        x += wide + ENTRIES;
     }
 }
 
@@ -124,8 +122,9 @@ fn entries(palette: &Palette, site: &Site, shown: &Shown, contours: Option<f32>)
         (true, Sample::North, palette.text, "north up".to_owned()),
         (fenced, Sample::Dashes, palette.text, "fence".to_owned()),
         (fenced, Sample::Dots, palette.text, "stops before".to_owned()),
+        (!site.below.is_empty(), Sample::Dashes, palette.quiet, "ground track, computed".to_owned()),
         (!site.route.is_empty(), Sample::Line(1.4), palette.quiet, "route".to_owned()),
-        (true, Sample::Circle, palette.text, format!("possible place, {:.1} m/s", fastest(shown))),
+        (true, Sample::Circle, palette.text, format!("possible place, {}/s", words::distance(site, fastest(shown)))),
         (true, Sample::Sign(Shape::Cross), palette.weak, "out of view".to_owned()),
         (true, Sample::Extent, palette.trail, "extent at most".to_owned()),
         (true, Sample::Line(2.0), palette.strong, format!("ahead: {AHEAD_S:.0} s")),
@@ -149,12 +148,13 @@ fn paint_sample(painter: &Painter, sample: Sample, left: Pos2, color: Color32) {
         }
         Sample::North => painter.arrow(middle + vec2(0.0, 9.0), vec2(0.0, -18.0), Stroke::new(1.5, color)),
         Sample::Sign(shape) => shape.draw(painter, middle, 10.0, color),
+        Sample::Note => {}
     }
 }
 
 /// The scale, where there is room for it; the place after it.
 fn scale(painter: &Painter, palette: &Palette, site: &Site, view: &View, row: Rect) -> f32 {
-    let step = plan::step(view);
+    let step = plan::below(view, BAR);
     let (stroke, y) = (Stroke::new(2.0, palette.text), row.center().y);
     let ends = [pos2(row.left() + 1.0, y), pos2(row.left() + 1.0 + view.long(step), y)];
     let text = format!("{} {}", words::coordinate(site, step), words::axis_unit(site));
@@ -171,7 +171,7 @@ fn scale(painter: &Painter, palette: &Palette, site: &Site, view: &View, row: Re
     end + ENTRIES
 }
 
-/// Buttons: what stands on them, their width, and their name for screen readers.
+/// Buttons: their text, their width, points, and their name for screen readers.
 const BUTTONS: [(&str, f32, &str); 4] = [
     ("Follow", 72.0, "follow the chosen unit"),
     ("Fit", 32.0, "fit the map"),
@@ -181,14 +181,16 @@ const BUTTONS: [(&str, f32, &str); 4] = [
 
 /// The buttons at the right end of the row; where they begin.
 fn buttons(ui: &mut Ui, view_state: &mut ViewState, view: &mut View, row: Rect) -> f32 {
-    let begin = row.right() - BUTTONS.iter().map(|(_, wide, _)| wide + 4.0).sum::<f32>() + 4.0;
+    let narrow = if row.width() < NARROW { 18.0 } else { 0.0 };
+    let begin = row.right() - BUTTONS.iter().map(|(_, wide, _)| wide + 4.0).sum::<f32>() + 4.0 + narrow;
     let mut x = begin;
     let on = view_state.follow;
     let palette = Palette::current(ui);
     for (at, (sign, wide, says)) in BUTTONS.into_iter().enumerate() {
         let follows = at == 0 && on;
+        let wide = if at == 0 { wide - narrow } else { wide };
         let place = Rect::from_min_size(pos2(x, row.top()), vec2(wide, row.height()));
-        let text = RichText::new(if follows { "Following" } else { sign }).size(SMALL);
+        let text = RichText::new(if follows && narrow == 0.0 { "Following" } else { sign }).size(SMALL);
         let text = if follows { text.color(palette.strong) } else { text };
         let edge = if follows { palette.strong } else { palette.edge };
         let button = ui.put(place, Button::new(text).stroke(Stroke::new(1.0, edge)));

@@ -2,8 +2,8 @@
 //! far each may have gone since it was seen.
 //!
 //! Data fills the pane but for its left and lower edge, where numbers, scale, legend and buttons stand. Seeing is
-//! `camera`'s; the planned site is `plan`'s, `fence`'s and `contour`'s; what moves is `things`' and `trail`'s; labels
-//! are found room by `labels` and written by `words`; `paint` draws.
+//! `camera`'s; the planned site is `plan`'s, `fence`'s and `contour`'s; moving things are `things`' and `trail`'s; labels
+//! are `writing`'s, their words `words`', their places `labels`'; `paint` draws the rest.
 
 mod camera;
 mod contour;
@@ -15,18 +15,21 @@ mod plan;
 mod things;
 mod trail;
 mod words;
+mod writing;
 
 use eframe::egui::{Id, Role, Sense, Ui, WidgetInfo};
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
 
 pub(super) use self::camera::Camera;
+pub(super) use self::writing::Sides;
 
 use self::camera::View;
 use self::labels::Obstacles;
 use self::paint::Dimension;
 use self::things::Thing;
 use self::trail::Trail;
+use self::writing::{LeftOut, Writing};
 use super::keys;
 use super::marks::Tone;
 use super::theme::Palette;
@@ -59,8 +62,11 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: 
     dimension.iter().for_each(|dimension| paint::dimension(&painter, palette, dimension));
     let things = things::all(view_state, site, shown, &view);
     let crowded = paint::things(&painter, palette, &things);
-    let mut obstacles = obstacles(site, &view, &trails, dimension.as_ref());
-    let left_out = paint::labels(&painter, palette, &things, dimension.as_ref(), &trails, &mut obstacles);
+    let obstacles = obstacles(site, &view, &trails, dimension.as_ref());
+    let last = std::mem::take(&mut view_state.label_sides);
+    let writing = Writing { painter: &painter, palette, obstacles, last };
+    let (sides, left_out) = writing.write(&things, dimension.as_ref(), &trails);
+    view_state.label_sides = sides;
 
     let track = response.interact_pointer_pos().and_then(|to| things::nearest_track(&things, to, REACH));
     if let Some((unit, track)) = track.filter(|_| response.clicked()) {
@@ -111,15 +117,15 @@ fn dimension(view_state: &ViewState, site: &Site, shown: &Shown, view: &View) ->
 }
 
 fn obstacles(site: &Site, view: &View, trails: &[Trail], dimension: Option<&Dimension>) -> Obstacles {
-    let mut obstacles = Obstacles { area: view.rect, solid: Vec::new(), lines: Vec::new() };
+    let mut obstacles = Obstacles { area: view.rect, solid: Vec::new(), tracks: Vec::new(), lines: Vec::new() };
     plan::paths(site, view).iter().for_each(|path| obstacles.add_path(path));
     trails.iter().flat_map(Trail::paths).for_each(|path| obstacles.add_path(path));
     dimension.iter().for_each(|dimension| obstacles.add_path(&dimension.ends));
     obstacles
 }
 
-/// What the row below the data says of what is not drawn.
-fn notes([units, tracks]: [usize; 2], crowded: bool) -> Vec<String> {
+/// Notes of the row below the data on all that is left out.
+fn notes(LeftOut { units, tracks }: LeftOut, crowded: bool) -> Vec<String> {
     let mut notes = Vec::new();
     if units > 0 {
         notes.push(format!("{units} units unlabelled"));
@@ -140,7 +146,7 @@ fn describe(
     shown: &Shown,
     things: &[Thing],
     view: &View,
-    left_out: [usize; 2],
+    left_out: LeftOut,
 ) -> String {
     let units = shown.units.len();
     let worse = things.iter().filter(|thing| thing.freshness != Freshness::Fresh).count();
@@ -163,12 +169,12 @@ fn describe(
         parts.push(format!("follows {}", view_state.unit));
     }
     parts.extend(notes(left_out, false));
-    parts.push(format!("circles at {:.1} m/s", things::fastest(shown)));
+    parts.push(format!("circles at {}/s", words::distance(site, things::fastest(shown))));
     parts.push(legend::WORDS.to_owned());
     parts.join("; ")
 }
 
-/// The distance of each unit to the fence, the chosen one with what it needs.
+/// The distance of each unit to the fence, the chosen one's beside the distance that it needs.
 fn distances(view_state: &ViewState, site: &Site, shown: &Shown) -> Vec<String> {
     let mut all = Vec::new();
     for unit in &shown.units {

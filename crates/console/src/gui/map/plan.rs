@@ -23,12 +23,21 @@ const CONTOURS: f32 = 0.4;
 /// Distance of the dots of the line before the fence, points.
 const DOTS: f32 = 6.0;
 
-/// The unit whose mission the site is: the launcher hands over that of the unit under test.
+/// Dashes of the ground track, points, and seconds between two arrows on it.
+const TRACK: [f32; 2] = [12.0, 5.0];
+const ARROWS: usize = 3;
+
+/// The unit with the mission that the site shows: the launcher hands over that of the unit under test.
 const PLANNED: UnitId = UnitId::A;
 
 /// Step of the grid at a scale, metres.
 pub(super) fn step(view: &View) -> f32 {
     STEPS.into_iter().find(|step| view.long(*step) >= LEAST_STEP).unwrap_or(STEPS[STEPS.len() - 1])
+}
+
+/// The largest of the grid's steps that is at most `points` long, metres.
+pub(super) fn below(view: &View, points: f32) -> f32 {
+    STEPS.into_iter().rev().find(|step| view.long(*step) <= points).unwrap_or(STEPS[0])
 }
 
 /// Numbers of the grid's lines along an axis, in steps.
@@ -57,14 +66,30 @@ pub(super) fn draw(
     let contours = site.relief.as_ref().and_then(|relief| contours(painter, palette, relief, view));
     site.blocks.iter().for_each(|block| paint_block(painter, palette, view, block));
     paint_fence(painter, palette, site, shown, view_state, view);
+    ground_track(painter, palette, site, view);
     route(painter, palette, site, shown, view);
     contours
 }
 
-/// The fence and the route as closed lines, for labels to keep off.
-pub(super) fn paths(site: &Site, view: &View) -> [Vec<Pos2>; 2] {
-    let mut paths = [view.positions(&site.fence), view.positions(&site.route)];
-    for (path, closed) in paths.iter_mut().zip([true, site.looped]) {
+/// The way of the point below a satellite, by its planned orbit, with arrows where it leads.
+fn ground_track(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
+    let way = view.positions(&site.below);
+    let stroke = Stroke::new(1.4, palette.quiet);
+    painter.extend(Shape::dashed_line(&way, stroke, TRACK[0], TRACK[1]));
+    let inside = way.windows(2).filter(|ends| view.rect.contains(ends[0]));
+    for ends in inside.step_by(ARROWS) {
+        let along = (ends[1] - ends[0]).normalized() * 9.0;
+        let tip = ends[0];
+        for side in [along.rot90(), -along.rot90()] {
+            painter.line_segment([tip, tip - along + side * 0.6], stroke);
+        }
+    }
+}
+
+/// The fence, the route and the ground track as lines, for labels to keep off.
+pub(super) fn paths(site: &Site, view: &View) -> [Vec<Pos2>; 3] {
+    let mut paths = [&site.fence, &site.route, &site.below].map(|places| view.positions(places));
+    for (path, closed) in paths.iter_mut().zip([true, site.looped, false]) {
         path.extend(path.first().copied().filter(|_| closed));
     }
     paths
@@ -81,7 +106,7 @@ fn contours(painter: &Painter, palette: &Palette, relief: &Relief, view: &View) 
 }
 
 fn paint_fence(painter: &Painter, palette: &Palette, site: &Site, shown: &Shown, view_state: &ViewState, view: &View) {
-    let [path, _] = paths(site, view);
+    let [path, ..] = paths(site, view);
     painter.extend(Shape::dashed_line(&path, Stroke::new(2.0, palette.text), 10.0, 6.0));
     let inside = fence::stops_within(&view_state.in_force(shown), &shown.bounds);
     for dot in fence::line_within(&site.fence, inside, DOTS / view.camera.scale) {
@@ -123,7 +148,7 @@ pub(super) fn reached(site: &Site, shown: &Shown) -> Option<(usize, usize)> {
 
 /// The route: way points reached are filled, those to come are rings.
 fn route(painter: &Painter, palette: &Palette, site: &Site, shown: &Shown, view: &View) {
-    let [_, path] = paths(site, view);
+    let [_, path, _] = paths(site, view);
     painter.add(Shape::line(path, Stroke::new(1.4, palette.quiet)));
     let reached = reached(site, shown).map_or(0, |(reached, _)| reached);
     for (number, at) in view.positions(&site.route).into_iter().enumerate() {

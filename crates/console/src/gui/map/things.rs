@@ -1,4 +1,4 @@
-//! What has a place on the map: units and their tracks, each with its age, its certainty and its label.
+//! Things with a place on the map: units and their tracks, each with its age, its certainty and its label.
 //!
 //! A thing may have moved since it was seen: around it stands the circle in which it may be by now at the platform's
 //! greatest speed. A lost thing stays at its last place. Painting is left to `paint`, words to `words`.
@@ -23,7 +23,7 @@ use crate::site::Site;
 const WIDEST: f32 = 60.0;
 /// The largest circle of a lost thing, metres: it is drawn to be found, not to hide the rest.
 pub(super) const WIDEST_LOST: f32 = 10.0;
-/// Time whose way the line ahead of a unit shows, seconds.
+/// Time of the way that the line ahead of a unit shows, seconds.
 pub(super) const AHEAD_S: f32 = 2.0;
 
 /// A unit's own marks.
@@ -80,6 +80,14 @@ impl Thing {
         matches!(self.of, Of::Track { passed: true, .. })
     }
 
+    /// The unit, and the track if it is one.
+    pub(super) fn key(&self) -> (UnitId, Option<TrackId>) {
+        match self.of {
+            Of::Unit(mark) => (mark.unit, None),
+            Of::Track { id: (unit, track), .. } => (unit, Some(track)),
+        }
+    }
+
     /// Half of the side of its symbol, points.
     pub(super) fn half(&self) -> f32 {
         match (self.of, self.chosen) {
@@ -117,11 +125,7 @@ pub(super) fn all(view_state: &ViewState, site: &Site, shown: &Shown, view: &Vie
         things.extend(marks);
         things.push(unit_thing(view_state, site, shown, unit, view));
     }
-    let key = |thing: &Thing| match thing.of {
-        Of::Unit(mark) => (mark.unit, TrackId(0)),
-        Of::Track { id, .. } => id,
-    };
-    things.sort_by_key(|thing| (thing.is_unit(), thing.chosen, std::cmp::Reverse(thing.freshness), key(thing)));
+    things.sort_by_key(|thing| (thing.is_unit(), thing.chosen, std::cmp::Reverse(thing.freshness), thing.key()));
     things
 }
 
@@ -151,7 +155,9 @@ fn track_thing(
     let may_be = if unit.is_out_of_contact() { 0.0 } else { may_be(shown, view, labelled.age(), freshness) };
     let id = (unit.unit, track.id);
     // The extent is the greatest that perception takes for the class, in any direction: a report states no heading.
-    let half = view.long(f32::from(track.class.largest_mm()[0]) / 2000.0);
+    // A place of an orbit's catalogue has none.
+    let orbits = unit.state.get().0.motion.is_some_and(|motion| motion.sunlit.is_some());
+    let half = if orbits { 0.0 } else { view.long(f32::from(track.class.largest_mm()[0]) / 2000.0) };
     Thing {
         at: view.position(place(track.x_mm, track.y_mm)),
         may_be,

@@ -1,6 +1,6 @@
 //! The way that a unit has come, by its reports of the last minute: ten seconds thick, then thinner.
 //!
-//! Nothing is drawn across a gap in reports. The samples are `trace`'s.
+//! No line is drawn across a gap in reports. The samples are `trace`'s.
 
 use eframe::egui::{Painter, Pos2, Shape, Stroke};
 use wire::time::Span;

@@ -1,4 +1,4 @@
-//! Words on the map: labels of units and tracks, distances, and what a screen reader is told.
+//! Words on the map: labels of units and tracks, distances, coordinates.
 //!
 //! Beyond LATE no value stands without *was*. Numbers are `wording`'s.
 
@@ -20,7 +20,7 @@ const HIGH_M: f64 = 10_000.0;
 /// A label: the first line, and a second that goes first where room is short.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Lines {
-    /// Name, with what is most important.
+    /// Name and state of a unit; number and class of a track.
     pub(super) first: String,
     /// May be empty.
     pub(super) second: String,
@@ -61,7 +61,7 @@ pub(super) fn unit(site: &Site, shown: &Shown, unit: &ShownUnit) -> Lines {
     Lines { first: format!("{name}  {word}"), second }
 }
 
-/// Height of what leaves the ground, else speed.
+/// Height of a unit that leaves the ground, else speed.
 fn moving(site: &Site, unit: &ShownUnit) -> String {
     let state = unit.state.get().0;
     let metres = state.motion.map(|motion| motion.up_mm as f64 / 1000.0);

@@ -21,12 +21,10 @@ use super::Args;
 use crate::command::campaign::recount;
 
 /// The file in a folder of a command's results that holds the result.
-pub(super) const RESULTS: [&str; 5] =
-    ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
+pub(super) const RESULTS: [&str; 6] =
+    ["matrix.json", "reference.json", "campaign.json", "ablation.json", "guests.json", "result.json"];
 /// The page where no other is named.
 const PAGE: &str = "report.html";
-/// Its title where no other is given.
-const TITLE: &str = "Does trust decay safely?";
 /// Largest number of runs described one by one.
 const MAX_STORIES: usize = 32;
 
@@ -34,7 +32,7 @@ const MAX_STORIES: usize = 32;
 #[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "With --format html")]
 pub(super) struct PageOptions {
-    /// Title of the page [default: Does trust decay safely?].
+    /// Title of the page [default: what was found].
     #[arg(long)]
     title: Option<String>,
     /// A browser reads the page again after so many seconds.
@@ -146,9 +144,16 @@ pub(in crate::command) fn write_of_folder(context: &Context, dir: &Path, title: 
 
 /// The manifest beside the first result that has one.
 fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
-    let adjacent =
-        |path: &PathBuf| if path.is_dir() { path.join(out::MANIFEST) } else { path.with_file_name(out::MANIFEST) };
-    let Some(file) = args.given.iter().map(adjacent).find(|file| file.is_file()) else { return Ok(None) };
+    let inside = |path: &PathBuf| if path.is_dir() { path.join(out::MANIFEST) } else { path.clone() };
+    args.given.iter().map(inside).find_map(|file| manifest_beside(&file).transpose()).transpose()
+}
+
+/// The manifest in the folder of a file.
+fn manifest_beside(file: &Path) -> Result<Option<Manifest>, Failure> {
+    let file = file.with_file_name(out::MANIFEST);
+    if !file.is_file() {
+        return Ok(None);
+    }
     let read = Manifest::read(&file.display().to_string(), &bounded(&file)?);
     read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
 }
@@ -167,7 +172,7 @@ fn folders(context: &Context) -> BTreeMap<String, String> {
 
 /// The parts of the page, and every recording that was checked for it.
 fn gather(paths: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Checked>), Failure> {
-    let title = options.title.clone().unwrap_or_else(|| TITLE.to_owned());
+    let title = options.title.clone().unwrap_or_default();
     let version = env!("CARGO_PKG_VERSION").to_owned();
     let mut dossier = Dossier { title, version, renew_s: options.renew, ..Dossier::default() };
     let (mut checked, mut seen) = (Vec::new(), BTreeSet::new());
@@ -178,6 +183,7 @@ fn gather(paths: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
                 let read = dossier.results.read(&file.display().to_string(), &bytes);
                 read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
                 agrees(&file, &dossier.results)?;
+                dossier.watermarks.extend(manifest_beside(&file)?.into_iter().flat_map(|manifest| manifest.watermarks));
                 (Some(dossier.results.files().last().map(report::tried::kept_trials).unwrap_or_default()), runs)
             }
             Given::Runs(runs) => (None, runs),
@@ -203,7 +209,9 @@ fn tell_given(dossier: &mut Dossier, run: &Checked) -> Result<(), Failure> {
     if dossier.stories.len() == MAX_STORIES {
         return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
     }
-    dossier.stories.push(summarise(&run.path().display().to_string(), run)?);
+    let name = run.path().display().to_string();
+    dossier.stories.push(summarise(&name, run)?);
+    dossier.folders.insert(name.clone(), name);
     Ok(())
 }
 
@@ -222,6 +230,7 @@ fn tell_kept(dossier: &mut Dossier, stories: &[(String, String)], runs: &[Checke
         let is_used = dossier.stories.iter().any(|story| story.name == *name);
         let name = if is_used { format!("{name} ({})", run.path().display()) } else { name.clone() };
         dossier.stories.push(summarise(&name, run)?);
+        dossier.folders.insert(name.clone(), run.path().display().to_string());
         dossier.kept.insert(held.clone(), name);
     }
     Ok(())

@@ -23,7 +23,7 @@ struct Laid {
 }
 
 impl Laid {
-    /// The answer in the form that the page expects: see [`console::page::JS`].
+    /// The answer in the form that the page expects: see [`console::page::FILES`].
     fn answer(&self, now: u64) -> String {
         let picture = self.picture.as_deref().unwrap_or("null");
         let held = self.since.map(|since| now.saturating_sub(since).div_ceil(1000));
@@ -45,18 +45,11 @@ impl Page {
         let laid = Arc::new(Mutex::new(Laid::default()));
         let ready = Arc::clone(&laid);
         let picture = move || ready.lock().unwrap_or_else(PoisonError::into_inner).answer(trace_us());
-        let fixed = |path, media, text| web::Page { path, media, content: Content::Fixed(text) };
-        let pages = vec![
-            fixed("", "text/html; charset=utf-8", page::HTML),
-            fixed("page.css", "text/css; charset=utf-8", page::CSS),
-            fixed("page.js", "text/javascript; charset=utf-8", page::JS),
-            web::Page {
-                path: "site",
-                media: "application/json",
-                content: Content::Made(Box::new(move || site.clone())),
-            },
-            web::Page { path: "picture", media: "application/json", content: Content::Made(Box::new(picture)) },
-        ];
+        let fixed = |(path, media, text)| web::Page { path, media, content: Content::Fixed(text) };
+        let made = |path, content| web::Page { path, media: "application/json", content: Content::Made(content) };
+        let mut pages: Vec<web::Page> = page::FILES.map(fixed).into();
+        pages.push(made("site", Box::new(move || site.clone())));
+        pages.push(made("picture", Box::new(picture)));
         Ok(Self { laid, served: Served::open(port, pages).map_err(|error| port_in_use(port, &error))? })
     }
 

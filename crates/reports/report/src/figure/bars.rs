@@ -4,7 +4,7 @@ use super::Table;
 use super::drawing::{Anchor, Drawing};
 
 /// Left of the bars, pixels: their names.
-const NAMES: f64 = 210.0;
+const NAMES: f64 = 250.0;
 const WIDE: f64 = 420.0;
 /// Right of the bars: their labels.
 const SAID: f64 = 270.0;
@@ -90,7 +90,7 @@ mod tests {
         let text = bars(&[bar("a", &[1.0, 0.0, 2.0]), bar("b", &[0.0])], None).inline("x");
         assert_eq!(text.matches("<rect").count(), 2);
         assert!(
-            text.contains("x=\"210.0\"") && text.contains("width=\"140.0\"") && text.contains("width=\"280.0\""),
+            text.contains("x=\"250.0\"") && text.contains("width=\"140.0\"") && text.contains("width=\"280.0\""),
             "{text}"
         );
         assert!(!text.contains("NaN"), "{text}");

@@ -6,7 +6,7 @@ use core::fmt::{Arguments, Write};
 use super::palette;
 
 /// Family and size of all words in a drawing, pixels.
-const FONT: &str = "font-family=\"system-ui, sans-serif\" font-size=\"12\"";
+const FONT: &str = "font-family=\"system-ui, sans-serif\" font-size=\"13\"";
 
 /// A place, pixels from the top left.
 pub(super) type At = (f64, f64);
@@ -38,9 +38,9 @@ impl Drawing {
 
     /// A filled box; `hint` is shown to who points at it.
     pub fn rect(&mut self, class: &str, (x, y): At, (w, h): (f64, f64), hint: &str) {
-        let hint = text(hint);
+        let hint = if hint.is_empty() { String::new() } else { format!("<title>{}</title>", text(hint)) };
         self.put(format_args!(
-            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\"><title>{hint}</title></rect>\n"
+            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\">{hint}</rect>\n"
         ));
     }
 

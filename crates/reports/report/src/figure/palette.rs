@@ -5,41 +5,59 @@ use core::fmt::Write;
 
 /// Each class of the style sheet: its name, its use as fill or stroke, its colour on white and on near-black. Outcomes
 /// and modes are fills, lines are strokes.
-const COLOURS: [(&str, Paint, &str, &str); 29] = [
-    ("unsafe", Paint::Fill, "#b3001b", "#ff6b76"),
-    ("invalid", Paint::Fill, "#6d28d9", "#b89cff"),
-    ("late", Paint::Fill, "#c2410c", "#ff9b57"),
-    ("false-trip", Paint::Fill, "#a16207", "#f2c94c"),
-    ("stuck", Paint::Fill, "#713f12", "#d9a441"),
-    ("hold-safe", Paint::Fill, "#1d4ed8", "#7aa7ff"),
-    ("degraded", Paint::Fill, "#0e7490", "#4cc9e0"),
-    ("rejected", Paint::Fill, "#15803d", "#5ccb86"),
-    ("undetected", Paint::Fill, "#57534e", "#c4bdb4"),
-    ("nominal", Paint::Fill, "#a8a29e", "#6b6660"),
-    ("idle", Paint::Fill, "#d6d3d1", "#44403c"),
-    ("ready", Paint::Fill, "#a8a29e", "#6b6660"),
-    ("prepare", Paint::Fill, "#57534e", "#c4bdb4"),
-    ("authority", Paint::Fill, "#1c1917", "#f5f5f4"),
-    ("attack", Paint::Fill, "#b3001b", "#ff6b76"),
-    ("refusal", Paint::Fill, "#15803d", "#5ccb86"),
-    ("plain", Paint::Fill, "#44403c", "#d6d3d1"),
-    ("other", Paint::Fill, "#d6d3d1", "#57534e"),
-    ("label", Paint::Fill, "#1c1917", "#f5f5f4"),
-    ("faint", Paint::Fill, "#57534e", "#b8b2aa"),
-    ("grid", Paint::Stroke(1.0), "#d6d3d1", "#44403c"),
-    ("axis", Paint::Stroke(1.0), "#78716c", "#a8a29e"),
-    ("reported", Paint::Stroke(1.5), "#6d28d9", "#b89cff"),
-    ("line-0", Paint::Stroke(1.75), "#1d4ed8", "#7aa7ff"),
-    ("line-1", Paint::Stroke(1.75), "#b3001b", "#ff6b76"),
-    ("line-2", Paint::Stroke(1.75), "#57534e", "#c4bdb4"),
-    ("band-0", Paint::Veil, "#1d4ed8", "#7aa7ff"),
-    ("band-1", Paint::Veil, "#b3001b", "#ff6b76"),
-    ("band-2", Paint::Veil, "#57534e", "#c4bdb4"),
+const COLOURS: [(&str, Paint, &str, &str); 37] = [
+    ("unsafe", Paint::Fill, "#7a0f2b", "#e0607f"),
+    ("guest-failed", Paint::Fill, "#6b4e2e", "#b98a58"),
+    ("invalid", Paint::Fill, "#5f6670", "#8a929c"),
+    ("late", Paint::Edged, "#f0c53d", "#f0c53d"),
+    ("false-trip", Paint::Fill, "#cc79a7", "#cc79a7"),
+    ("stuck", Paint::Fill, "#8c6d1f", "#c9a94f"),
+    ("hold-safe", Paint::Fill, "#1f5fa8", "#6fa8e8"),
+    ("degraded", Paint::Edged, "#8fb4dc", "#8fb4dc"),
+    ("rejected", Paint::Fill, "#0b6e4f", "#4fbf96"),
+    ("undetected", Paint::Fill, "#c2410c", "#d9531e"),
+    ("nominal", Paint::Edged, "#ffffff", "#3a424a"),
+    ("idle", Paint::Fill, "#d5dadf", "#33393f"),
+    ("ready", Paint::Fill, "#bac2ca", "#4a525a"),
+    ("prepare", Paint::Fill, "#98a3ae", "#5f6973"),
+    ("authority", Paint::Fill, "#3a424a", "#cbd0d5"),
+    ("attack", Paint::Fill, "#5f6670", "#8a929c"),
+    ("attack-unnoticed", Paint::Fill, "#c2410c", "#d9531e"),
+    ("guard", Paint::Fill, "#1f5fa8", "#6fa8e8"),
+    ("refusal", Paint::Fill, "#0b6e4f", "#4fbf96"),
+    ("shown", Paint::Edged, "#ffffff", "#161412"),
+    ("lane", Paint::Fill, "#f1f3f5", "#22262b"),
+    ("plain", Paint::Fill, "#3a424a", "#cbd0d5"),
+    ("other", Paint::Fill, "#d5dadf", "#4a525a"),
+    ("label", Paint::Fill, "#14181c", "#f2f4f5"),
+    ("faint", Paint::Fill, "#4a5158", "#aeb5bc"),
+    ("on-fill", Paint::Fill, "#ffffff", "#101214"),
+    ("on-pale", Paint::Fill, "#14181c", "#14181c"),
+    ("grid", Paint::Stroke(1.0), "#d5dadf", "#4a525a"),
+    ("axis", Paint::Stroke(1.0), "#6a727a", "#9aa2aa"),
+    ("injected", Paint::Stroke(1.5), "#c2410c", "#e8703e"),
+    ("reported", Paint::Stroke(1.5), "#7a0f2b", "#e0607f"),
+    ("line-0", Paint::Stroke(2.0), "#14181c", "#f2f4f5"),
+    ("line-1", Paint::Stroke(2.0), "#c2410c", "#e8703e"),
+    ("line-2", Paint::Stroke(2.0), "#1f5fa8", "#6fa8e8"),
+    ("band-0", Paint::Veil, "#14181c", "#f2f4f5"),
+    ("band-1", Paint::Veil, "#c2410c", "#e8703e"),
+    ("band-2", Paint::Veil, "#1f5fa8", "#6fa8e8"),
+];
+
+/// Ground of a cell whose outcome needs no reader, light and dark.
+const TINTS: [(&str, &str, &str); 4] = [
+    ("hold-safe", "#e4ecf6", "#18283c"),
+    ("rejected", "#e1efe9", "#132e26"),
+    ("degraded", "#eef4fa", "#1d2833"),
+    ("nominal", "#ffffff", "#161412"),
 ];
 
 #[derive(Clone, Copy)]
 enum Paint {
     Fill,
+    /// A fill with an edge, for colours near the paper's.
+    Edged,
     Stroke(f64),
     /// A translucent fill.
     Veil,
@@ -47,23 +65,37 @@ enum Paint {
 
 /// The rules of a file that stands alone.
 pub(super) fn light() -> String {
-    rules(|(_, _, light, _)| (*light).to_owned())
+    let edge = COLOURS.iter().find(|row| row.0 == "axis").map_or("", |row| row.2);
+    rules(|(_, _, light, _)| (*light).to_owned(), edge)
 }
 
 /// The rules of a page with colours as variables, and the variables: rules, light, dark.
 pub(crate) fn sheet() -> (String, String, String) {
-    let variables = |pick: fn(&(&str, Paint, &'static str, &'static str)) -> &'static str| {
-        COLOURS.iter().fold(String::new(), |all, colour| format!("{all}--{}:{};", colour.0, pick(colour)))
+    let variables = |pick: fn([&'static str; 2]) -> &'static str| {
+        let own = COLOURS.iter().fold(String::new(), |all, row| format!("{all}--{}:{};", row.0, pick([row.2, row.3])));
+        TINTS.iter().fold(own, |all, row| format!("{all}--tint-{}:{};", row.0, pick([row.1, row.2])))
     };
-    (rules(|(class, ..)| format!("var(--{class})")), variables(|c| c.2), variables(|c| c.3))
+    let mut all = rules(|(class, ..)| format!("var(--{class})"), "var(--axis)");
+    for (class, ..) in &TINTS {
+        write!(all, ".tint-{class}{{background:var(--tint-{class})}}")
+            .expect("invariant: writing to a String cannot fail");
+    }
+    // Ten outcomes and one more: each can fill a cell.
+    for (class, ..) in COLOURS.iter().take(11) {
+        let letters = letters_on(class);
+        write!(all, ".full-{class}{{background:var(--{class});color:var(--{letters})}}")
+            .expect("invariant: writing to a String cannot fail");
+    }
+    (all, variables(|[light, _]| light), variables(|[_, dark]| dark))
 }
 
-fn rules(colour: impl Fn(&(&str, Paint, &str, &str)) -> String) -> String {
+fn rules(colour: impl Fn(&(&str, Paint, &str, &str)) -> String, edge: &str) -> String {
     let mut all = String::new();
     for row in &COLOURS {
         let (class, name) = (row.0, colour(row));
         let rule = match row.1 {
             Paint::Fill => format!("fill:{name}"),
+            Paint::Edged => format!("fill:{name};stroke:{edge};stroke-width:1"),
             Paint::Veil => format!("fill:{name};fill-opacity:.15"),
             Paint::Stroke(width) => format!("fill:none;stroke:{name};stroke-width:{width}"),
         };
@@ -72,16 +104,25 @@ fn rules(colour: impl Fn(&(&str, Paint, &str, &str)) -> String) -> String {
     all
 }
 
-/// The colour of an outcome on white, by its name in results.
-pub(crate) fn colour_of_outcome(name: &str) -> &'static str {
-    let class = class_of_outcome(name);
-    COLOURS.iter().find(|row| row.0 == class).map_or("#d6d3d1", |row| row.2)
+/// True if a cell of this class has a tint of its own.
+pub(crate) fn is_tinted(class: &str) -> bool {
+    TINTS.iter().any(|row| row.0 == class)
+}
+
+/// Class of letters on a fill of this class.
+pub(crate) fn letters_on(class: &str) -> &'static str {
+    match class {
+        "late" | "false-trip" | "degraded" => "on-pale",
+        "nominal" | "idle" | "ready" | "prepare" | "shown" | "other" | "lane" => "label",
+        _ => "on-fill",
+    }
 }
 
 /// The class of an outcome by its name in results.
 pub fn class_of_outcome(name: &str) -> &'static str {
     match name {
         "UNSAFE" => "unsafe",
+        "GUEST_FAILED" => "guest-failed",
         "INVALID" => "invalid",
         "LATE" => "late",
         "FALSE_TRIP" => "false-trip",
@@ -135,11 +176,32 @@ mod tests {
     }
 
     #[test]
-    fn harm_stands_out_light_and_dark() {
+    fn outcomes_stand_out_by_colour_or_edge() {
         let paper = [crate::page::PAPER_LIGHT, crate::page::PAPER_DARK];
-        for class in ["unsafe", "invalid", "late", "false-trip", "hold-safe", "degraded", "rejected", "undetected"] {
-            let (.., light, dark) = COLOURS.iter().find(|c| c.0 == class).expect("a colour");
-            assert!(contrast(light, paper[0]) >= 3.0 && contrast(dark, paper[1]) >= 3.0, "{class}");
+        for (class, paint, light, dark) in COLOURS.iter().take(11) {
+            let seen = contrast(light, paper[0]) >= 3.0 && contrast(dark, paper[1]) >= 3.0;
+            assert!(seen || matches!(paint, Paint::Edged), "{class}");
+        }
+    }
+
+    #[test]
+    fn letters_on_a_fill_can_be_read() {
+        let modes = ["idle", "ready", "prepare", "guard", "shown", "lane", "attack"];
+        for (class, _, light, dark) in
+            COLOURS.iter().take(11).chain(COLOURS.iter().filter(|row| modes.contains(&row.0)))
+        {
+            let letters = COLOURS.iter().find(|row| row.0 == letters_on(class)).expect("a colour");
+            assert!(contrast(light, letters.2) >= 4.5 && contrast(dark, letters.3) >= 4.5, "{class}");
+        }
+    }
+
+    #[test]
+    fn text_on_a_tint_can_be_read() {
+        for (class, light, dark) in &TINTS {
+            assert!(contrast(light, "#14181c") >= 7.0 && contrast(dark, "#f2f4f5") >= 7.0, "{class}");
+            let mark = COLOURS.iter().find(|row| row.0 == *class).expect("a colour");
+            let edged = matches!(mark.1, Paint::Edged);
+            assert!(edged || (contrast(light, mark.2) >= 3.0 && contrast(dark, mark.3) >= 3.0), "{class}");
         }
     }
 }

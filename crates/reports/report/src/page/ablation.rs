@@ -1,26 +1,19 @@
-//! Attacks that each check keeps out, and its cost without an attack.
+//! Attacks that each check keeps out: the outcomes with it beside those without, and its cost without an attack.
 
 use maud::{Markup, html};
 use results::report::{Ablation, CheckRow, Worth};
 
 use super::table;
-use crate::Dossier;
 use crate::figure::Table;
-use crate::reader::FoundResult;
 use crate::tried::class_counts;
 
-pub(super) fn section(dossier: &Dossier) -> Markup {
-    let all = dossier
-        .results
-        .files()
-        .iter()
-        .filter_map(|g| if let FoundResult::Ablation(a) = &g.found { Some(a) } else { None });
-    html! { @for ablation in all {
-        p class="watermark" { (ablation.watermark) }
-        p { (ablation.defects.found) " of " (ablation.defects.n) " checks are missed when each is waived alone, over " (ablation.attacks)
-            " attacks with up to " (ablation.trials) " pairs each, seed " (ablation.seed) ". Trials with and without a check have the same seeds." }
+/// A row a check.
+pub(super) fn picture(ablation: &Ablation) -> Markup {
+    html! {
+        h2 { "What each check is worth" }
+        p class="say" { (ablation.watermark) }
         (table(&rows(ablation), "Checks"))
-    } }
+    }
 }
 
 fn rows(ablation: &Ablation) -> Table {

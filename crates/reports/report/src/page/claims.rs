@@ -1,18 +1,18 @@
 //! Claims with their evidence: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
 
-use maud::{Markup, html};
 use results::campaign::claim::JudgedClaim;
 use results::report::{CampaignObject, ClaimRow, Matrix, RateBounds};
 
 use super::matrix::unmarked;
-use super::table;
-use super::verdict::percent;
+use super::words::percent;
 use crate::Dossier;
 use crate::figure::Table;
 use crate::reader::FoundResult;
 use crate::tried::class_counts;
 
-pub(super) fn section(dossier: &Dossier) -> Markup {
+/// Only rows under a full policy, and only where the mechanism that is claimed about really runs. A claim holds as far as its outcomes say:
+/// harm that was stated beforehand is not outside what was stated.
+pub(super) fn rows(dossier: &Dossier) -> Table {
     let mut rows = Table::new(&[
         "claim",
         "evidence",
@@ -30,17 +30,14 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
             FoundResult::Runs(_)
             | FoundResult::Reference(_)
             | FoundResult::Search(_)
+            | FoundResult::Comparison(_)
             | FoundResult::BenchLive(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
             | FoundResult::TwinCost(_) => {}
         }
     }
-    html! { @if !rows.rows.is_empty() {
-        p { "Only rows under a full policy, and only where the mechanism that is claimed about really runs. A claim holds as far as its outcomes say: harm that "
-            "was stated beforehand is not outside what was stated." }
-        (table(&rows, "Claims"))
-    } }
+    rows
 }
 
 fn of_matrix(rows: &mut Table, matrix: &Matrix, file: &str) {

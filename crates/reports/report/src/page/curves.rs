@@ -1,17 +1,11 @@
 //! Curves: outcomes of an attack over its strength.
 
-use maud::{Markup, html};
 use results::report::{CurveLine, CurveObject, CurvePoint};
 use stats::Share;
 
-use super::figure;
 use crate::Dossier;
 use crate::figure::{Figure, Series, SharePoint, series, series_table};
 use crate::reader::FoundResult;
-
-pub(super) fn section(dossier: &Dossier) -> Markup {
-    html! { @for f in figures(dossier) { (figure(&f)) } }
-}
 
 pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
     let curves = dossier
@@ -19,7 +13,12 @@ pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
         .files()
         .iter()
         .filter_map(|g| if let FoundResult::Curve(c) = &g.found { Some(c) } else { None });
-    curves.flat_map(|c| c.lines.iter().filter_map(move |line| drawn(c, line))).collect()
+    curves.flat_map(of_curve).collect()
+}
+
+/// A figure a line.
+pub(super) fn of_curve(curve: &CurveObject) -> Vec<Figure> {
+    curve.lines.iter().filter_map(|line| drawn(curve, line)).collect()
 }
 
 fn drawn(curve: &CurveObject, line: &CurveLine) -> Option<Figure> {

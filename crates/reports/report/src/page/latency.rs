@@ -1,31 +1,19 @@
 //! Time from a fault or an attack to DEGRADED, from its receipt: live beside the paper's figures.
 
-use maud::{Markup, html};
 use results::report::{BenchLive, RunObject};
 use stats::Sample;
 
-use super::{figure, table};
 use crate::Dossier;
 use crate::figure::{Figure, Mark, Steps, Table, ecdf, ecdf_table};
 use crate::reader::FoundResult;
 
-pub(super) fn section(dossier: &Dossier) -> Markup {
-    let rows = rows(dossier);
-    html! {
-        @for f in figures(dossier) { (figure(&f)) }
-        @if !rows.rows.is_empty() {
-            p { "p95 is the value that 95 % of the sample do not exceed; its bound needs at least 59 values. Where nothing stands, there were fewer." }
-            (table(&rows, "Latencies"))
-        }
-    }
-}
-
 pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
     let iter = dossier.results.files().iter();
-    iter.filter_map(|g| if let FoundResult::BenchLive(bench) = &g.found { drawn(bench) } else { None }).collect()
+    iter.filter_map(|g| if let FoundResult::BenchLive(bench) = &g.found { of_bench(bench) } else { None }).collect()
 }
 
-fn drawn(bench: &BenchLive) -> Option<Figure> {
+/// The distribution of live losses beside the paper's means.
+pub(super) fn of_bench(bench: &BenchLive) -> Option<Figure> {
     let values = |run: &RunObject| run.trials.iter().filter_map(|t| t.latency_ms.to_degraded).collect();
     let samples: Vec<Steps> =
         bench.losses.iter().map(|run| Steps { name: run.scenario.clone(), values: values(run) }).collect();
@@ -47,7 +35,8 @@ fn drawn(bench: &BenchLive) -> Option<Figure> {
     })
 }
 
-fn rows(dossier: &Dossier) -> Table {
+/// p95 is the value that 95 % of the sample do not exceed; its bound needs at least 59 values. Where nothing stands, there were fewer.
+pub(super) fn rows(dossier: &Dossier) -> Table {
     let mut rows = Table::new(&["scenario", "evidence", "to", "n", "mean (ms)", "p95 (ms)", "p95 at most (95 %)"]);
     let mut put = |scenario: &str, cell: Option<&str>, place: &str, to: &str, s: &Sample| {
         let ms = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.1}"));
@@ -73,6 +62,7 @@ fn rows(dossier: &Dossier) -> Table {
             FoundResult::Matrix(_)
             | FoundResult::Campaign(_)
             | FoundResult::Search(_)
+            | FoundResult::Comparison(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
             | FoundResult::TwinCost(_) => continue,

@@ -1,24 +1,13 @@
-//! The threat matrix: a bar a threat and kind of evidence, with the content of its rows.
+//! The threat matrix as a figure for files, a bar a threat and kind of evidence, and the content of its rows in words.
 
 use evidence::trial::Outcomes;
-use maud::{Markup, html};
 use results::report::{Kind, Matrix, MatrixRow};
 
-use super::verdict::percent;
-use super::{figure, table};
+use super::words::percent;
 use crate::Dossier;
 use crate::figure::{Bar, Figure, Segment, Table, bar_table, bars, class_of_outcome};
 use crate::reader::FoundResult;
 use crate::tried::class_counts;
-
-pub(super) fn section(dossier: &Dossier) -> Markup {
-    html! { @for (i, matrix) in matrices(dossier).enumerate() {
-        p { "Seed " (matrix.seed) ", program " code { (matrix.build.get(..12).unwrap_or(&matrix.build)) } ". " (matrix.bounds)
-            " bounds hold together (Bonferroni). A row's n is added up over runs of the same kind alone; its bound is that of its worst run." }
-        @for f in drawn(i, matrix) { (figure(&f)) }
-        details { summary { "Every threat in words" } (table(&rows(matrix), "Threats")) }
-    } }
-}
 
 pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
     matrices(dossier).enumerate().flat_map(|(i, matrix)| drawn(i, matrix)).collect()
@@ -66,7 +55,7 @@ fn bar(row: &MatrixRow, kind: &Kind) -> Bar {
 }
 
 /// The parts of a bar of outcomes.
-pub(super) fn parts(outcomes: &Outcomes) -> Vec<Segment> {
+fn parts(outcomes: &Outcomes) -> Vec<Segment> {
     let part = |(class, n): (&evidence::trial::Outcome, &u64)| Segment {
         name: class.name().to_owned(),
         class: class_of_outcome(class.name()),
@@ -75,7 +64,8 @@ pub(super) fn parts(outcomes: &Outcomes) -> Vec<Segment> {
     outcomes.iter().map(part).collect()
 }
 
-fn rows(matrix: &Matrix) -> Table {
+/// Every threat in words.
+pub(super) fn words_of(dossier: &Dossier) -> Table {
     let mut rows = Table::new(&[
         "id",
         "threat",
@@ -86,7 +76,7 @@ fn rows(matrix: &Matrix) -> Table {
         "evidence: n, outcomes",
         "open",
     ]);
-    for row in &matrix.rows {
+    for row in matrices(dossier).flat_map(|matrix| &matrix.rows) {
         let line = |k: &Kind| {
             let ablation = if k.ablation { " ABLATION" } else { "" };
             format!("{}{ablation}: {}, {}", k.evidence.name(), k.n, class_counts(&k.outcomes))
