@@ -6,8 +6,13 @@
 #[expect(dead_code, reason = "the console's own tests use the rest of it")]
 #[path = "../../crates/console/tests/console/bench.rs"]
 mod bench;
+mod glance;
+mod layout;
 mod looks;
 mod names;
+mod painted;
+mod quiet;
+mod reach;
 mod scenes;
 mod sensors;
 mod snapshots;

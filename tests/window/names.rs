@@ -42,6 +42,9 @@ fn failed(orbits: bool) -> Yard {
         a.failing = Guards::default().with_guard(Guard::from_modality(modality)).with_guard(Guard::Localisation);
         yard.run(Span::ms(600));
     }
+    let a = yard.actor(UnitId::A);
+    (a.cause, a.failing) = (Cause::Lost(Guard::Localisation), Guards::default().with_guard(Guard::Localisation));
+    yard.run(Span::ms(600));
     yard
 }
 
@@ -73,7 +76,8 @@ fn satellite_has_no_sensor_of_a_vehicle() {
         let line = text.lines().find(|line| line.contains(word));
         assert_eq!(line, None, "{word}");
     }
-    for name in ["lost:magnetometer", "star tracker", "sun sensor", "horizon sensor", "computed place disagree"] {
+    for name in ["magnetometer of unit-a", "star tracker", "sun sensor", "horizon sensor", "against its computed place"]
+    {
         assert!(text.contains(name), "{name}: {text}");
     }
     let of_ground = words(false);

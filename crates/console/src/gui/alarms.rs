@@ -11,12 +11,16 @@ use super::marks::{self, Shape, Tone};
 use super::theme::Palette;
 use super::view_state::ViewState;
 use super::{Wish, command, keys, words};
-use crate::act::Act;
-use crate::alarm::ShownGroup;
+use crate::act::{Act, Alarm};
+use crate::alarm::{LedTo, ShownGroup};
 use crate::history::{Incident, Past};
 use crate::shown::Shown;
 use crate::sound::LIMIT_AN_HOUR;
 
+/// Width up to which the controls for all have short words, points.
+const SHORT: f32 = 390.0;
+/// Least room for the rate beside them.
+const LEAST_RATE: f32 = 60.0;
 /// Newest events that are drawn below the alarms: what was none.
 const EVENTS: usize = 3;
 /// Longest text that is searched for, bytes.
@@ -61,7 +65,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
     Panel::bottom("alarm controls").resizable(false).frame(Frame::NONE).show_separator_line(false).show(ui, |ui| {
         foot(ui, view, shown, wishes);
     });
-    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+    // However low the pane is, no alarm lies on the controls.
+    ScrollArea::vertical().auto_shrink([false, false]).min_scrolled_height(0.0).show(ui, |ui| {
         let first = first_open(shown).map(|group| group.cause);
         let (shelved, listed): (Vec<_>, Vec<_>) = shown.alarms.iter().partition(|group| group.shelved_until.is_some());
         let (open, folded): (Vec<_>, Vec<_>) = listed.into_iter().partition(|group| group.unfolded(shown.alarm_flood));
@@ -99,36 +104,47 @@ fn none(ui: &mut Ui, shown: &Shown) {
 fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>) {
     let dead = command::dead(shown);
     ui.add_space(4.0);
+    let short = ui.available_width() < SHORT;
     ui.horizontal(|ui| {
         let open: Vec<&ShownGroup> = shown.alarms.iter().filter(|group| group.open()).collect();
         let none = open.is_empty().then_some("every alarm is acknowledged");
-        if named(ui, dead.or(none), body("Acknowledge all"), "Acknowledge all").clicked() {
+        if named(ui, dead.or(none), body(if short { "Ack all" } else { "Acknowledge all" }), "Acknowledge all")
+            .clicked()
+        {
             wishes.extend(open.into_iter().map(acknowledge));
         }
         let text = shown.sound.silenced_until.map_or("Silence sound 2 min".to_owned(), |until| {
             format!("Sound silenced, {} left", words::left(until.since(shown.at)))
         });
         let quiet = shown.sound.motif.is_none().then_some("no alarm sounds");
-        let button = body(&text).shortcut_text(RichText::new("S").monospace().size(SMALL));
+        let button =
+            body(if short { "Silence" } else { &text }).shortcut_text(RichText::new("S").monospace().size(SMALL));
         if named(ui, dead.or(quiet), button, &text).clicked() {
             wishes.push(Wish::Act(Act::Silence));
         }
         let shelved = shown.alarms.iter().filter(|group| group.shelved_until.is_some()).count();
         let text = format!("Shelved: {shelved}");
-        let button = Button::selectable(view.shelved, RichText::new(text.clone()).size(SIZE));
+        let seen = if short { format!("Shelf: {shelved}") } else { text.clone() };
+        let button = Button::selectable(view.shelved, RichText::new(seen).size(SIZE));
         let nothing = (shelved == 0).then_some("no alarm is shelved");
         if named(ui, nothing, button, &text).clicked() {
             view.shelved = !view.shelved;
         }
         let bell = if view.bell { "" } else { " · no bell here" };
         let text = format!("{}{bell}", rate(shown));
-        ui.add(Label::new(RichText::new(text).size(SMALL).weak()).truncate());
+        if ui.available_width() > LEAST_RATE {
+            ui.add(Label::new(RichText::new(text).size(SMALL).weak()).truncate());
+        }
     });
 }
 
 /// The newest events that are no alarms, below them.
 fn newest(ui: &mut Ui, shown: &Shown) {
-    let event = |past: &&Past| past.what.priority().is_none() && !is_of_alarm(&past.what);
+    let event = |past: &&Past| {
+        past.what.priority().is_none()
+            && !is_of_alarm(&past.what)
+            && !shown.alarms.iter().any(|of| led_to(of, &past.what))
+    };
     let newest: Vec<&Past> = shown.past.iter().rev().filter(event).take(EVENTS).collect();
     if newest.is_empty() {
         return;
@@ -154,6 +170,26 @@ fn is_of_alarm(what: &Incident) -> bool {
             | Incident::Returned(..)
             | Incident::Silenced
     )
+}
+
+/// True if an alarm led to it: it stands above, and is no event beside it.
+fn led_to(group: &ShownGroup, what: &Incident) -> bool {
+    let led = |wanted: LedTo| group.led_to.iter().any(|(_, led)| *led == wanted);
+    match *what {
+        Incident::Mode(unit, mode, ..) => led(LedTo::Mode(unit, mode)),
+        Incident::TrackEnded(unit, track, class) => led(LedTo::TrackEnded(unit, track, class)),
+        Incident::Link(peer, false) => led(LedTo::LinkDown(peer)),
+        Incident::Stale(unit, true) => group.cause == Alarm::Silent(unit) || led(LedTo::Silent(unit)),
+        Incident::Ordered(..)
+        | Incident::Link(_, true)
+        | Incident::Stale(_, false)
+        | Incident::Raised(..)
+        | Incident::Over(..)
+        | Incident::Acknowledged(..)
+        | Incident::Shelved(..)
+        | Incident::Returned(..)
+        | Incident::Silenced => false,
+    }
 }
 
 /// The history, newest first, and a search in it.

@@ -1,48 +1,63 @@
 //! The banner: the four answers for the chosen unit, in the largest words on the screen.
 //!
 //! It stands outside of the tiles, so that no layout hides it. The answers are [`crate::banner`]'s; this view arranges
-//! them. A part that has no room ends in an ellipsis and is whole in its accessible name and tooltip.
+//! them: in a narrow banner the time stands in the mode's block, and words that would not fit are written smaller. Each
+//! part is whole in its accessible name and tooltip.
 
-use eframe::egui::{Align2, FontId, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
+use std::sync::Arc;
 
-use super::marks::{self, Tone};
+use eframe::egui::{
+    Align2, Color32, FontId, Galley, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
+};
+
+use super::marks::{self, Shape, Tone};
 use super::theme::{BODY, Palette, SMALL};
 use super::view_state::ViewState;
 use crate::banner::{Answer, Sign};
 use crate::shown::Shown;
 
-/// Width of a window from which on the answers have the larger sizes, points.
-pub(super) const WIDE: f32 = 1440.0;
-/// Height of the banner in a narrow and in a wide window, points.
-const HEIGHTS: [f32; 2] = [104.0, 118.0];
-/// Width of the mode's block.
-const BLOCKS: [f32; 2] = [236.0, 300.0];
-/// Sizes of the mode and of an answer's headline.
+/// Width of the banner from which on the answers have the larger sizes and the time has a column, points.
+const WIDE: f32 = 1100.0;
+/// Height of the banner, points.
+const HEIGHT: f32 = 118.0;
+/// Width of the mode's block in a narrow and in a wide banner.
+const BLOCKS: [f32; 2] = [224.0, 300.0];
+/// Sizes of the mode.
 const MODES: [f32; 2] = [28.0, 36.0];
-const HEADLINES: [f32; 2] = [18.0, 21.0];
+/// Sizes of a headline and of what stands below it: the first that fit are taken.
+const SIZES: [[[f32; 2]; 4]; 2] = [
+    [[18.0, BODY], [16.0, BODY], [16.0, SMALL], [BODY, SMALL]],
+    [[21.0, BODY], [18.0, BODY], [16.0, BODY], [BODY, SMALL]],
+];
 /// Between two parts.
 const GAP: f32 = 14.0;
+/// Height of the question above an answer, and room below its headline.
+const TITLE: f32 = 23.0;
+const BELOW: f32 = 3.0;
+/// Indent of a detail with a sign.
+const INDENT: f32 = 18.0;
 
 /// Draws the banner of the chosen unit. A press on the note of a worse unit chooses that one.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
-    let size = usize::from(ui.ctx().content_rect().width() >= WIDE);
+    let size = usize::from(ui.available_width() >= WIDE);
     let answers = shown.banner(view_state.unit);
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHTS[size]), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
     let block = Rect::from_min_size(rect.min, vec2(BLOCKS[size], rect.height()));
-    mode(ui, view_state, shown, &answers.mode, (block, size));
-    let rest = Rect::from_min_max(pos2(block.right() + GAP, rect.top()), rect.max);
     // Without room for a column of its own, the time stands in the mode's block.
-    let parts: &[(&str, &Answer, f32)] = &[
-        ("Why", &answers.why, 1.25),
-        ("Since", &answers.since, 0.62),
-        ("Do next", &answers.next, 1.2),
-        ("Is this true?", &answers.truth, 1.0),
-    ];
+    let since = (size == 0).then_some(&answers.since);
+    mode(ui, view_state, shown, (&answers.mode, since), (block, size));
+    let rest = Rect::from_min_max(pos2(block.right() + GAP, rect.top()), rect.max);
+    let mut parts: Vec<(&str, &Answer, f32)> =
+        vec![("Why", &answers.why, 1.2), ("Do next", &answers.next, 1.15), ("Is this true?", &answers.truth, 1.05)];
+    if since.is_none() {
+        parts.insert(1, ("Since", &answers.since, 0.62));
+    }
     let total: f32 = parts.iter().map(|(.., share)| share).sum();
     let mut left = rest.left();
     for (at, (title, answer, share)) in parts.iter().enumerate() {
         let width = rest.width() * share / total;
-        let place = Rect::from_min_size(pos2(left, rest.top()), vec2(width - GAP, rest.height()));
+        let room = if at + 1 < parts.len() { width - GAP } else { width };
+        let place = Rect::from_min_size(pos2(left, rest.top()), vec2(room, rest.height()));
         if at > 0 {
             let line = Stroke::new(1.0, Palette::current(ui).line);
             ui.painter().vline(left - GAP / 2.0, rest.shrink(8.0).y_range(), line);
@@ -53,7 +68,13 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
 }
 
 /// The mode, in a block that is filled where it is meant to be seen across a room.
-fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer, (block, size): (Rect, usize)) {
+fn mode(
+    ui: &mut Ui,
+    view_state: &mut ViewState,
+    shown: &Shown,
+    (answer, since): (&Answer, Option<&Answer>),
+    (block, size): (Rect, usize),
+) {
     let palette = Palette::current(ui);
     let (tone, shape) = marks::sign(answer.sign);
     let color = tone.color(palette);
@@ -61,19 +82,22 @@ fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer,
     let (fill, ink, edge) = match answer.sign {
         _ if filled => (color, palette.on_block, color),
         Sign::Lost | Sign::Past => (palette.raised, color, color),
-        _ => (palette.raised, palette.strong, palette.edge),
+        Sign::Normal | Sign::Quiet | Sign::Authority | Sign::Caution | Sign::Held => {
+            (palette.raised, palette.strong, palette.edge)
+        }
     };
     ui.painter().rect(block, 3.0, fill, Stroke::new(1.5, edge), StrokeKind::Inside);
     let inner = block.shrink2(vec2(12.0, 8.0));
     let small = if filled { ink } else { palette.text };
     ui.painter().text(inner.left_top(), Align2::LEFT_TOP, view_state.unit.name(), FontId::proportional(BODY), small);
-    shape.draw(ui.painter(), inner.left_center() + vec2(9.0, 0.0), MODES[size] * 0.6, ink);
+    let middle = inner.center().y - if since.is_some() { 9.0 } else { 0.0 };
+    shape.draw(ui.painter(), pos2(inner.left() + 9.0, middle), MODES[size] * 0.6, ink);
     let room = inner.width() - 26.0;
     let galley = marks::fitted(ui.painter(), &answer.headline, MODES[size], ink, (f32::INFINITY, 1));
     // A long name is written smaller, never cut.
     let scale = (room / galley.size().x).min(1.0);
     let galley = marks::fitted(ui.painter(), &answer.headline, MODES[size] * scale, ink, (f32::INFINITY, 1));
-    let place = pos2(inner.left() + 26.0, inner.center().y - galley.size().y / 2.0);
+    let place = pos2(inner.left() + 26.0, middle - galley.size().y / 2.0);
     marks::bold_galley(ui.painter(), place, galley, ink);
     let note = answer.details.iter().map(|(_, detail)| detail.as_str()).collect::<Vec<_>>().join(" · ");
     let foot = Rect::from_min_max(pos2(inner.left(), inner.bottom() - 20.0), inner.max);
@@ -81,7 +105,31 @@ fn mode(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, answer: &Answer,
     let response = ui.interact(block, ui.scope_id().with("mode"), Sense::hover());
     let text = format!("MODE {}: {}", view_state.unit.name(), answer.sentence());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    if let Some(since) = since {
+        let line = foot.translate(vec2(0.0, -19.0));
+        let font = FontId::proportional(BODY);
+        marks::text_in(ui.painter(), line, Align2::LEFT_BOTTOM, &lasted(since), font, small);
+        named(ui, (view_state.unit.name(), "Since"), since, line);
+    }
     worse(ui, view_state, shown, (inner, small));
+}
+
+/// The time in the mode's block.
+fn lasted(since: &Answer) -> String {
+    match since.headline.as_str() {
+        "not known" => "since when is not known".to_owned(),
+        "the start" => "since the start".to_owned(),
+        time if since.details.is_empty() => time.to_owned(),
+        _ => format!("for {}", since.sentence()),
+    }
+}
+
+/// Gives a part its name, which is whole whatever there is room for.
+fn named(ui: &Ui, (unit, title): (&str, &str), answer: &Answer, place: Rect) {
+    let response = ui.interact(place, ui.scope_id().with(title), Sense::hover());
+    let text = format!("{} {unit}: {}", title.trim_end_matches('?').to_uppercase(), answer.sentence());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    response.on_hover_text(answer.sentence());
 }
 
 /// Which unit is worse off than the chosen one, or how many there are.
@@ -105,42 +153,69 @@ fn worse(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, (inner, ink): (
     }
 }
 
+/// An answer as laid out: the headline, and what stands below it with sign and colour.
+struct Laid {
+    headline: Arc<Galley>,
+    details: Vec<(Option<Shape>, Color32, Arc<Galley>)>,
+}
+
+impl Laid {
+    /// The first sizes that fit into a place, else the smallest.
+    fn fitting(ui: &Ui, title: &str, answer: &Answer, (place, sizes): (Rect, &[[f32; 2]])) -> Self {
+        let all = sizes.iter().map(|sizes| Self::new(ui, title, answer, place.width(), *sizes));
+        let mut last = None;
+        for laid in all {
+            if laid.height() <= place.height() - TITLE {
+                return laid;
+            }
+            last = Some(laid);
+        }
+        last.unwrap_or_else(|| Self::new(ui, title, answer, place.width(), [BODY, SMALL]))
+    }
+
+    fn new(ui: &Ui, title: &str, answer: &Answer, width: f32, [head, body]: [f32; 2]) -> Self {
+        let palette = Palette::current(ui);
+        let loud = matches!(answer.sign, Sign::Caution | Sign::Lost | Sign::Past) && title == "Is this true?";
+        let color = if loud { marks::sign(answer.sign).0.color(palette) } else { palette.strong };
+        let headline = marks::fitted(ui.painter(), &answer.headline, head, color, (width, usize::MAX));
+        let detail = |(sign, words): &(Sign, String)| {
+            let told = *sign == answer.sign || answer.details.len() > 1 || *sign > Sign::Quiet;
+            let marked = told && *sign != Sign::Normal && title != "Why";
+            let (tone, shape) = marks::sign(*sign);
+            let ink = if tone > Tone::Normal && marked { tone.color(palette) } else { palette.text };
+            let room = if marked { width - INDENT } else { width };
+            (marked.then_some(shape), ink, marks::fitted(ui.painter(), words, body, ink, (room, usize::MAX)))
+        };
+        Self { headline, details: answer.details.iter().map(detail).collect() }
+    }
+
+    fn height(&self) -> f32 {
+        let details = self.details.iter().map(|(.., galley)| galley.size().y + 1.0).sum::<f32>();
+        self.headline.size().y + BELOW + details
+    }
+}
+
 /// One answer: its question, its headline, and what stands below it.
 fn part(ui: &mut Ui, (unit, title): (&str, &str), answer: &Answer, (place, size): (Rect, usize)) {
     let palette = Palette::current(ui);
-    let painter = ui.painter();
-    painter.text(place.left_top() + vec2(0.0, 3.0), Align2::LEFT_TOP, title, FontId::proportional(BODY), palette.weak);
-    let color = match answer.sign {
-        Sign::Caution | Sign::Lost | Sign::Past if title == "Is this true?" => {
-            marks::sign(answer.sign).0.color(palette)
-        }
-        _ => palette.strong,
-    };
-    let galley = marks::fitted(painter, &answer.headline, HEADLINES[size], color, (place.width(), 2));
-    let rows = galley.rows.len();
-    let mut y = place.top() + 23.0 + galley.size().y + 3.0;
-    marks::bold_galley(painter, pos2(place.left(), place.top() + 23.0), galley, color);
-    for (sign, detail) in &answer.details {
-        if y + 18.0 > place.bottom() + 2.0 {
+    let font = FontId::proportional(BODY);
+    ui.painter().text(place.left_top() + vec2(0.0, 3.0), Align2::LEFT_TOP, title, font, palette.weak);
+    let laid = Laid::fitting(ui, title, answer, (place, &SIZES[size]));
+    let ink = laid.headline.job.sections.first().map_or(palette.strong, |section| section.format.color);
+    let mut at = place.left_top() + vec2(0.0, TITLE);
+    marks::bold_galley(ui.painter(), at, laid.headline.clone(), ink);
+    at.y += laid.headline.size().y + BELOW;
+    for (shape, ink, galley) in laid.details {
+        let height = galley.size().y;
+        if at.y + height > place.bottom() + 2.0 {
             break;
         }
-        let (tone, shape) = marks::sign(*sign);
-        let alone = *sign == answer.sign && rows == 1 || answer.details.len() > 1 || *sign > Sign::Quiet;
-        let marked = alone && *sign != Sign::Normal && title != "Why";
-        let indent = if marked { 18.0 } else { 0.0 };
-        let color = if tone > Tone::Normal && marked { tone.color(palette) } else { palette.text };
-        if marked {
-            shape.draw(painter, pos2(place.left() + 6.0, y + 9.0), 10.0, color);
+        let indent = if shape.is_some() { INDENT } else { 0.0 };
+        if let Some(shape) = shape {
+            shape.draw(ui.painter(), at + vec2(6.0, 9.0), 10.0, ink);
         }
-        let left = ((place.bottom() + 2.0 - y) / 18.0).floor().max(1.0) as usize;
-        let rows = if answer.details.len() > 1 { 1 } else { left };
-        let galley = marks::fitted(painter, detail, BODY, color, (place.width() - indent, rows));
-        let height = galley.size().y;
-        painter.galley(pos2(place.left() + indent, y), galley, color);
-        y += height + 1.0;
+        ui.painter().galley(at + vec2(indent, 0.0), galley, ink);
+        at.y += height + 1.0;
     }
-    let response = ui.interact(place, ui.scope_id().with(title), Sense::hover());
-    let text = format!("{} {unit}: {}", title.trim_end_matches('?').to_uppercase(), answer.sentence());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-    response.on_hover_text(answer.sentence());
+    named(ui, (unit, title), answer, place);
 }

@@ -41,7 +41,7 @@ const MAX_REASON: usize = 64;
 pub(super) fn keys(ui: &Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     for (key, modifiers) in pressed(ui) {
         match (key, modifiers.shift) {
-            (Key::F1 | Key::F9, _) if dead(shown).is_some() => {}
+            (Key::F1 | Key::F9 | Key::Escape, _) if dead(shown).is_some() => {}
             (Key::F1, false) => wishes.push(hold(view_state.unit)),
             (Key::F1, true) => wishes.extend(units(shown).map(hold)),
             (Key::F9, _) => wishes.extend(shown.prepared.and_then(|prepared| confirm(view_state, &prepared))),
@@ -121,7 +121,7 @@ fn withdraw(view_state: &mut ViewState, wishes: &mut Vec<Wish>) {
 }
 
 /// Reason for which the console cannot command, if any. It locks the whole column, and acknowledgements, and is named
-/// once at the column's top.
+/// once, below HOLD.
 pub(super) fn dead(shown: &Shown) -> Option<&'static str> {
     if shown.marks.replay {
         Some("REPLAY: a recording takes no commands")
@@ -135,9 +135,6 @@ pub(super) fn dead(shown: &Shown) -> Option<&'static str> {
 fn towards_safe(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     let palette = Palette::current(ui);
     let dead = dead(shown);
-    if let Some(reason) = dead {
-        ui.label(RichText::new(reason).color(palette.caution).strong());
-    }
     hold_button(ui, view_state, shown, wishes);
     let [wider, rest] = [0.62, 0.38].map(|share| vec2((ui.available_width() - 6.0) * share, 34.0));
     let small = |text: String| match dead {
@@ -155,6 +152,10 @@ fn towards_safe(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: 
             wishes.push(Wish::Act(Act::Now(Order::Command(view_state.unit, CommandKind::Disarm))));
         }
     });
+    // Below, so that HOLD has its place in every state.
+    if let Some(reason) = dead {
+        ui.label(RichText::new(reason).color(palette.caution).strong());
+    }
 }
 
 /// HOLD: one block with the largest words of the column, and below them its key and its reach.
@@ -320,18 +321,19 @@ fn revocations(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &
     chosen.into_iter().for_each(|order| arm(ui, view_state, shown, &order, wishes));
 }
 
-/// Second step: images, consequence of the chosen order, its interlocks, and the button that arms it.
+/// Second step: images, consequence of the chosen order, the button that arms it, and its interlocks. They stand last:
+/// the first that fails is named beside the order, and the button is to be in sight.
 fn arm(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Order, wishes: &mut Vec<Wish>) {
     ui.add_space(4.0);
     images::draw(ui, &mut view_state.images, shown, order);
     ui.add(Label::new(RichText::new(words::consequence(order)).strong()).wrap());
-    for predicate in shown.interlocks(order) {
-        super::why::row(ui, &predicate, true);
-    }
     let text = format!("Arm: {}", words::order(order));
     let locked = shown.unable(order).map(|refusal| refusal.message());
     if wide(ui, locked, 34.0, Button::new(RichText::new(text).size(15.0))) {
         wishes.push(Wish::Act(Act::Prepare(*order)));
+    }
+    for predicate in shown.interlocks(order) {
+        super::why::row(ui, &predicate, (true, false));
     }
 }
 
@@ -370,11 +372,11 @@ fn confirmation(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, prepared
     let ready = !view_state.reason.trim().is_empty();
     let text = RichText::new(format!("CONFIRM: {}   F9", words::order(&prepared.order))).size(15.0).strong();
     let (fill, ink) = if ready { (palette.mark, palette.on_block) } else { (palette.raised, palette.weak) };
-    let missing = (!ready).then_some("no reason is given yet");
-    if wide(ui, missing, 38.0, Button::new(text.color(ink)).fill(fill).wrap()) {
+    let (dead, missing) = (dead(shown), (!ready).then_some("no reason is given yet"));
+    if wide(ui, dead.or(missing), 38.0, Button::new(text.color(ink)).fill(fill).wrap()) {
         wishes.extend(confirm(view_state, prepared));
     }
-    if wide(ui, None, 26.0, Button::new("Disarm   Esc")) {
+    if wide(ui, dead, 26.0, Button::new("Disarm   Esc")) {
         withdraw(view_state, wishes);
     }
 }
@@ -385,7 +387,7 @@ fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
     let left = prepared.until.since(shown.at);
     let share = left.0 as f32 / prepared.until.since(prepared.since).0.max(1) as f32;
     let text = format!("ARMED: {}, {} left", words::order(&prepared.order), words::left(left));
-    ui.add(Label::new(RichText::new(text).strong().color(palette.mark)).truncate());
+    ui.add(Label::new(RichText::new(text).strong().color(palette.mark)).wrap());
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), egui::Sense::hover());
     ui.painter().rect_filled(rect, 2.0, palette.raised);
     let bar = egui::Rect::from_min_size(rect.min, vec2(rect.width() * share.clamp(0.0, 1.0), rect.height()));

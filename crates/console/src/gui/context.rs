@@ -20,7 +20,12 @@ pub(super) fn draw(ui: &mut Ui, shown: &Shown) {
             mark(ui, (Tone::Advice, Shape::Square), "REPLAY · nothing here is now", true);
         }
         if shown.marks.ablation.is_some() {
-            mark(ui, (Tone::Caution, Shape::Diamond), &format!("ABLATION · {}", shown.marks.waived), true);
+            mark(
+                ui,
+                (Tone::Caution, Shape::Diamond),
+                &format!("ABLATION · {}", words::tame_to(&shown.marks.waived, 96)),
+                true,
+            );
         }
         if let Some(wait) = shown.marks.host_wait {
             mark(ui, (Tone::Caution, Shape::Diamond), &format!("HOST BUSY {} ms", wait.0 / 1000), true);
@@ -41,12 +46,11 @@ pub(super) fn draw(ui: &mut Ui, shown: &Shown) {
 
 /// A mark of the picture as a whole, as wide as its words.
 fn mark(ui: &mut Ui, sign: (Tone, Shape), text: &str, filled: bool) {
-    let text = words::tame_to(text, 96);
     let wide =
-        ui.painter().layout_no_wrap(text.clone(), FontId::proportional(BODY), sign.0.color(Palette::current(ui)));
+        ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(BODY), sign.0.color(Palette::current(ui)));
     let most = (ui.available_width() * 0.6).max(120.0);
     let width = (wide.size().x + 34.0).min(most);
-    marks::chip(ui, width, sign, &text, filled, &format!("MARK {text}")).on_hover_text(text);
+    marks::chip(ui, width, sign, text, filled, &format!("MARK {text}")).on_hover_text(text);
 }
 
 /// A shape and words. What does not fit ends in an ellipsis and is whole in its name.

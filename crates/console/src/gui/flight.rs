@@ -19,6 +19,8 @@ use crate::wording::lasting;
 const HEIGHT: f32 = 98.0;
 /// Radius of the attitude's disc.
 const RADIUS: f32 = 42.0;
+/// Width up to which the disc stands at the edge.
+const NARROW: f32 = 300.0;
 /// The longest contact or silence that a bar shows in full.
 const LONGEST: Span = Span::s(600);
 
@@ -29,7 +31,8 @@ pub(super) fn draw(ui: &mut Ui, unit: &ShownUnit) {
     let known = unit.state.freshness() <= Freshness::Late;
     let palette = Palette::current(ui);
     let ink = if known { palette.text } else { palette.weak };
-    let center = rect.left_center() + vec2(RADIUS + 12.0, 0.0);
+    let gap = if rect.width() < NARROW { 2.0 } else { 12.0 };
+    let center = rect.left_center() + vec2(RADIUS + gap, 0.0);
     if let Some(attitude) = motion.attitude {
         match motion.sunlit {
             None => horizon(ui, attitude, center, ink),
@@ -41,7 +44,7 @@ pub(super) fn draw(ui: &mut Ui, unit: &ShownUnit) {
         ui.painter().line_segment([center - reach, center + reach], Stroke::new(2.0, palette.alarm));
     }
     let words = words(unit, known);
-    let column = pos2(center.x + RADIUS + 18.0, rect.top() + 6.0);
+    let column = pos2(center.x + RADIUS + gap + 6.0, rect.top() + 6.0);
     for (at, word) in words.iter().enumerate() {
         let place = column + vec2(0.0, at as f32 * 22.0);
         ui.painter().text(place, Align2::LEFT_TOP, word, FontId::proportional(BODY), ink);

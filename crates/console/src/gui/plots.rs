@@ -19,9 +19,13 @@ use super::view_state::ViewState;
 use crate::shown::{Shown, ShownUnit};
 use crate::trace::CLOSE;
 
-/// Width of the names, and of the names of the limits, points.
-const NAMES: f32 = 150.0;
-const LIMITS: f32 = 78.0;
+/// Width of the names, and of the names of the limits, points; in a narrow pane the limits have none.
+const COLUMNS: [f32; 2] = [150.0, 78.0];
+const NARROW: [f32; 2] = [118.0, 12.0];
+/// Width of a pane from which on the limits have names.
+const WIDE: f32 = 400.0;
+/// Least distance of two times on the axis.
+const APART: f32 = 52.0;
 /// Least and greatest height of a plot.
 const HEIGHTS: [f32; 2] = [54.0, 120.0];
 /// Height of the axis, with the names of the events.
@@ -75,6 +79,11 @@ fn head(ui: &mut Ui, view_state: &mut ViewState, unit: &ShownUnit) {
     });
 }
 
+/// Widths of the names and of the names of the limits in a pane of this width.
+fn columns(width: f32) -> [f32; 2] {
+    if width >= WIDE { COLUMNS } else { NARROW }
+}
+
 /// Seconds from the unit's first report to now, negative.
 fn start(shown: &Shown, unit: &ShownUnit) -> f64 {
     unit.trace.whole().first().map_or(-1.0, |first| -in_seconds(shown.at.since(first.at)).max(1.0))
@@ -111,6 +120,7 @@ fn row(
 ) {
     let palette = *Palette::current(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    let [names, limits] = columns(rect.width());
     let fails = series.fails(unit);
     let known = unit.state.freshness() <= Freshness::Late;
     let now = series.now(shown, unit);
@@ -130,7 +140,7 @@ fn row(
         ui.painter().rect_filled(Rect::from_min_size(rect.min, vec2(3.0, height - 6.0)), 0.0, ink);
     }
     let name = series.name(unit);
-    let column = Rect::from_min_size(rect.min + vec2(10.0, 0.0), vec2(NAMES - 16.0, height));
+    let column = Rect::from_min_size(rect.min + vec2(10.0, 0.0), vec2(names - 16.0, height));
     marks::text_in(ui.painter(), column, Align2::LEFT_TOP, &name, FontId::proportional(BODY), palette.text);
     let galley = marks::fitted(ui.painter(), &value, 17.0, ink, (column.width(), 2));
     marks::bold_galley(ui.painter(), column.min + vec2(0.0, 21.0), galley, ink);
@@ -138,8 +148,8 @@ fn row(
     let pieces = series.pieces(shown, unit, whole);
     let (low, high) = range(&pieces, &bounds);
     let place = Rect::from_min_max(
-        pos2(rect.left() + NAMES, rect.top() + 2.0),
-        pos2(rect.right() - LIMITS, rect.bottom() - 6.0),
+        pos2(rect.left() + names, rect.top() + 2.0),
+        pos2(rect.right() - limits, rect.bottom() - 6.0),
     );
     let line = if fails || late { ink } else { palette.text };
     let show = |ui: &mut Ui| {
@@ -166,7 +176,9 @@ fn row(
         })
     };
     let drawn = ui.scope_builder(eframe::egui::UiBuilder::new().max_rect(place), show).inner;
-    names(ui, &bounds, &drawn.transform, (place, palette.weak));
+    if limits == COLUMNS[1] {
+        name_limits(ui, &bounds, &drawn.transform, (place, palette.weak));
+    }
     let limits: Vec<&str> = bounds.iter().map(|(name, _)| name.as_str()).collect();
     let text = format!(
         "PLOT {} {name} {value}{}",
@@ -205,7 +217,7 @@ fn range(pieces: &[Vec<[f64; 2]>], bounds: &[(String, f64)]) -> (f64, f64) {
 }
 
 /// Names of the limits beside the plot; one that would stand on another is pushed below it.
-fn names(
+fn name_limits(
     ui: &Ui,
     bounds: &[(String, f64)],
     transform: &egui_plot::PlotTransform,
@@ -228,10 +240,11 @@ fn names(
 fn axis(ui: &mut Ui, from: f64, changes: &[Change]) {
     let palette = Palette::current(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), AXIS - 6.0), Sense::hover());
-    let (left, right) = (rect.left() + NAMES, rect.right() - LIMITS);
+    let [names, limits] = columns(rect.width());
+    let (left, right) = (rect.left() + names, rect.right() - limits);
     let x = |seconds: f64| right - (right - left) * (seconds / from) as f32;
     let font = FontId::proportional(SMALL);
-    let step = step(from);
+    let step = step(from, f64::from((right - left) / APART));
     let mut at = 0.0;
     while at >= from {
         let text = if at == 0.0 { "now".to_owned() } else { time(at) };
@@ -244,7 +257,7 @@ fn axis(ui: &mut Ui, from: f64, changes: &[Change]) {
         let color = if tone > marks::Tone::Mark { tone.color(palette) } else { palette.text };
         let galley = marks::fitted(ui.painter(), mode.name(), SMALL, color, (f32::INFINITY, 1));
         let middle = pos2(x(*at), rect.top() + 25.0);
-        let begin = (middle.x - galley.size().x - 8.0).max(left - NAMES + 12.0);
+        let begin = (middle.x - galley.size().x - 8.0).max(left - names + 12.0);
         if middle.x + 6.0 > free {
             continue;
         }
@@ -261,10 +274,10 @@ fn axis(ui: &mut Ui, from: f64, changes: &[Change]) {
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("AXIS {text}")));
 }
 
-/// Distance of two written times, seconds.
-fn step(from: f64) -> f64 {
+/// Distance of two written times, seconds, of which there is room for so many.
+fn step(from: f64, most: f64) -> f64 {
     let steps = [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0, 7200.0];
-    steps.into_iter().find(|step| -from / step <= 6.5).unwrap_or(-from)
+    steps.into_iter().find(|step| -from / step <= most.min(6.5)).unwrap_or(-from)
 }
 
 /// A time before now.

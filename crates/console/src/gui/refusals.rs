@@ -8,7 +8,7 @@ use super::theme::{Palette, ROW};
 use super::words;
 use crate::shown::Shown;
 
-const HEADS: [(&str, f32); 4] = [("reason", 92.0), ("times", 56.0), ("last", 84.0), ("from", 92.0)];
+const HEADS: [(&str, f32); 4] = [("reason", 92.0), ("times", 44.0), ("last", 64.0), ("from", 68.0)];
 
 /// Draws the table.
 pub(super) fn draw(ui: &mut Ui, shown: &Shown) {
@@ -29,7 +29,7 @@ fn table(ui: &mut Ui, shown: &Shown) {
     for (_, width) in HEADS {
         table = table.column(Column::exact(width).clip(true));
     }
-    let table = table.column(Column::remainder().at_least(84.0).clip(true)).header(ROW, |mut header| {
+    let table = table.column(Column::remainder().at_least(54.0).clip(true)).header(ROW, |mut header| {
         for name in HEADS.map(|(name, _)| name).into_iter().chain(["refused by"]) {
             header.col(|ui| {
                 ui.label(RichText::new(name).weak());

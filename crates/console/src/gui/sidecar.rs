@@ -11,7 +11,7 @@ use eframe::egui::{
 use wire::time::Span;
 
 use super::marks::{Shape, Tone};
-use super::theme::Palette;
+use super::theme::{Palette, SMALL};
 use super::words::seconds;
 use crate::sidecar::{Image, Sidecar, Sight};
 
@@ -83,7 +83,7 @@ fn reasons(ui: &mut Ui, text: &str) {
     ui.label(RichText::new("WHY, by what the services logged").color(Palette::current(ui).text));
     ScrollArea::vertical().id_salt("reasons").max_height(HIGH + 16.0).auto_shrink([false, true]).show(ui, |ui| {
         for line in text.lines() {
-            ui.add(Label::new(RichText::new(line).monospace().size(11.0).color(Palette::current(ui).text)).wrap());
+            ui.add(Label::new(RichText::new(line).monospace().size(SMALL).color(Palette::current(ui).text)).wrap());
         }
     });
 }
@@ -128,7 +128,7 @@ pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&
         }
         _ => {
             Shape::Cross.draw(ui.painter(), place.center() - Vec2::new(0.0, 10.0), 16.0, Tone::Alarm.color(palette));
-            let font = FontId::proportional(12.0);
+            let font = FontId::proportional(SMALL);
             let position = place.center() + Vec2::new(0.0, 12.0);
             ui.painter().text(position, eframe::egui::Align2::CENTER_CENTER, "gave nothing", font, palette.alarm);
         }
@@ -143,7 +143,7 @@ fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
         let bounds = Rect::from_min_max(rect.min + vec2(left, upper) * scale, rect.min + vec2(right, lower) * scale);
         painter.rect_stroke(bounds, 0.0, Stroke::new(2.5, Color32::BLACK), StrokeKind::Outside);
         painter.rect_stroke(bounds, 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
-        let galley = painter.layout_no_wrap(mark.says.clone(), FontId::proportional(10.0), Color32::WHITE);
+        let galley = painter.layout_no_wrap(mark.says.clone(), FontId::proportional(SMALL), Color32::WHITE);
         let most = rect.max - galley.size();
         let place = pos2(
             bounds.min.x.clamp(rect.min.x, most.x.max(rect.min.x)),

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use config::suite::Suite;
-use eframe::egui::{Align, Button, Label, Layout, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo};
+use eframe::egui::{Align, Button, Color32, Label, Layout, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
 use wire::event::Freshness;
 use wire::id::{TrackId, UnitId};
@@ -56,19 +56,28 @@ impl Row<'_> {
     }
 }
 
-/// Age and freshness stand right behind the name, so that a narrow pane cuts off neither.
-const HEADS: [(&str, Option<Sort>); 6] = [
-    ("track", Some(Sort::Number)),
-    ("class", None),
-    ("age", Some(Sort::Age)),
-    ("confidence", Some(Sort::Confidence)),
-    ("away", None),
-    ("sensors", None),
-];
-/// Widths of all columns but the last, points.
-const WIDTHS: [f32; 5] = [64.0, 78.0, 136.0, 92.0, 64.0];
+/// A column.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Track,
+    Class,
+    Age,
+    Confidence,
+    Away,
+    Sensors,
+}
 
-/// The table, which scrolls sideways where it does not fit. A click on a row looks at its track.
+/// The columns: head, sort key, width, and the width of a pane from which on it stands there, points.
+const COLUMNS: [(Part, &str, Option<Sort>, f32, f32); 6] = [
+    (Part::Track, "track", Some(Sort::Number), 48.0, 0.0),
+    (Part::Class, "class", None, 74.0, 320.0),
+    (Part::Age, "age", Some(Sort::Age), 122.0, 0.0),
+    (Part::Confidence, "confidence", Some(Sort::Confidence), 88.0, 414.0),
+    (Part::Away, "away", None, 50.0, 470.0),
+    (Part::Sensors, "sensors", None, 58.0, 240.0),
+];
+
+/// The table. A narrow pane leaves the columns out that matter least, and scrolls sideways where the rest does not fit. A click on a row looks at its track.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     for unit in shown.units.iter().filter(|unit| unit.lost_more > 0) {
         let text = format!("{}: {} more LOST, for which there was no room", unit.unit, unit.lost_more);
@@ -78,6 +87,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishe
 }
 
 fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let width = ui.available_width() - ui.spacing().scroll.allocated_width();
     let rows = rows(shown, view_state.sort);
     if rows.is_empty() {
         ui.weak("No unit reports a track.");
@@ -88,20 +98,25 @@ fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Ve
     // The pointer takes the whole row; the keyboard stops once in it, at its name.
     let mut table = TableBuilder::new(ui).striped(true).sense(Sense::CLICK).auto_shrink([false, false]);
     table = table.cell_layout(Layout::left_to_right(Align::Center));
-    for width in WIDTHS {
-        table = table.column(Column::exact(width).clip(true));
+    let columns: Vec<_> = COLUMNS.into_iter().filter(|(.., from)| width >= *from).collect();
+    for (part, _, _, width, _) in &columns {
+        let exact = *part != Part::Sensors;
+        let column = if exact { Column::exact(*width) } else { Column::remainder().at_least(*width) };
+        table = table.column(column.clip(true));
     }
-    let table = table.column(Column::remainder().at_least(48.0).clip(true));
     let table = table.header(ROW, |mut header| {
-        for (name, sort) in HEADS {
-            header.col(|ui| head(ui, view_state, name, sort));
+        for (_, name, sort, ..) in &columns {
+            header.col(|ui| head(ui, view_state, name, *sort));
         }
     });
     table.body(|body| {
         body.rows(ROW, rows.len(), |mut row| {
             let Some(row_of) = rows.get(row.index()) else { return };
             row.set_selected(view_state.track == Some(row_of.id()));
-            let chosen = cells(&mut row, row_of, shown, wishes);
+            let mut chosen = false;
+            for (part, ..) in &columns {
+                chosen |= cell(&mut row, *part, row_of, shown, wishes);
+            }
             let response = row.response();
             let (unit, track) = row_of.id();
             let (_, _, word) = word_of(row_of);
@@ -153,66 +168,71 @@ fn class(row: &Row<'_>) -> &'static str {
     row.track.get().0.class.name()
 }
 
-/// Draws the cells of a row. True if the track's name was pressed.
-fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut Vec<Wish>) -> bool {
-    let (track, _) = of.track.get();
-    let dead = command::dead(shown);
-    let unsure = map::unsure(of.unit, track, shown);
-    let (tone, shape, word) = word_of(of);
-    let ink = |ui: &Ui| if of.lost.is_some() { Palette::current(ui).weak } else { Palette::current(ui).text };
-    let text = |row: &mut TableRow<'_, '_>, text: String| {
-        row.col(|ui| {
-            let color = ink(ui);
-            ui.add(Label::new(RichText::new(text).color(color)).truncate());
-        });
-    };
+/// Draws a cell of a row. True if the track's name was pressed.
+fn cell(row: &mut TableRow<'_, '_>, part: Part, of: &Row<'_>, shown: &Shown, wishes: &mut Vec<Wish>) -> bool {
+    let track = of.track.get().0;
     let mut chosen = false;
     row.col(|ui| {
-        let name = format!("{} {}", of.unit.unit.name().trim_start_matches("unit-"), track.id.0);
-        let name = Button::new(RichText::new(name).color(ink(ui))).frame(false).min_size([0.0, 0.0].into());
-        let button = ui.add(name);
-        let line = format!("choose track {} {}", of.unit.unit, track.id.0);
-        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &line));
-        chosen = button.clicked();
-    });
-    text(row, class(of).to_owned());
-    row.col(|ui| {
-        marks::shape(ui, shape, tone, word);
-        match of.lost {
-            Some(act) => {
-                let line = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
-                let age = format!("lost {}", seconds(of.track.age()));
-                let button = Button::new(RichText::new(age).small().color(Palette::current(ui).weak)).small();
-                let button = command::able(ui, dead, button).on_hover_text(&line);
-                let enabled = dead.is_none() && ui.is_enabled();
-                button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &line));
-                if button.clicked() {
-                    wishes.push(Wish::Act(act));
-                }
+        let palette = Palette::current(ui);
+        let ink = if of.lost.is_some() { palette.weak } else { palette.text };
+        let write = |ui: &mut Ui, text: String, color| ui.add(Label::new(RichText::new(text).color(color)).truncate());
+        match part {
+            Part::Track => chosen = name(ui, of, ink),
+            Part::Class => drop(write(ui, class(of).to_owned(), ink)),
+            Part::Age => age(ui, of, shown, ink, wishes),
+            Part::Confidence => {
+                let unsure = map::unsure(of.unit, track, shown);
+                let confidence = format!("{:.2}", f64::from(track.confidence) / 1000.0);
+                write(ui, confidence, if unsure { palette.weak } else { ink });
             }
-            None => {
-                let color = if tone > Tone::Normal { tone.color(Palette::current(ui)) } else { ink(ui) };
-                let fresh = of.track.freshness() == Freshness::Fresh;
-                let age = at_most(of.track.age());
-                let words = if fresh { age } else { format!("{word} {age}") };
-                ui.add(Label::new(RichText::new(words).color(color)).truncate());
+            Part::Away => {
+                let pose = of.unit.pose.get().0;
+                let [east, north] = [metres(track.x_mm) - metres(pose.x_mm), metres(track.y_mm) - metres(pose.y_mm)];
+                write(ui, format!("{:.0} m", libm::hypot(east, north)), ink);
+            }
+            Part::Sensors => {
+                let (letters, names) = sensors(of.unit.state.get().0.suite(), track);
+                let place = format!("{names}; {:.1} m east, {:.1} m north", metres(track.x_mm), metres(track.y_mm));
+                ui.label(RichText::new(letters).monospace().color(ink)).on_hover_text(place);
             }
         }
     });
-    row.col(|ui| {
-        let color = if unsure { Palette::current(ui).weak } else { ink(ui) };
-        let confidence = format!("{:.2}", f64::from(track.confidence) / 1000.0);
-        ui.add(Label::new(RichText::new(confidence).color(color)).truncate());
-    });
-    let pose = of.unit.pose.get().0;
-    let away = libm::hypot(metres(track.x_mm) - metres(pose.x_mm), metres(track.y_mm) - metres(pose.y_mm));
-    text(row, format!("{away:.0} m"));
-    row.col(|ui| {
-        let (letters, names) = sensors(of.unit.state.get().0.suite(), track);
-        let place = format!("{names}; {:.1} m east, {:.1} m north", metres(track.x_mm), metres(track.y_mm));
-        ui.label(RichText::new(letters).monospace().color(ink(ui))).on_hover_text(place);
-    });
     chosen
+}
+
+/// The track's name, a control: true if it was pressed.
+fn name(ui: &mut Ui, of: &Row<'_>, ink: Color32) -> bool {
+    let (unit, track) = of.id();
+    let short = format!("{} {}", unit.name().trim_start_matches("unit-"), track.0);
+    let button = ui.add(Button::new(RichText::new(short).color(ink)).frame(false).min_size([0.0, 0.0].into()));
+    let line = format!("choose track {unit} {}", track.0);
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &line));
+    button.clicked()
+}
+
+/// The age with its sign; of a lost track the button that acknowledges it.
+fn age(ui: &mut Ui, of: &Row<'_>, shown: &Shown, ink: Color32, wishes: &mut Vec<Wish>) {
+    let palette = Palette::current(ui);
+    let (tone, shape, word) = word_of(of);
+    marks::shape(ui, shape, tone, word);
+    let Some(act) = of.lost else {
+        let color = if tone > Tone::Normal { tone.color(palette) } else { ink };
+        let age = at_most(of.track.age());
+        let words = if of.track.freshness() == Freshness::Fresh { age } else { format!("{word} {age}") };
+        ui.add(Label::new(RichText::new(words).color(color)).truncate());
+        return;
+    };
+    let dead = command::dead(shown);
+    let (unit, track) = of.id();
+    let line = format!("acknowledge that track {unit} {} is lost", track.0);
+    let age = format!("lost {}", seconds(of.track.age()));
+    let button = Button::new(RichText::new(age).small().color(palette.weak)).small();
+    let button = command::able(ui, dead, button).on_hover_text(&line);
+    let enabled = dead.is_none() && ui.is_enabled();
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &line));
+    if button.clicked() {
+        wishes.push(Wish::Act(act));
+    }
 }
 
 /// The modalities that support a track or, as small letters, contradict it, each in its place, and their names.

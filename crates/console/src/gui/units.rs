@@ -136,7 +136,7 @@ fn mode(ui: &Ui, line: &Line, place: Rect) {
             (palette.on_block, palette.on_block)
         }
         _ if tone > Tone::Normal => (color, color),
-        _ => (palette.text, color),
+        Sign::Normal | Sign::Quiet | Sign::Authority | Sign::Past | Sign::Caution | Sign::Lost => (palette.text, color),
     };
     shape.draw(ui.painter(), place.left_center() + vec2(12.0, 0.0), 11.0, sign);
     let room = Rect::from_min_max(pos2(place.left() + 25.0, place.top()), place.max);

@@ -51,8 +51,9 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     head(ui, unit, track, of.track.0, &at_most(images.age()));
     view_state.video.take(ui, &of.sights);
     let cells = of.sights.len() + 1;
-    let columns = if ui.available_width() > 560.0 { 4 } else { 2 };
-    let wide = (ui.available_width() - GAP * (columns as f32 - 1.0)) / columns as f32;
+    let room = ui.available_width() - ui.spacing().scroll.allocated_width();
+    let columns = if room > 560.0 { 4 } else { 2 };
+    let wide = (room - GAP * (columns as f32 - 1.0)) / columns as f32;
     let rows = cells.div_ceil(columns);
     let high = ((ui.available_height() / rows as f32) - WORDS - GAP).clamp(48.0, wide * 0.8);
     let textures = &view_state.video.pictures;
@@ -153,7 +154,7 @@ fn head(ui: &mut Ui, unit: &ShownUnit, track: Option<&Labelled<ReportedTrack>>, 
         }
         None => format!("Track {id} · {} no longer reports it", unit.unit),
     };
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(words).strong());
         ui.weak(format!("images {age}"));
     });

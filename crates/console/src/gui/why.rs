@@ -31,8 +31,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for (guard, predicate) in &guards {
-            let pressed = row(ui, predicate, current).interact(Sense::click()).clicked();
-            if pressed && plots::can_plot(shown, *guard) {
+            let plotted = plots::can_plot(shown, *guard);
+            if row(ui, predicate, (current, plotted)).clicked() {
                 view_state.plotted = Some(*guard);
                 view_state.open = Some(Pane::Plots);
             }
@@ -44,8 +44,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
 }
 
 /// Draws a condition: whether it holds, its name, value and limit. A condition that is not current is worded in the
-/// past.
-pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) -> Response {
+/// past. One that leads to a plot is a control.
+pub(super) fn row(ui: &mut Ui, predicate: &Predicate, (current, leads): (bool, bool)) -> Response {
     let palette = Palette::current(ui);
     let (tone, shape, word) = match (predicate.holds, current) {
         (true, _) if !predicate.judged => (Tone::Weak, Shape::Ring, "not judged"),
@@ -72,6 +72,17 @@ pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) -> Response
             ui.add(Label::new(RichText::new(value).color(color)).truncate());
         });
     });
-    row.response.widget_info(|| WidgetInfo::labeled(Role::ListItem, true, &text));
-    row.response.on_hover_text(text)
+    if !leads {
+        row.response.widget_info(|| WidgetInfo::labeled(Role::ListItem, true, &text));
+        return row.response.on_hover_text(text);
+    }
+    let response = ui.interact(row.response.rect, row.response.id.with("plot"), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &text));
+    if response.has_focus() {
+        keys::frame(ui, response.rect);
+    }
+    if response.gained_focus() {
+        response.scroll_to_me(None);
+    }
+    response.on_hover_text(text)
 }

@@ -99,7 +99,7 @@ pub(super) fn footer(
     let tip = format!("{}; {WORDS}", words.join("; "));
     ui.interact(room, ui.scope_id().with("legend"), Sense::hover()).on_hover_text(tip);
     let painter = ui.painter_at(room);
-    let mut at = pos2(scale(&painter, palette, site, &view, row), row.center().y);
+    let mut at = pos2(scale(&painter, palette, site, &view, room), row.center().y);
     for (sample, color, word) in notes.iter().map(|note| (Sample::Note, palette.text, note.clone())).chain(entries) {
         let noted = matches!(sample, Sample::Note);
         let galley =
@@ -152,18 +152,23 @@ fn paint_sample(painter: &Painter, sample: Sample, left: Pos2, color: Color32) {
     }
 }
 
-/// The scale and where north is; the place after it.
+/// The scale, where there is room for it; the place after it.
 fn scale(painter: &Painter, palette: &Palette, site: &Site, view: &View, row: Rect) -> f32 {
     let step = plan::below(view, BAR);
     let (stroke, y) = (Stroke::new(2.0, palette.text), row.center().y);
     let ends = [pos2(row.left() + 1.0, y), pos2(row.left() + 1.0 + view.long(step), y)];
+    let text = format!("{} {}", words::coordinate(site, step), words::axis_unit(site));
+    let galley = painter.layout_no_wrap(text, FontId::proportional(SMALL), palette.text);
+    let end = ends[1].x + 8.0 + galley.size().x;
+    if end > row.right() {
+        return row.left();
+    }
     painter.line_segment(ends, stroke);
     for end in ends {
         painter.line_segment([end - vec2(0.0, 5.0), end + vec2(0.0, 5.0)], stroke);
     }
-    let text = format!("{} {}", words::coordinate(site, step), words::axis_unit(site));
-    let at = ends[1] + vec2(8.0, 0.0);
-    painter.text(at, Align2::LEFT_CENTER, text, FontId::proportional(SMALL), palette.text).right() + ENTRIES
+    painter.galley(ends[1] + vec2(8.0, -galley.size().y / 2.0), galley, palette.text);
+    end + ENTRIES
 }
 
 /// Buttons: their text, their width, points, and their name for screen readers.
