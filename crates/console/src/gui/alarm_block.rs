@@ -71,11 +71,11 @@ pub(super) fn draw(
         head(ui, view, shown, group, (tone, shape), first, wishes);
         line(ui, shown, group.first, &state_of(shown, group));
         for (at, led_to) in &group.led_to {
-            line(ui, shown, *at, &format!("led to: {}", led_to.words()));
+            line(ui, shown, *at, &led_to.line());
         }
         if group.led_more > 0 {
             indented(ui, |ui| {
-                ui.label(RichText::new(format!("led to {} more", group.led_more)).size(SIZE).weak());
+                ui.label(RichText::new(format!("led to: {} more", group.led_more)).size(SIZE).weak());
             });
         }
         if view.shelving.is_some_and(|shelving| is(group, shelving)) {

@@ -3,7 +3,7 @@
 //!
 //! Which alarms there are, what they are about and whether they sound is `crate::alarms`'s; this draws it.
 
-use eframe::egui::{Align, Button, Event, Frame, Key, Label, Layout, Panel, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{Align, Event, Frame, Key, Label, Layout, Panel, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::alarm_block::{self, AlarmView, LINE, SIZE, SMALL, acknowledge, body, named, sign_of};
@@ -116,13 +116,13 @@ fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>
         }
         let shelved = shown.alarms.iter().filter(|group| group.shelved_until.is_some()).count();
         let text = format!("Shelved: {shelved}");
-        let button = Button::selectable(view.shelved, RichText::new(text.clone()).size(SIZE));
+        let button = body(&text).selected(view.shelved);
         let nothing = (shelved == 0).then_some("no alarm is shelved");
         if named(ui, nothing, button, &text).clicked() {
             view.shelved = !view.shelved;
         }
         if !view.bell {
-            ui.label(RichText::new("no bell here: alarms are drawn only").size(SMALL).weak());
+            ui.label(RichText::new("no bell here").size(SMALL).weak());
         }
     });
 }
