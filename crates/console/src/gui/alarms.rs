@@ -5,6 +5,7 @@
 
 use eframe::egui::{Align, Event, Frame, Key, Label, Layout, Panel, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
+use wire::mode::{Cause, Mode};
 
 use super::alarm_block::{self, AlarmView, LINE, SIZE, SMALL, acknowledge, body, named, sign_of};
 use super::marks::{self, Shape, Tone};
@@ -102,22 +103,23 @@ fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         let open: Vec<&ShownGroup> = shown.alarms.iter().filter(|group| group.open()).collect();
-        let none = open.is_empty().then_some("every alarm is acknowledged");
-        if named(ui, dead.or(none), body("Acknowledge all"), "Acknowledge all").clicked() {
+        let locked = dead.or(open.is_empty().then_some("every alarm is acknowledged"));
+        let button = body(ui, locked, "Acknowledge all");
+        if named(ui, locked, button, "Acknowledge all").clicked() {
             wishes.extend(open.into_iter().map(acknowledge));
         }
         let text = shown.sound.silenced_until.map_or("Silence sound 2 min".to_owned(), |until| {
             format!("Sound silenced, {} left", words::left(until.since(shown.at)))
         });
-        let quiet = shown.sound.motif.is_none().then_some("no alarm sounds");
-        let button = body(&text).shortcut_text(RichText::new("S").monospace().size(SMALL));
-        if named(ui, dead.or(quiet), button, &text).clicked() {
+        let locked = dead.or(shown.sound.motif.is_none().then_some("no alarm sounds"));
+        let button = body(ui, locked, &text).shortcut_text(RichText::new("S").monospace().size(SMALL));
+        if named(ui, locked, button, &text).clicked() {
             wishes.push(Wish::Act(Act::Silence));
         }
         let shelved = shown.alarms.iter().filter(|group| group.shelved_until.is_some()).count();
         let text = format!("Shelved: {shelved}");
-        let button = body(&text).selected(view.shelved);
         let nothing = (shelved == 0).then_some("no alarm is shelved");
+        let button = body(ui, nothing, &text).selected(view.shelved);
         if named(ui, nothing, button, &text).clicked() {
             view.shelved = !view.shelved;
         }
@@ -129,7 +131,7 @@ fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>
 
 /// The newest events that are no alarms, below them.
 fn newest(ui: &mut Ui, shown: &Shown) {
-    let event = |past: &&Past| past.what.priority().is_none() && !is_of_alarm(&past.what);
+    let event = |past: &&Past| !is_of_alarm(&past.what);
     let newest: Vec<&Past> = shown.past.iter().rev().filter(event).take(EVENTS).collect();
     if newest.is_empty() {
         return;
@@ -138,23 +140,27 @@ fn newest(ui: &mut Ui, shown: &Shown) {
     for past in newest {
         ui.horizontal(|ui| {
             ui.label(RichText::new(words::event_time(shown, past.at)).monospace().size(SMALL).weak());
-            let text = format!("{} (no alarm)", past.what.words());
+            let none = matches!(past.what, Incident::TrackEnded(..) | Incident::Ordered(..));
+            let text = format!("{}{}", past.what.words(), if none { " (no alarm)" } else { "" });
             ui.add(Label::new(RichText::new(text).size(SIZE).weak()).truncate());
         });
     }
 }
 
-/// True if it is part of an alarm's life, which is drawn above.
+/// True if it is part of an alarm's life, or a mode that an alarm tells: those are drawn above.
 fn is_of_alarm(what: &Incident) -> bool {
-    matches!(
-        what,
+    match what {
+        Incident::Mode(_, mode, cause, _) => {
+            matches!(mode, Mode::HoldSafe | Mode::Degraded) && *cause != Cause::Operator
+        }
         Incident::Raised(..)
-            | Incident::Over(..)
-            | Incident::Acknowledged(..)
-            | Incident::Shelved(..)
-            | Incident::Returned(..)
-            | Incident::Silenced
-    )
+        | Incident::Over(..)
+        | Incident::Acknowledged(..)
+        | Incident::Shelved(..)
+        | Incident::Returned(..)
+        | Incident::Silenced => true,
+        Incident::Ordered(..) | Incident::TrackEnded(..) | Incident::Stale(..) | Incident::Link(..) => false,
+    }
 }
 
 /// The history, newest first, and a search in it.
