@@ -125,9 +125,8 @@ fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>
         let shelved = shown.alarms.iter().filter(|group| group.shelved_until.is_some()).count();
         let text = format!("Shelved: {shelved}");
         let seen = if short { format!("Shelf: {shelved}") } else { text.clone() };
-        let button = Button::selectable(view.shelved, RichText::new(seen).size(SIZE));
         let nothing = (shelved == 0).then_some("no alarm is shelved");
-        let button = body(ui, nothing, &text).selected(view.shelved);
+        let button = body(ui, nothing, &seen).selected(view.shelved);
         if named(ui, nothing, button, &text).clicked() {
             view.shelved = !view.shelved;
         }
