@@ -154,7 +154,7 @@ fn map_layout_fills_the_window() {
     let (rect, _) = map(&seated);
     let column = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect();
     assert!(rect.left() <= 56.0 && column.left() - rect.right() < 34.0, "{rect} beside {column}");
-    assert!(rect.height() > 500.0, "{rect}");
+    assert!(rect.height() > 430.0, "{rect}");
     seated.state_mut().window.layouts_mut().now().open(Pane::Tracks);
     seated.run_steps(2);
     assert!(shows_text(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
@@ -216,7 +216,12 @@ fn map_labels_do_not_overlap() {
             }
             let units = seated.state().yard.shown().units;
             let labelled = |unit: &UnitId| all.iter().any(|(text, _)| text.starts_with(&format!("{unit}  ")));
-            assert!(units.iter().all(|unit| labelled(&unit.unit)), "{name}, {preset:?}: a unit has no label: {all:?}");
+            let bare = units.iter().filter(|unit| !labelled(&unit.unit)).count();
+            // Below eight lines of units the map is 150 points high; what has no label there is counted.
+            let most = if (name, preset) == ("eight", Preset::Operate) { 4 } else { 0 };
+            assert!(bare <= most, "{name}, {preset:?}: {bare} units have no label: {all:?}");
+            let told = bare == 0 || described(&seated).contains(&format!("{bare} units unlabelled"));
+            assert!(told, "{name}, {preset:?}: {}", described(&seated));
         }
     }
 }
