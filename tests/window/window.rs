@@ -730,7 +730,7 @@ fn evidence_is_shown_in_recordings_only() {
     );
     seated.state_mut().sidecar = Some(Sidecar { sensed: Some((sights.into(), Span::ms(40))), because });
     seated.run_steps(3);
-    for evidence in ["SENSOR", "EVIDENCE", "6700 ms  unit-b"] {
+    for evidence in ["SENSOR", "EVIDENCE", "cause  6700 ms"] {
         assert!(!shows_text(&seated, evidence), "the picture is live");
     }
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
@@ -743,7 +743,7 @@ fn evidence_is_shown_in_recordings_only() {
     assert!(shows_text(&seated, "  cause  6700 ms  unit-b  contradicts itself"));
     assert!(shows_text(&seated, "SENSOR colour 1 found") && shows_text(&seated, "SENSOR thermal gave nothing"));
     click(&mut seated, Kind::Button, "Evidence");
-    assert!(!shows_text(&seated, "SENSOR colour") && !shows_text(&seated, "6700 ms  unit-b"));
+    assert!(!shows_text(&seated, "SENSOR colour") && !shows_text(&seated, "cause  6700 ms"));
 }
 
 #[test]

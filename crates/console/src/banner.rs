@@ -200,14 +200,11 @@ impl Shown {
     }
 
     fn since(&self, unit: &ShownUnit) -> Answer {
-        match unit.plan() {
-            Plan::Silence(Some(next)) if unit.is_out_of_contact() => {
-                return Answer::new(Sign::Quiet, format!("{} to contact", lasting(next)));
-            }
-            _ if unit.state.freshness() > Freshness::Late => {
-                return Answer::new(Sign::Normal, "not known").with(Sign::Normal, "for it is not heard");
-            }
-            Plan::None | Plan::Contact(_) | Plan::Silence(_) | Plan::Due(_) => {}
+        if let (true, Plan::Silence(Some(next))) = (unit.is_out_of_contact(), unit.plan()) {
+            return Answer::new(Sign::Quiet, format!("{} to contact", lasting(next)));
+        }
+        if unit.state.freshness() > Freshness::Late {
+            return Answer::new(Sign::Normal, "not known").with(Sign::Normal, "for it is not heard");
         }
         let answer = Answer::new(Sign::Normal, lasting(self.at.since(unit.since)));
         answer.with(Sign::Normal, format!("at {}", clock(unit.since.since(self.epoch()))))
@@ -229,14 +226,16 @@ impl Shown {
         if unit.is_out_of_contact() {
             let hold = match unit.plan() {
                 Plan::Silence(Some(next)) => format!("HOLD goes out in {}", lasting(next)),
-                Plan::None | Plan::Contact(_) | Plan::Silence(None) | Plan::Due(_) => String::new(),
+                Plan::Silence(None) | Plan::None | Plan::Contact(_) | Plan::Due(_) => String::new(),
             };
             return Answer::new(Sign::Normal, "Nothing yet").with(Sign::Quiet, hold);
         }
         let (state, freshness) = unit.state.get();
         if freshness > Freshness::Late {
-            let by_itself =
-                format!("it holds by itself within {} s", wording::tenths(self.bounds.lease_ms as f64 / 1000.0));
+            let by_itself = format!(
+                "if it hears nothing either, it holds by itself within {} s",
+                wording::tenths(self.bounds.lease_ms as f64 / 1000.0)
+            );
             let headline = if state.motion.is_some() { "Keep people clear of it" } else { "Stay away from it" };
             return Answer::new(Sign::Lost, headline)
                 .with(Sign::Normal, if state.contact.is_none() { by_itself } else { String::new() })

@@ -93,9 +93,7 @@ impl Hand {
         if shown.at >= prepared.until {
             return Err(Unable::Lapsed);
         }
-        if reason.as_str().trim().is_empty() {
-            return Err(Unable::NoReason);
-        }
+        reasoned(&reason)?;
         let deed = give(order, reason, shown)?;
         self.prepared = None;
         Ok(deed)
@@ -185,10 +183,12 @@ fn shelve(
     if group.hold_stands {
         return Err(Unable::HoldStands);
     }
-    if reason.as_str().trim().is_empty() {
-        return Err(Unable::NoReason);
-    }
+    reasoned(&reason)?;
     Ok(Consequence::Shelve(group.clone(), shelf))
+}
+
+fn reasoned(reason: &Text<64>) -> Result<(), Unable> {
+    if reason.as_str().trim().is_empty() { Err(Unable::NoReason) } else { Ok(()) }
 }
 
 fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Consequence, Unable> {

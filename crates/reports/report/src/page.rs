@@ -6,7 +6,7 @@
 //! | `waived` | ablations in words |
 //! | `outcomes` | outcomes by cell, expected beside got, as a picture for each kind of result (`grid`, `shape`) |
 //! | `runs` | the kept runs that the finding names, on one axis, and the chain of why |
-//! | `distances`, `cost` | distances to the limits; what the checks cost |
+//! | `distances`, `cost` | distances to the limits; cost of the checks |
 //! | `evidence`, `next` | recordings, digests and every number, folded; two commands that lead on |
 //!
 //! `words` has the words and numbers. Results are not judged again.
@@ -99,7 +99,7 @@ fn title(dossier: &Dossier, findings: &[finding::Finding]) -> String {
     }
 }
 
-/// What the page is about, in a line of parts.
+/// Subject of the page, in a line of parts.
 fn crumb(dossier: &Dossier) -> String {
     let mut parts = vec!["holdsafe report".to_owned()];
     parts.extend((!dossier.title.is_empty()).then(|| dossier.title.clone()));

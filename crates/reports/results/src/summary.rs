@@ -47,7 +47,7 @@ pub struct RunSummary {
     pub why: Vec<Why>,
     /// Stretches in which guards of the unit under test fail, the names of all that do in words.
     pub guards: Vec<Lasted>,
-    /// What the console showed of the unit under test.
+    /// The console's display of the unit under test.
     pub shown: Vec<Lasted>,
     /// True motion of the unit under test, thinned out.
     pub truth: Vec<TruthPoint>,

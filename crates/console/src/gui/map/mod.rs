@@ -117,7 +117,14 @@ fn dimension(view_state: &ViewState, site: &Site, shown: &Shown, view: &View) ->
 }
 
 fn obstacles(site: &Site, view: &View, trails: &[Trail], dimension: Option<&Dimension>) -> Obstacles {
-    let mut obstacles = Obstacles { area: view.rect, solid: Vec::new(), tracks: Vec::new(), lines: Vec::new() };
+    let mut obstacles = Obstacles {
+        area: view.rect,
+        solid: Vec::new(),
+        units: Vec::new(),
+        tracks: Vec::new(),
+        lines: Vec::new(),
+        leaders: Vec::new(),
+    };
     plan::paths(site, view).iter().for_each(|path| obstacles.add_path(path));
     trails.iter().flat_map(Trail::paths).for_each(|path| obstacles.add_path(path));
     dimension.iter().for_each(|dimension| obstacles.add_path(&dimension.ends));

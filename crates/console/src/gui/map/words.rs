@@ -47,8 +47,8 @@ pub(super) fn unit(site: &Site, shown: &Shown, unit: &ShownUnit) -> Lines {
         Freshness::Fresh if doubts(shown, unit.unit) => "contradicts".to_owned(),
         Freshness::Fresh => mode.to_owned(),
         Freshness::Late => format!("{mode} LATE"),
-        Freshness::Stale => format!("STALE, was {mode}"),
-        Freshness::Lost => format!("LINK LOST, was {mode}"),
+        Freshness::Stale => "STALE".to_owned(),
+        Freshness::Lost => "LINK LOST".to_owned(),
     };
     let second = match freshness {
         Freshness::Fresh if doubts(shown, unit.unit) => "where it says it is".to_owned(),
@@ -56,7 +56,9 @@ pub(super) fn unit(site: &Site, shown: &Shown, unit: &ShownUnit) -> Lines {
             format!("place {}", at_most(unit.pose.age()))
         }
         Freshness::Fresh | Freshness::Late => moving(site, unit),
-        Freshness::Stale | Freshness::Lost => format!("was {}, {}", moving(site, unit), at_most(unit.state.age())),
+        Freshness::Stale | Freshness::Lost => {
+            format!("was {mode}, {}, {}", moving(site, unit), at_most(unit.state.age()))
+        }
     };
     Lines { first: format!("{name}  {word}"), second }
 }

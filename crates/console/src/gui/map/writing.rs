@@ -84,12 +84,12 @@ impl Writing<'_> {
         for thing in things.iter().filter(|thing| square(thing.at, thing.outer()).intersects(area)) {
             let symbol = square(thing.at, thing.half());
             match thing.of {
-                Of::Track { .. } if thing.chosen => self.obstacles.solid.push(symbol),
+                Of::Track { .. } if thing.chosen => self.obstacles.units.push(symbol),
                 Of::Track { passed: true, .. } => self.obstacles.add_path(&[symbol.min, symbol.max]),
                 Of::Track { passed: false, .. } => self.obstacles.tracks.push(symbol),
                 Of::Unit(mark) => {
-                    self.obstacles.solid.push(symbol);
-                    self.obstacles.solid.extend(state(&mark).map(|_| square(thing.at + STATE, 7.0)));
+                    self.obstacles.units.push(symbol);
+                    self.obstacles.units.extend(state(&mark).map(|_| square(thing.at + STATE, 7.0)));
                     if mark.ahead.length() > thing.half() {
                         self.obstacles.add_path(&[thing.at, thing.at + mark.ahead]);
                     }

@@ -32,7 +32,7 @@ const MAX_STORIES: usize = 32;
 #[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "With --format html")]
 pub(super) struct PageOptions {
-    /// Title of the page [default: what was found].
+    /// Title of the page [default: the finding].
     #[arg(long)]
     title: Option<String>,
     /// A browser reads the page again after so many seconds.

@@ -11,7 +11,7 @@ use crate::reader::FoundResult;
 use crate::tried::class_counts;
 
 /// Only rows under a full policy, and only where the mechanism that is claimed about really runs. A claim holds as far as its outcomes say:
-/// harm that was stated beforehand is not outside what was stated.
+/// harm that was stated beforehand is as stated.
 pub(super) fn rows(dossier: &Dossier) -> Table {
     let mut rows = Table::new(&[
         "claim",

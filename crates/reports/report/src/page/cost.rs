@@ -1,4 +1,4 @@
-//! What the checks cost where nothing is attacked: false stops, orders that were never carried out, CPU; and the cost of a simulated second.
+//! Cost of the checks without an attack: false stops, orders that were never carried out, CPU; and the cost of a simulated second.
 
 use maud::{Markup, html};
 use results::report::{Comparison, RunObject, TwinCost};

@@ -16,7 +16,7 @@ struct Measured {
     unit: &'static str,
     note: String,
     least: bool,
-    /// True if the limit counts from a later time, so that the value says nothing about it.
+    /// True if the limit counts from a later time, so that the value does not tell about it.
     earlier: bool,
 }
 

@@ -1,6 +1,6 @@
-//! The finding, first of all: one sentence on what the results show, one of numbers, and four numbers with n and bound.
+//! The finding, first of all: one sentence on the results, one of numbers, and four numbers with n and bound.
 //!
-//! `trials` finds it among trials with classes, `comparison` among guests, `others` in searches and measurements. Nothing is judged again: the worst
+//! `trials` finds it among trials with classes, `comparison` among guests, `others` in searches and measurements. No trial is judged again: the worst
 //! class that results have leads. Of several results the worst finding stands first, the others follow as sentences.
 
 mod comparison;
@@ -26,7 +26,7 @@ pub(super) enum Rank {
     Unnoticed,
     /// Missing trials, or a claim that is open.
     Open,
-    /// Nothing of these.
+    /// None of these.
     Fine,
 }
 
@@ -44,7 +44,7 @@ pub(super) enum Part {
 pub(super) struct Fact {
     /// The number, with its unit.
     pub value: String,
-    /// What it is, its n and its bound.
+    /// Its meaning, its n and its bound.
     pub said: String,
 }
 
@@ -54,7 +54,7 @@ impl Fact {
     }
 }
 
-/// What a result shows.
+/// The statement of a result.
 #[derive(Clone, Debug)]
 pub(super) struct Finding {
     /// Its weight.
@@ -115,7 +115,7 @@ fn sentence(of: &Finding) -> Markup {
     } } }
 }
 
-/// INVALID first of all: what does not verify is evidence of nothing.
+/// INVALID first of all: a recording that does not verify is no evidence.
 fn broken(invalid: &[&Recording], n: usize) -> Markup {
     let count = invalid.len();
     let subject = if count == n && n == 1 {

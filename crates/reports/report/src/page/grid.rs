@@ -1,5 +1,5 @@
 //! The picture of outcomes: rows and columns of cells, each with shape, word, n, reason and bound. A cell is filled only if it asks for a
-//! reader: harm, an attack unnoticed, or what was not stated beforehand.
+//! reader: harm, an attack unnoticed, or a class that was not stated beforehand.
 
 use evidence::trial::{Outcome, Outcomes};
 use maud::{Markup, html};
@@ -59,7 +59,7 @@ pub(super) fn off(outcomes: &Outcomes, expected: &[Outcome]) -> u64 {
     outcomes.iter().filter(|(class, _)| class.is_unexpected(expected)).map(|(_, n)| n).sum()
 }
 
-/// The class that leads a cell: what was not stated, then harm, then the most frequent.
+/// The class that leads a cell: one not stated, then harm, then the most frequent.
 pub(super) fn leading(outcomes: &Outcomes, expected: &[Outcome]) -> Option<Outcome> {
     let unexpected = outcomes.keys().find(|class| class.is_unexpected(expected));
     let asking = outcomes.keys().find(|class| words::asks(**class));

@@ -35,7 +35,7 @@ pub(super) fn of_bench(bench: &BenchLive) -> Option<Figure> {
     })
 }
 
-/// p95 is the value that 95 % of the sample do not exceed; its bound needs at least 59 values. Where nothing stands, there were fewer.
+/// p95 is the value that 95 % of the sample do not exceed; its bound needs at least 59 values. An empty field: there were fewer.
 pub(super) fn rows(dossier: &Dossier) -> Table {
     let mut rows = Table::new(&["scenario", "evidence", "to", "n", "mean (ms)", "p95 (ms)", "p95 at most (95 %)"]);
     let mut put = |scenario: &str, cell: Option<&str>, place: &str, to: &str, s: &Sample| {

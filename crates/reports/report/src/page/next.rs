@@ -65,7 +65,7 @@ fn again(given: &Given) -> Option<[String; 2]> {
     Some(run(if one.reproduce.is_empty() { line } else { one.reproduce.clone() }))
 }
 
-/// A search that found nothing, with ten times the sequences.
+/// A search without findings again, with ten times the sequences.
 fn searched_on(search: &SearchObject) -> [String; 2] {
     let (scenario, space, budget) = (&search.scenario, &search.alphabet, search.hunt.trials.saturating_mul(10));
     let line = format!("holdsafe search {scenario} --attack-space {space} --budget {budget}");

@@ -1,5 +1,5 @@
 //! Outcomes by cell, expected beside got, as a picture that fits the kind of result: a matrix of cells, bars with intervals for a
-//! campaign, bare beside guarded for guests, and what a search found with how near it came.
+//! campaign, bare beside guarded for guests, and findings of a search with the distances to the limits.
 
 mod campaign;
 mod cells;

@@ -185,7 +185,7 @@ fn span(of: &Lasted, class: &'static str) -> Span {
     Span { name: of.what.clone(), class, from: of.from, to: of.to }
 }
 
-/// A lane a kind of injection, in the page's one colour where nothing answered it.
+/// A lane a kind of injection, in the page's one colour where it had no answer.
 fn injections(story: &RunSummary) -> Vec<Lane> {
     let class = if ending(story) == "UNDETECTED" { "attack-unnoticed" } else { "attack" };
     let lane =
@@ -225,7 +225,7 @@ fn told_claims(story: &RunSummary, what: &str) -> String {
     }
 }
 
-/// What was shown, a restriction with its delay behind the mode.
+/// The display, a restriction with its delay behind the mode.
 fn displayed(story: &RunSummary) -> Vec<Span> {
     let late = |shown: &Lasted| {
         let restricts = matches!(shown.what.as_str(), "HOLD_SAFE" | "DEGRADED");

@@ -1,3 +1,5 @@
+//! Tests of the page as a whole, over golden results of every kind and a made-up run; parts have theirs in their files.
+
 use std::collections::BTreeSet;
 
 use results::summary::{ClaimsMade, Lasted, Refusals, RunSummary, TruthPoint};

@@ -1,4 +1,4 @@
-//! Ablations in words: how many variations waive a check on purpose, and what that means.
+//! Ablations in words: how many variations waive a check on purpose, and its meaning.
 
 use std::collections::BTreeSet;
 

@@ -48,7 +48,7 @@ pub(super) fn sentence(cell: &str) -> Option<String> {
     parts.map(|parts| list(&parts, "and"))
 }
 
-/// What a part of a cell's name means.
+/// Meaning of a part of a cell's name.
 pub(super) fn note(part: &str) -> Option<&'static str> {
     find(part).map(|word| word.note)
 }
@@ -114,7 +114,7 @@ pub(super) fn grouped(n: u64) -> String {
     text
 }
 
-/// How trials of a class ended, after `ended with`; `noun` is what was done.
+/// How trials of a class ended, after `ended with`; `noun` is the deed.
 pub(super) fn ending(class: Outcome, noun: &str) -> String {
     match class {
         Outcome::Unsafe => "a safety property broken".to_owned(),
@@ -131,7 +131,7 @@ pub(super) fn ending(class: Outcome, noun: &str) -> String {
     }
 }
 
-/// What a subject of this class does, singular and plural.
+/// Deed of a subject of this class, singular and plural.
 pub(super) fn deed(class: Outcome) -> [&'static str; 2] {
     match class {
         Outcome::Unsafe => ["breaks a safety property", "break a safety property"],

@@ -1,4 +1,4 @@
-//! Lanes of a run beside its modes: the guards that fail, and what the console shows.
+//! Lanes of a run beside its modes: the guards that fail, and the display.
 
 use evidence::Witnessed;
 use ground_truth::Any;
@@ -99,7 +99,7 @@ pub(super) fn cause_words(cause: Cause) -> String {
     }
 }
 
-/// The modes that the console showed of the unit under test; a value that is not fresh is named as what it was.
+/// The modes that the console showed of the unit under test; a value that is not fresh is named with a *was*.
 pub(super) fn shown(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
     let mut stretches = Stretches { all: Vec::new(), open: None };
     for w in entries.iter().filter(|w| w.at <= clock.end) {

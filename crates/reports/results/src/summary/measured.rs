@@ -1,4 +1,4 @@
-//! What the plant did by its own truth, and the distances to the limits that the platform is made for.
+//! The plant's motion by its own truth, and the distances to the limits that the platform is made for.
 
 use evidence::{Micros, Witnessed};
 use explain::Explanation;

@@ -57,7 +57,7 @@ fn one(Conduct { total, .. }: Conduct) -> (Rank, Vec<Part>) {
     )
 }
 
-/// What the guards make of a guest.
+/// Difference that the guards make to a guest.
 fn both(bare: Conduct, guarded: Conduct) -> (Rank, Vec<Part>) {
     let guest = &bare.total.guest;
     let marked = |before: String, marked: String, after: String| {

@@ -21,7 +21,7 @@ const NAMED: usize = 4;
 struct View<'a> {
     given: &'a Given,
     all: Vec<Tried<'a>>,
-    /// What is done to the platform, in a word: `lie`, `attack`, `fault`, `quiet run`.
+    /// Deed done to the platform, in a word: `lie`, `attack`, `fault`, `quiet run`.
     noun: &'static str,
     /// A variation in a word: `cell`, `threat`, `variation`, `scenario`.
     unit: &'static str,
@@ -60,7 +60,7 @@ fn plain(parts: &[Part]) -> String {
     parts.iter().map(word).collect()
 }
 
-/// What was done in the trials of these variations, by what they tell of themselves.
+/// Deed done in the trials of these variations, by their own records.
 fn noun(given: &Given, about: &[&Tried]) -> &'static str {
     let runs: Vec<&RunObject> = if let FoundResult::BenchLive(bench) = &given.found {
         bench.losses.iter().collect()
@@ -212,7 +212,7 @@ impl View<'_> {
         }
     }
 
-    /// The sentence where nothing asks for a reader.
+    /// The sentence where no class asks for a reader.
     fn fine(&self) -> String {
         let classes: Vec<Outcome> = self.totals().keys().copied().collect();
         let n = self.n();
@@ -289,7 +289,7 @@ impl View<'_> {
         words::list(&totals.iter().map(one).collect::<Vec<_>>(), "or")
     }
 
-    /// How far what was believed was from the truth.
+    /// Distance of believed claims from the truth.
     fn believed(&self, about: &[&Tried]) -> Option<String> {
         let FoundResult::Runs(runs) = &self.given.found else { return None };
         if about.is_empty() {

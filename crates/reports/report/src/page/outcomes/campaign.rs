@@ -35,7 +35,7 @@ fn bar(campaign: &CampaignObject, row: &CampaignRow) -> Markup {
     } }
 }
 
-/// A variation by what it varies.
+/// A variation by its varied values.
 fn name(row: &CampaignRow) -> String {
     let cell = row.cell.as_ref().map(|cell| cell.replace('/', ", "));
     let set = row.set.iter().map(|(path, value)| format!("{path} = {value}"));

@@ -12,7 +12,7 @@ use crate::reader::FoundResult;
 use crate::tried::Tried;
 
 impl View<'_> {
-    /// The four numbers: as stated, what asks for a reader, the claim or the latency, and the bound on harm.
+    /// The four numbers: as stated, the cells that ask for a reader, the claim or the latency, and the bound on harm.
     pub(super) fn facts(&self, dossier: &Dossier, rank: Rank, class: Outcome, about: &[&Tried]) -> Vec<Fact> {
         let mut all = vec![self.as_stated(), self.asking(class, about)];
         all.extend(self.claim().or_else(|| self.latency(dossier)));
