@@ -137,8 +137,11 @@ fn no_text_is_small_cut_or_covered_in_either_theme() {
     assert!(flaws.is_empty(), "{} flaws:\n{}", flaws.len(), flaws.join("\n"));
 }
 
-/// States of the window beside its scene.
-const STATES: [(&str, fn(&mut Seat)); 5] = [
+/// A state of the window beside its scene, and how it is entered.
+type State = (&'static str, fn(&mut Seat));
+
+/// Each of them.
+const STATES: [State; 5] = [
     ("live", |_| ()),
     ("replay", |seat| seat.tape = Some(scenes::replayed(seat.yard.shown()).1)),
     ("behind", |seat| seat.behind = Some(Span::s(3))),

@@ -180,17 +180,7 @@ impl eframe::App for Gallery {
         let Some((take, window, frame)) = &mut self.on else { return };
         let shown = take.film.get(*frame).or(take.film.last()).unwrap();
         let (tape, beside) = (take.tape.as_ref(), take.beside.as_ref());
-        window.draw(
-            ui,
-            &Picture {
-                shown,
-                behind: take.behind,
-                untaken: false,
-                tape: take.tape.as_ref(),
-                sidecar: None,
-                beside: None,
-            },
-        );
+        window.draw(ui, &Picture { shown, behind: take.behind, untaken: false, tape, sidecar: None, beside });
         *frame += 1;
         if *frame == take.film.len() + SETTLED {
             let (images, ctx) = (self.images.0.clone(), ui.ctx().clone());

@@ -18,8 +18,11 @@ use crate::shown::Shown;
 
 /// Width of the banner from which on the answers have the larger sizes and the time has a column, points.
 const WIDE: f32 = 1100.0;
-/// Height of the banner, points.
+/// Height of the banner, points; and, in a narrow one that is not too narrow for it, a lower one.
 const HEIGHT: f32 = 118.0;
+const LOW: f32 = 104.0;
+/// Width of the banner from which on the lower one has room for the answers.
+const ROOMY: f32 = 900.0;
 /// Width of the mode's block in a narrow and in a wide banner.
 const BLOCKS: [f32; 2] = [224.0, 300.0];
 /// Sizes of the mode.
@@ -39,9 +42,11 @@ const INDENT: f32 = 18.0;
 
 /// Draws the banner of the chosen unit. A press on the note of a worse unit chooses that one.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
-    let size = usize::from(ui.available_width() >= WIDE);
+    let width = ui.available_width();
+    let size = usize::from(width >= WIDE);
     let answers = shown.banner(view_state.unit);
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
+    let height = if (ROOMY..WIDE).contains(&width) { LOW } else { HEIGHT };
+    let (rect, _) = ui.allocate_exact_size(vec2(width, height), Sense::hover());
     let block = Rect::from_min_size(rect.min, vec2(BLOCKS[size], rect.height()));
     // Without room for a column of its own, the time stands in the mode's block.
     let since = (size == 0).then_some(&answers.since);
