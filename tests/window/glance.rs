@@ -64,7 +64,7 @@ fn answers(yard: &Yard, actor: &Actor) -> [Vec<String>; 5] {
             says(&["LINK LOST", &format!("was {mode}")]),
             says(&["not known, for it is not heard"]),
             says(&["No report for "]),
-            says(&["Stay away from it, it holds by itself within 0.5 s, HOLD withholds its permission"]),
+            says(&["Stay away from it", "it holds by itself within 0.5 s", "HOLD withholds its permission"]),
             says(&["No: it is old, oldest value ≤ "]),
         ],
         Heard::Stale => [
