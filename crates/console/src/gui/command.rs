@@ -221,7 +221,7 @@ fn orders(view_state: &ViewState, shown: &Shown) -> Vec<Order> {
 fn next(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     heading(ui, "Next for you");
     let palette = *Palette::current(ui);
-    let order = due(view_state, shown);
+    let order = due(view_state, shown).filter(|_| dead(shown).is_none());
     let frame =
         Frame::new().fill(palette.raised).stroke(Stroke::new(1.0, palette.edge)).inner_margin(Margin::symmetric(10, 8));
     let answer = shown.banner(view_state.unit).next;
@@ -273,6 +273,7 @@ fn why_not(failing: &Predicate) -> String {
         "state fresh" => format!("its state is {} old", failing.value),
         "guards failing" => format!("{} fails", failing.value),
         "role" => format!("role {} is needed", failing.limit),
+        "live" => "this is a recording".to_owned(),
         _ => format!("{}: {}", failing.title, failing.value),
     }
 }
