@@ -17,5 +17,4 @@ mod scenes;
 mod sensors;
 mod snapshots;
 mod window;
-#[expect(dead_code, reason = "the gallery uses the rest of it")]
 mod yard;

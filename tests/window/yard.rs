@@ -59,6 +59,7 @@ pub(crate) struct Actor {
 }
 
 /// Kind of the units of a yard.
+#[allow(dead_code, reason = "the gallery draws every scene in every domain")]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Domain {
     Ground,
@@ -383,6 +384,7 @@ pub(crate) fn site() -> Site {
 }
 
 /// The yard as a region below an orbit, a kilometre for each metre.
+#[allow(dead_code, reason = "the page has no ground track")]
 pub(crate) fn region() -> Site {
     let second = |n: i32| [n as f32 * 1.6 + 4.0, n as f32 * 7.4];
     Site { blocks: Vec::new(), relief: None, scale_m: Some(1000.0), below: (-60..=60).map(second).collect(), ..site() }

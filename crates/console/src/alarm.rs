@@ -82,7 +82,7 @@ impl LedTo {
     /// Text of the consequence.
     pub fn words(&self) -> String {
         match self {
-            LedTo::Found(unit, found) => format!("{unit} found: {}", found_words(*found)),
+            LedTo::Found(unit, found) => format!("{unit} found that {}", found_words(*found)),
             LedTo::Mode(unit, mode) => format!("{unit} {}", mode.name()),
             LedTo::Revoked(unit, track) => format!("{unit} authority on track {} revoked", track.0),
             LedTo::Silent(unit) => format!("{unit} not heard"),
@@ -92,6 +92,12 @@ impl LedTo {
             LedTo::TrackEnded(unit, track, class) => ended_words(*unit, *track, *class),
             LedTo::NotAcknowledged(command) => format!("command {command} not acknowledged"),
         }
+    }
+
+    /// The consequence as a line below its cause; what was seen of the cause itself comes first.
+    pub fn line(&self) -> String {
+        let begins = if matches!(self, LedTo::Found(..)) { "first" } else { "led to" };
+        format!("{begins}: {}", self.words())
     }
 
     /// True if it asks for an act by itself: then a group that was acknowledged asks again.
@@ -227,7 +233,7 @@ pub(crate) fn ended_words(unit: UnitId, track: TrackId, class: Class) -> String 
 fn found_words(found: Inconsistency) -> &'static str {
     match found {
         Inconsistency::Kinematics => "it moves faster than it can",
-        Inconsistency::Exclusion => "two units at one place",
+        Inconsistency::Exclusion => "two units claim one place",
         Inconsistency::TimeBase => "its reports run against their own sequence or time",
         Inconsistency::Residual => "it does not go where its speed and heading lead",
     }

@@ -12,11 +12,9 @@ use wire::person::Order;
 use wire::time::Span;
 
 use crate::shown::{Origin, Shown, ShownUnit};
+use crate::silence::Plan;
 use crate::skew::Rate;
 use crate::wording::{self, at_most, lasting};
-
-/// Time after a planned contact at which the unit should have been heard.
-pub const CONTACT_GRACE: Span = Span::s(1);
 
 /// A sign beside words. Views give each a shape and a colour of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -87,41 +85,7 @@ pub struct Banner {
     pub truth: Answer,
 }
 
-/// Contact of a unit by its own plan, which goes on in silence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plan {
-    /// No plan: silence is never planned.
-    None,
-    /// In contact, for so long.
-    Contact(Span),
-    /// Between contacts; the next begins after so long, if another is planned.
-    Silence(Option<Span>),
-    /// A contact should have begun so long ago.
-    Due(Span),
-}
-
 impl ShownUnit {
-    /// Contact by its plan, at the age of its state.
-    pub fn plan(&self) -> Plan {
-        let (state, age) = (self.state.get().0, self.state.age());
-        match state.contact {
-            None => Plan::None,
-            Some(contact) if contact.left > age => Plan::Contact(Span(contact.left.0 - age.0)),
-            Some(contact) => match contact.next {
-                Some(next) if next > age => Plan::Silence(Some(Span(next.0 - age.0))),
-                Some(next) => Plan::Due(Span(age.0 - next.0)),
-                None => Plan::Silence(None),
-            },
-        }
-    }
-
-    /// True if it is silent because it is out of contact as planned, up to [`CONTACT_GRACE`] after contact was due.
-    pub fn is_out_of_contact(&self) -> bool {
-        let silent = self.state.freshness() > Freshness::Fresh;
-        silent && matches!(self.plan(), Plan::Silence(_))
-            || matches!(self.plan(), Plan::Due(ago) if silent && ago <= CONTACT_GRACE)
-    }
-
     /// Sign of its state.
     pub fn sign(&self) -> Sign {
         let (state, freshness) = self.state.get();

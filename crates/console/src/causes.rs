@@ -19,7 +19,7 @@ use crate::ended::Ended;
 use crate::history::{History, Incident};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownUnit};
-use crate::silence::{CONTACT_LATE, Plan, gateway_silent, plan, revoked};
+use crate::silence::{CONTACT_LATE, Plan, gateway_silent, revoked};
 use crate::skew::Rate;
 
 /// A cause that stands.
@@ -122,7 +122,7 @@ impl Causes {
             }
             let known = self.units.entry(unit.unit).or_default();
             known.silence(shown, unit, gateway_silent, &mut found, history);
-            let wait = known.silent.map_or_else(|| plan(unit).alarm_in(), |_| None);
+            let wait = known.silent.map_or_else(|| unit.plan().alarm_in(), |_| None);
             self.due = [self.due, wait.map(|wait| shown.at + wait)].into_iter().flatten().min();
             let authority = known.authority;
             let changed = known.mode(shown, unit, &recent);
@@ -204,8 +204,8 @@ impl Known {
         found: &mut Findings,
         history: &mut History,
     ) {
-        let (id, plan) = (unit.unit, plan(unit));
-        let stale = unit.state.freshness() == Freshness::Stale && plan == Plan::Contact;
+        let (id, plan) = (unit.unit, unit.plan());
+        let stale = unit.state.freshness() == Freshness::Stale && plan.asks_for_reports();
         if self.stale != stale && unit.state.freshness() != Freshness::Lost {
             history.note(shown.at, Incident::Stale(id, stale));
         }
@@ -219,9 +219,9 @@ impl Known {
             self.silent = None;
         }
         let cause = match plan {
-            Plan::Contact => Some(Alarm::Silent(id)),
+            Plan::None | Plan::Contact(_) => Some(Alarm::Silent(id)),
             Plan::Due(late) if late > CONTACT_LATE => Some(Alarm::ContactDue(id)),
-            Plan::Due(_) | Plan::Between(_) => None,
+            Plan::Due(_) | Plan::Silence(_) => None,
         };
         let cause = cause.map(|cause| if gateway_silent { Alarm::GatewaySilent } else { cause });
         self.silent = self.silent.or(cause);

@@ -1,5 +1,5 @@
 //! Tracks that end: an event, since a unit drives past what it sees. One asks for an act if it was designated, or was
-//! last seen in the unit's way; several at once are a sensor's.
+//! last seen in the unit's way; several at once, and none left, are a sensor's.
 //!
 //! The way ahead is the unit's stopping distance from its present speed and the platform's sure braking, and
 //! [`AHEAD_MM`] beyond, in the direction in which it moves, or looks while it stands. It is as wide on either side as
@@ -25,7 +25,7 @@ pub const SAME_MM: f64 = 1_500.0;
 pub const AHEAD_MM: f64 = 3_000.0;
 /// Least distance to either side of the way that counts as in it, millimetres.
 pub const BESIDE_MM: f64 = 1_000.0;
-/// Tracks of a unit that end within [`TOGETHER`] and are a sensor's failure.
+/// Tracks of a unit that end within [`TOGETHER`] and, if none is left or its sensors fail, are a sensor's failure.
 pub const SEVERAL: usize = 3;
 /// Time within which they do.
 pub const TOGETHER: Span = Span::s(1);
@@ -79,7 +79,9 @@ impl Ended {
         }
         if let Some(newest) = newest {
             let near = |end: &End| newest.since(end.since) <= TOGETHER;
-            if self.ends.iter().filter(|end| near(end)).count() >= SEVERAL {
+            // Of a world full of objects several go out of view in one turn: then others are still reported.
+            let blind = sensors.is_some() || unit.tracks.is_empty();
+            if blind && self.ends.iter().filter(|end| near(end)).count() >= SEVERAL {
                 self.belong(sensors.unwrap_or(Alarm::TracksLost(unit.unit)), unit, near, found);
             } else if let Some(sensors) = sensors {
                 self.belong(sensors, unit, |end| near(end) && end.cause.is_some(), found);

@@ -94,10 +94,10 @@ fn alarm_line(text: &mut String, time: Instant, group: &ShownGroup) {
     let (priority, words) = (group.priority.name(), group.words());
     line(text, format_args!("alarm    {priority:<6} {words}, {since:.1} s ago{times}{suffix}{noted}{shelved}"));
     for (at, led_to) in &group.led_to {
-        line(text, format_args!("                led to {}, {:.1} s ago", led_to.words(), ago(time.since(*at))));
+        line(text, format_args!("                {}, {:.1} s ago", led_to.line(), ago(time.since(*at))));
     }
     if group.led_more > 0 {
-        line(text, format_args!("                led to {} more", group.led_more));
+        line(text, format_args!("                led to: {} more", group.led_more));
     }
 }
 

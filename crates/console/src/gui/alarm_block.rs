@@ -71,11 +71,11 @@ pub(super) fn draw(
         head(ui, view, shown, group, (tone, shape), first, wishes);
         line(ui, shown, group.first, &state_of(shown, group));
         for (at, led_to) in &group.led_to {
-            line(ui, shown, *at, &format!("led to: {}", led_to.words()));
+            line(ui, shown, *at, &led_to.line());
         }
         if group.led_more > 0 {
             indented(ui, |ui| {
-                ui.label(RichText::new(format!("led to {} more", group.led_more)).size(SIZE).weak());
+                ui.label(RichText::new(format!("led to: {} more", group.led_more)).size(SIZE).weak());
             });
         }
         if view.shelving.is_some_and(|shelving| is(group, shelving)) {
@@ -132,24 +132,27 @@ fn buttons(
     let over = (!group.standing).then_some("it is over");
     let put_aside = group.shelved_until.map(|_| "it is shelved");
     let locked = dead.or(holds).or(over).or(put_aside);
-    let response = named(ui, locked, body(if wide { "Shelve ..." } else { "Shelve" }), &format!("Shelve: {cause}"));
-    if response.clicked() {
+    let button = body(ui, locked, if wide { "Shelve ..." } else { "Shelve" });
+    if named(ui, locked, button, &format!("Shelve: {cause}")).clicked() {
         let this = (group.cause, group.since);
         view.shelving = (view.shelving != Some(this)).then_some(this);
         view.reason.clear();
     }
-    let noted = group.acknowledged.then_some("it is acknowledged");
-    let mut button = body(if wide { "Acknowledge" } else { "Ack" });
+    let locked = dead.or(group.acknowledged.then_some("it is acknowledged"));
+    let mut button = body(ui, locked, if wide { "Acknowledge" } else { "Ack" });
     if first {
         button = button.shortcut_text(RichText::new("A").monospace().size(SMALL));
     }
-    if named(ui, dead.or(noted), button, &format!("Acknowledge: {cause}")).clicked() {
+    if named(ui, locked, button, &format!("Acknowledge: {cause}")).clicked() {
         wishes.push(acknowledge(group));
     }
 }
 
-pub(super) fn body(text: &str) -> Button<'_> {
-    Button::new(RichText::new(text).size(SIZE))
+/// A control's text and looks: what cannot be pressed now is weak.
+pub(super) fn body<'t>(ui: &Ui, locked: Option<&str>, text: &str) -> Button<'t> {
+    let palette = Palette::current(ui);
+    let (ink, edge) = if locked.is_some() { (palette.weak, palette.line) } else { (palette.text, palette.edge) };
+    Button::new(RichText::new(text).size(SIZE).color(ink)).stroke(Stroke::new(1.0, edge))
 }
 
 /// A button with a name of its own, or a disabled one with the reason.
@@ -207,12 +210,14 @@ fn shelf(ui: &mut Ui, view: &mut AlarmView, group: &ShownGroup, wishes: &mut Vec
         for shelf in Shelf::ALL {
             let (minutes, reason) = (shelf.minutes(), Text::new(view.reason.trim()));
             let name = format!("Shelve for {minutes} min: {}", group.words());
-            if named(ui, missing, body(&format!("{minutes} min")), &name).clicked() {
+            let button = body(ui, missing, &format!("{minutes} min"));
+            if named(ui, missing, button, &name).clicked() {
                 wishes.push(Wish::Act(Act::Shelve(group.cause, group.since, shelf, reason)));
                 done = true;
             }
         }
-        done |= named(ui, None, body("Cancel"), &format!("Do not shelve: {}", group.words())).clicked();
+        let cancel = body(ui, None, "Cancel");
+        done |= named(ui, None, cancel, &format!("Do not shelve: {}", group.words())).clicked();
     });
     if done {
         view.shelving = None;

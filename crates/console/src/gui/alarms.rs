@@ -3,8 +3,9 @@
 //!
 //! Which alarms there are, what they are about and whether they sound is `crate::alarms`'s; this draws it.
 
-use eframe::egui::{Align, Button, Event, Frame, Key, Label, Layout, Panel, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{Align, Event, Frame, Key, Label, Layout, Panel, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
+use wire::mode::{Cause, Mode};
 
 use super::alarm_block::{self, AlarmView, LINE, SIZE, SMALL, acknowledge, body, named, sign_of};
 use super::marks::{self, Shape, Tone};
@@ -107,26 +108,25 @@ fn foot(ui: &mut Ui, view: &mut AlarmView, shown: &Shown, wishes: &mut Vec<Wish>
     let short = ui.available_width() < SHORT;
     ui.horizontal(|ui| {
         let open: Vec<&ShownGroup> = shown.alarms.iter().filter(|group| group.open()).collect();
-        let none = open.is_empty().then_some("every alarm is acknowledged");
-        if named(ui, dead.or(none), body(if short { "Ack all" } else { "Acknowledge all" }), "Acknowledge all")
-            .clicked()
-        {
+        let locked = dead.or(open.is_empty().then_some("every alarm is acknowledged"));
+        let button = body(ui, locked, if short { "Ack all" } else { "Acknowledge all" });
+        if named(ui, locked, button, "Acknowledge all").clicked() {
             wishes.extend(open.into_iter().map(acknowledge));
         }
         let text = shown.sound.silenced_until.map_or("Silence sound 2 min".to_owned(), |until| {
             format!("Sound silenced, {} left", words::left(until.since(shown.at)))
         });
-        let quiet = shown.sound.motif.is_none().then_some("no alarm sounds");
-        let button =
-            body(if short { "Silence" } else { &text }).shortcut_text(RichText::new("S").monospace().size(SMALL));
-        if named(ui, dead.or(quiet), button, &text).clicked() {
+        let locked = dead.or(shown.sound.motif.is_none().then_some("no alarm sounds"));
+        let seen = if short { "Silence" } else { &text };
+        let button = body(ui, locked, seen).shortcut_text(RichText::new("S").monospace().size(SMALL));
+        if named(ui, locked, button, &text).clicked() {
             wishes.push(Wish::Act(Act::Silence));
         }
         let shelved = shown.alarms.iter().filter(|group| group.shelved_until.is_some()).count();
         let text = format!("Shelved: {shelved}");
         let seen = if short { format!("Shelf: {shelved}") } else { text.clone() };
-        let button = Button::selectable(view.shelved, RichText::new(seen).size(SIZE));
         let nothing = (shelved == 0).then_some("no alarm is shelved");
+        let button = body(ui, nothing, &seen).selected(view.shelved);
         if named(ui, nothing, button, &text).clicked() {
             view.shelved = !view.shelved;
         }
@@ -153,23 +153,27 @@ fn newest(ui: &mut Ui, shown: &Shown) {
     for past in newest {
         ui.horizontal(|ui| {
             ui.label(RichText::new(words::event_time(shown, past.at)).monospace().size(SMALL).weak());
-            let text = format!("{} (no alarm)", past.what.words());
+            let none = matches!(past.what, Incident::TrackEnded(..) | Incident::Ordered(..));
+            let text = format!("{}{}", past.what.words(), if none { " (no alarm)" } else { "" });
             ui.add(Label::new(RichText::new(text).size(SIZE).weak()).truncate());
         });
     }
 }
 
-/// True if it is part of an alarm's life, which is drawn above.
+/// True if it is part of an alarm's life, or a mode that an alarm tells: those are drawn above.
 fn is_of_alarm(what: &Incident) -> bool {
-    matches!(
-        what,
+    match what {
+        Incident::Mode(_, mode, cause, _) => {
+            matches!(mode, Mode::HoldSafe | Mode::Degraded) && *cause != Cause::Operator
+        }
         Incident::Raised(..)
-            | Incident::Over(..)
-            | Incident::Acknowledged(..)
-            | Incident::Shelved(..)
-            | Incident::Returned(..)
-            | Incident::Silenced
-    )
+        | Incident::Over(..)
+        | Incident::Acknowledged(..)
+        | Incident::Shelved(..)
+        | Incident::Returned(..)
+        | Incident::Silenced => true,
+        Incident::Ordered(..) | Incident::TrackEnded(..) | Incident::Stale(..) | Incident::Link(..) => false,
+    }
 }
 
 /// True if an alarm led to it: it stands above, and is no event beside it.

@@ -18,9 +18,9 @@ use super::view_state::ViewState;
 use super::words;
 use super::{Wish, given, images, settings};
 use crate::act::{Act, Order, Prepared};
-use crate::banner::Plan;
 use crate::interlock::Predicate;
 use crate::shown::Shown;
+use crate::silence::Plan;
 use crate::wording::lasting;
 
 /// Width of the column in a window of this width, points.

@@ -11,8 +11,8 @@ use wire::time::Span;
 use super::marks;
 use super::theme::{BODY, Palette, SMALL};
 use crate::aloft;
-use crate::banner::Plan;
 use crate::shown::ShownUnit;
+use crate::silence::Plan;
 use crate::wording::lasting;
 
 /// Height of the instruments, points.

@@ -165,6 +165,12 @@ impl Player {
         self.turns.last().map_or(Span::ZERO, |last| last.now.since(self.begins()))
     }
 
+    /// Time at which the run ended, from its beginning: no unit is heard after it.
+    pub fn over(&self) -> Span {
+        let ended = self.turns.iter().find(|turn| matches!(turn.input, Input::Quiesce));
+        ended.map_or(self.length(), |turn| turn.now.since(self.begins()))
+    }
+
     /// Present position, from its beginning.
     pub fn position(&self) -> Span {
         self.at.since(self.begins())

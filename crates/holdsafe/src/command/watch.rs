@@ -233,7 +233,7 @@ fn last_view(context: &Context, args: &Args, run: &RunFolder) -> Result<Exit, Fa
     checked::print_marks(context, &[&checked]);
     let (mut player, _) =
         Player::open(run.path()).map_err(|error| Failure::new(Exit::NoEvidence, error.to_string()))?;
-    player.seek(player.length());
+    player.seek(player.over());
     let (text, picture) = player.words();
     if context.json {
         checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &[&checked])?;

@@ -8,9 +8,9 @@ use wire::mode::Guard;
 use wire::report::ReportedTrack;
 
 use crate::age::Labelled;
-use crate::banner::Plan;
 use crate::gui::view_state::ViewState;
 use crate::shown::{Shown, ShownUnit};
+use crate::silence::Plan;
 use crate::site::Site;
 use crate::wording::{at_most, lasting, seconds, tenths};
 
