@@ -5,10 +5,11 @@
 
 use console::gui::ConsoleWindow;
 use eframe::egui::{Theme, vec2};
+use egui_kittest::kittest::NodeT;
 use wire::id::UnitId;
 use wire::mode::{Cause, Guard, Mode};
 
-use crate::scenes::SCENES;
+use crate::scenes::{self, SCENES};
 use crate::window::{Seated, name_of, sized};
 use crate::yard::{self, Actor, Yard};
 
@@ -138,4 +139,23 @@ fn assert_bound_holds(seated: &Seated, unit: UnitId, scene: &str) {
     let bound = said.split("≤ ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<f64>().ok());
     let bound = bound.unwrap_or_else(|| panic!("{scene}: no age in {said:?}"));
     assert!(bound * 1000.0 >= of.state.age().as_ms(), "{scene}: {said:?}, {}", of.state.age());
+}
+
+/// Of a unit that is not heard no value stands as if it were so.
+#[test]
+fn no_value_stands_without_was_beyond_late() {
+    for make in [scenes::stale, scenes::lost] {
+        let seated = sized(make(), vec2(1280.0, 800.0), Theme::Dark);
+        let name =
+            |node: egui_kittest::Node<'_>| node.accesskit_node().label().or_else(|| node.accesskit_node().value());
+        let names: Vec<String> = seated.root().children_recursive().filter_map(name).collect();
+        let begins = ["PLOT unit-a ", "GUARD ", "UNIT unit-a ", "MODE unit-a: "];
+        for begin in begins {
+            let said: Vec<&String> = names.iter().filter(|name| name.starts_with(begin)).collect();
+            // An age grows, and a guard that was not judged has no value.
+            let dated = |name: &&&String| !name.contains("Age of report") && !name.contains("not judged");
+            let bare: Vec<_> = said.iter().filter(dated).filter(|name| !name.contains("was ")).collect();
+            assert!(!said.is_empty() && bare.is_empty(), "{begin}{bare:?}");
+        }
+    }
 }

@@ -167,3 +167,21 @@ fn hold_has_one_place_in_every_state() {
         }
     }
 }
+
+/// A change of mode is named below the plots, within their pane.
+#[test]
+fn changes_of_mode_are_named_below_the_plots() {
+    let mut seated = sized(scenes::hold_safe(), SIZES[0], Theme::Dark);
+    for size in SIZES {
+        seated.set_size(size);
+        for preset in [Preset::Operate, Preset::Examine] {
+            seated.state_mut().window.layouts_mut().start_from(preset);
+            seated.run_steps(3);
+            let axis = seated.get_by_label_contains("AXIS ").rect();
+            let texts = painted::texts(&painted::shapes(&seated));
+            let named = |text: &&Text| text.words == "HOLD_SAFE" && axis.expand(1.0).contains_rect(text.ink);
+            let ink = texts.iter().find(named).map_or(0.0, |text| text.ink.height());
+            assert!(ink > LEAST / 2.0, "{preset:?} at {size}: {ink}");
+        }
+    }
+}

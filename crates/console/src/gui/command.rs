@@ -253,8 +253,11 @@ fn next(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     ui.add_space(6.0);
 }
 
-/// The order that the unit's mode waits for.
+/// The order that the unit's mode waits for; none in a recording.
 fn due(view_state: &ViewState, shown: &Shown) -> Option<Order> {
+    if shown.marks.replay {
+        return None;
+    }
     let unit = shown.unit(view_state.unit)?;
     let state = unit.state.fresh()?;
     let kind = match state.mode {

@@ -27,7 +27,7 @@ const WIDE: f32 = 400.0;
 /// Least distance of two times on the axis.
 const APART: f32 = 52.0;
 /// Least and greatest height of a plot.
-const HEIGHTS: [f32; 2] = [54.0, 120.0];
+const HEIGHTS: [f32; 2] = [64.0, 120.0];
 /// Height of the axis, with the names of the events.
 const AXIS: f32 = 40.0;
 /// Least time that is plotted, seconds.
@@ -207,6 +207,8 @@ fn plot(name: &str) -> Plot<'static> {
         .show_y(false)
         .show_grid([true, false])
         .set_margin_fraction(Vec2::ZERO)
+        // A row has its own height; a plot that is higher would push the axis out of the pane.
+        .min_size(Vec2::ZERO)
         .label_formatter(|_| None)
 }
 
