@@ -37,7 +37,8 @@ mod why;
 mod words;
 
 use eframe::egui::{
-    Button, CentralPanel, Frame, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Theme, Ui, WidgetInfo,
+    Button, CentralPanel, Frame, Margin, Panel, Rect, RichText, Role, ScrollArea, Stroke, TextEdit, Theme, Ui,
+    UiBuilder, WidgetInfo,
 };
 use wire::id::UnitId;
 use wire::time::Span;
@@ -160,15 +161,22 @@ impl ConsoleWindow {
             ground.show(ui, |ui| compare::draw(ui, (view_state, &self.site, shown), half, beside));
             return wishes;
         }
-        Panel::right("command").resizable(false).exact_size(command::width(window)).frame(frame(10, 8)).show(
-            ui,
-            |ui| {
-                Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));
-                command::draw(ui, &mut self.view_state, shown, &mut wishes);
-            },
-        );
-        Panel::top("banner").resizable(false).frame(frame(8, 8)).show(ui, |ui| {
-            if let Some(reason) = &shown.marks.invalid {
+        // The answers come first to those who hear the screen, then the orders, then the rest.
+        let whole = ui.available_rect_before_wrap();
+        let (rest, rail) = whole.split_left_right_at_x(whole.right() - command::width(window));
+        let part = |place: Rect, name: &str| UiBuilder::new().max_rect(place).id_salt(name);
+        let under = ui.scope_builder(part(rest, "answers"), |ui| self.answers(ui, picture)).inner;
+        ui.scope_builder(part(rail, "rail"), |ui| self.rail(ui, shown, &mut wishes));
+        ui.scope_builder(part(rest.with_min_y(under), "rest"), |ui| self.rest(ui, picture, &mut wishes));
+        wishes
+    }
+
+    /// Banner and, where they have no column, units. Returns where they end.
+    fn answers(&mut self, ui: &mut Ui, picture: &Picture<'_>) -> f32 {
+        let frame = Frame::new().fill(Palette::current(ui).pane).inner_margin(Margin::same(8));
+        let panel = Panel::top("banner").resizable(false).frame(frame);
+        let drawn = panel.show(ui, |ui| {
+            if let Some(reason) = &picture.shown.marks.invalid {
                 banner(ui, &format!("INVALID, evidence of nothing: {}", words::tame_to(reason, MAX_WHY)));
             }
             if picture.untaken {
@@ -179,40 +187,51 @@ impl ConsoleWindow {
                 banner(ui, &format!("{stale_text} {}. Hold by other means.", words::seconds(lag)));
                 ui.set_opacity(PAST);
             }
-            banner::draw(ui, &mut self.view_state, shown);
-            if window < CARDS {
+            banner::draw(ui, &mut self.view_state, picture.shown);
+            if !has_column(ui) {
                 ui.add_space(4.0);
                 ui.spacing_mut().item_spacing.y = 0.0;
-                units::lines(ui, &mut self.view_state, shown);
+                units::lines(ui, &mut self.view_state, picture.shown);
             }
         });
+        drawn.response.rect.bottom()
+    }
+
+    /// HOLD and the other orders, and at the bottom the looks.
+    fn rail(&mut self, ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
+        let palette = Palette::current(ui);
+        let edge = ui.max_rect().left();
+        let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
+        CentralPanel::default().frame(frame(10, 8)).show(ui, |ui| {
+            Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));
+            command::draw(ui, &mut self.view_state, shown, wishes);
+        });
+        ui.painter().vline(edge, ui.max_rect().y_range(), Stroke::new(1.0, palette.line));
+    }
+
+    /// The recording's bars, the column of units and the panes.
+    fn rest(&mut self, ui: &mut Ui, picture: &Picture<'_>, wishes: &mut Vec<Wish>) {
+        let (shown, palette) = (picture.shown, Palette::current(ui));
+        let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
         let sidecar = picture.sidecar.filter(|sidecar| picture.tape.is_some() && !sidecar.is_empty());
         if let Some(tape) = picture.tape {
             let sidecar = sidecar.map(|_| &mut self.view_state.sidecar);
-            Panel::bottom("replay")
-                .resizable(false)
-                .frame(frame(8, 4))
-                .show(ui, |ui| replay::draw(ui, tape, sidecar, &mut wishes));
+            let panel = Panel::bottom("replay").resizable(false).frame(frame(8, 4));
+            panel.show(ui, |ui| replay::draw(ui, tape, sidecar, wishes));
         }
         if let Some(sidecar) = sidecar.filter(|_| self.view_state.sidecar) {
-            Panel::bottom("beside")
-                .resizable(false)
-                .frame(frame(8, 4))
-                .show(ui, |ui| sidecar::draw(ui, &mut self.textures, sidecar));
+            let panel = Panel::bottom("beside").resizable(false).frame(frame(8, 4));
+            panel.show(ui, |ui| sidecar::draw(ui, &mut self.textures, sidecar));
         }
-        if window >= CARDS {
-            Panel::left("units").resizable(false).exact_size(UNITS).frame(frame(0, 0)).show(ui, |ui| {
-                if picture.behind.is_some() {
-                    ui.set_opacity(PAST);
-                }
-                self.column(ui, shown);
-            });
+        if picture.behind.is_some() {
+            ui.set_opacity(PAST);
+        }
+        if has_column(ui) {
+            let panel = Panel::left("units").resizable(false).exact_size(UNITS).frame(frame(0, 0));
+            panel.show(ui, |ui| self.column(ui, shown));
         }
         CentralPanel::default().frame(Frame::new().fill(palette.ground)).show(ui, |ui| {
-            if picture.behind.is_some() {
-                ui.set_opacity(PAST);
-            }
-            if window >= CARDS && !self.arranged {
+            if has_column(ui) && !self.arranged {
                 // The reasons stand in the column.
                 self.layouts.now().open(Pane::Tracks);
             }
@@ -221,9 +240,8 @@ impl ConsoleWindow {
                 self.layouts.now().open(pane);
             }
             let (view_state, site) = (&mut self.view_state, &self.site);
-            self.layouts.now().draw(ui, &mut Panes { view_state, site, shown, wishes: &mut wishes });
+            self.layouts.now().draw(ui, &mut Panes { view_state, site, shown, wishes });
         });
-        wishes
     }
 
     /// Units and the reasons for the chosen one's mode, where there is room for them beside the map.
@@ -278,6 +296,11 @@ impl ConsoleWindow {
             self.layouts.forget(name);
         }
     }
+}
+
+/// True if the window is wide enough for a column of units.
+fn has_column(ui: &Ui) -> bool {
+    ui.ctx().content_rect().width() >= CARDS
 }
 
 /// Banner above everything else.
