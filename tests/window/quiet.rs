@@ -114,7 +114,7 @@ fn own_hold_raises_no_alarm_and_a_contradiction_one() {
     let seated = seat(scenes::hold_safe());
     assert_eq!(groups(&seated), ["unit-b contradicts itself"]);
     assert_eq!(seated.query_all_by_label_contains("led to: unit-a HOLD_SAFE").count(), 1, "not an alarm of its own");
-    assert!(!shows_text(&seated, "HOLD_SAFE, cause lost:teammates (no alarm)"), "nor an event beside it");
+    assert!(!shows_text(&seated, "unit-a went to HOLD_SAFE"), "nor an event beside it");
     assert!(shows_text(&seated, "1 in this hour"));
     assert_eq!(seated.state().yard.shown().alarms.len(), 1);
 }
