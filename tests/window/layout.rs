@@ -1,4 +1,4 @@
-//! The painter's own check of every layout: no text is small, cut in the banner or lies on another, and nothing lies on
+//! The painter's own check of every layout: no text is small, cut in the banner or lies on another, and none lies on
 //! HOLD, which has one place.
 
 use console::gui::layout::Preset;
@@ -21,7 +21,7 @@ const LEAST: f32 = 13.0;
 /// Ink that two neighbours may share, points: rounding.
 const SHARED: f32 = 0.6;
 
-/// What is wrong with texts by themselves: the size of one, or one upon another.
+/// Flaws of texts by themselves: the size of one, or one upon another.
 pub(crate) fn text_flaws(texts: &[Text]) -> Vec<String> {
     let small = texts.iter().filter(|text| text.size < LEAST);
     let mut flaws: Vec<String> = small.map(|text| format!("{:?} has {} px", text.words, text.size)).collect();
@@ -55,7 +55,7 @@ fn is_covered(shapes: &[Clipped], text: &Text) -> bool {
     shapes[text.nth + 1..].iter().any(over)
 }
 
-/// What is wrong with the present frame.
+/// Flaws of the present frame.
 fn flaws(seated: &Seated) -> Vec<String> {
     let shapes = painted::shapes(seated);
     let texts = painted::texts(&shapes);
@@ -98,7 +98,7 @@ fn hold(seated: &Seated) -> Rect {
     seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect()
 }
 
-/// Nothing but its own words lies on HOLD.
+/// Shapes on HOLD other than its own words.
 fn hold_flaws(seated: &Seated, shapes: &[Clipped], texts: &[Text]) -> Vec<String> {
     let rect = hold(seated);
     let Some(own) = texts.iter().find(|text| text.words == "HOLD unit-a" && rect.contains_rect(text.ink)) else {

@@ -1,4 +1,4 @@
-//! What a quiet picture is free of: saturated colours, and alarms. No pixels are drawn here, so colours are those of
+//! A quiet picture: free of saturated colours, and of alarms. No pixels are drawn here, so colours are those of
 //! the painted shapes, and their area is an upper bound.
 
 use console::gui::theme::Palette;
