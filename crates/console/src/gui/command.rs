@@ -221,7 +221,7 @@ fn orders(view_state: &ViewState, shown: &Shown) -> Vec<Order> {
 fn next(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     heading(ui, "Next for you");
     let palette = *Palette::current(ui);
-    let order = due(view_state, shown);
+    let order = due(view_state, shown).filter(|_| dead(shown).is_none());
     let frame =
         Frame::new().fill(palette.raised).stroke(Stroke::new(1.0, palette.edge)).inner_margin(Margin::symmetric(10, 8));
     let answer = shown.banner(view_state.unit).next;

@@ -40,8 +40,9 @@ pub(super) fn draw(ui: &mut Ui, unit: &ShownUnit) {
         }
     }
     if !known {
+        let crossed = if unit.is_out_of_contact() { palette.quiet } else { palette.alarm };
         let reach = vec2(RADIUS, -RADIUS) * 0.8;
-        ui.painter().line_segment([center - reach, center + reach], Stroke::new(2.0, palette.alarm));
+        ui.painter().line_segment([center - reach, center + reach], Stroke::new(2.0, crossed));
     }
     let words = words(unit, known);
     let column = pos2(center.x + RADIUS + gap + 6.0, rect.top() + 6.0);

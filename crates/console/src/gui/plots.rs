@@ -30,6 +30,8 @@ const APART: f32 = 52.0;
 const HEIGHTS: [f32; 2] = [64.0, 120.0];
 /// Height of the axis, with the names of the events.
 const AXIS: f32 = 40.0;
+/// Least time that is plotted, seconds.
+const SHORTEST: f64 = 10.0;
 /// Most changes of mode that have a line.
 const MOST_CHANGES: usize = 12;
 
@@ -47,7 +49,9 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     let track = view_state.track.filter(|(owner, _)| *owner == unit.unit).map(|(_, track)| track);
     let all = Series::of(shown, unit, view_state.plotted, track);
     let whole = view_state.whole_run;
-    let from = if whole { start(shown, unit) } else { -in_seconds(CLOSE) };
+    // A run that has just begun fills the plots too.
+    let close = start(shown, unit).clamp(-in_seconds(CLOSE), -SHORTEST);
+    let from = if whole { start(shown, unit).min(-SHORTEST) } else { close };
     let changes = changes(shown, unit, whole, from);
     ui.spacing_mut().item_spacing.y = 0.0;
     let room = (ui.available_height() - AXIS).max(HEIGHTS[0]);
@@ -190,7 +194,9 @@ fn row(
 
 /// A plot that is only looked at.
 fn plot(name: &str) -> Plot<'static> {
+    // Its own least height is more than a row has.
     Plot::new(name.to_owned())
+        .min_size(Vec2::splat(8.0))
         .allow_zoom(false)
         .allow_drag(false)
         .allow_scroll(false)

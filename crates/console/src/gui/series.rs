@@ -2,6 +2,7 @@
 //!
 //! They are read from the trace of a unit ([`crate::trace`]). Drawing them is left to `plots`.
 
+use wire::event::Freshness;
 use wire::id::TrackId;
 use wire::measured::Limit;
 use wire::mode::Guard;
@@ -33,12 +34,14 @@ pub(super) enum Series {
 pub(super) type Bound = (String, f64);
 
 impl Series {
-    /// The series of a unit: those that fail first, then the chosen guard's, then those of every unit.
+    /// The series of a unit: its age if it is silent, those that fail, then the chosen guard's, then those of every unit.
     pub(super) fn of(shown: &Shown, unit: &ShownUnit, picked: Option<Guard>, track: Option<TrackId>) -> Vec<Self> {
         let state = unit.state.get().0;
         let measured = |guard: &Guard| Limit::for_guard(*guard, &shown.bounds).is_some();
         let failing = state.failing.iter().filter(measured).take(2);
-        let mut all: Vec<Self> = failing.chain(picked).map(Series::Guard).collect();
+        let silent = unit.state.freshness() > Freshness::Late && !unit.is_out_of_contact();
+        let mut all: Vec<Self> = silent.then_some(Series::Age).into_iter().collect();
+        all.extend(failing.chain(picked).map(Series::Guard));
         let flies = state.motion.is_some();
         all.push(Series::Speed);
         if flies {

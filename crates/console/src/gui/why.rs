@@ -22,7 +22,8 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
         return;
     };
     let current = unit.state.freshness() == Freshness::Fresh;
-    let tone = if current { Tone::Weak } else { marks::freshness(unit.state.freshness()).0 };
+    let expected = current || unit.is_out_of_contact();
+    let tone = if expected { Tone::Weak } else { marks::freshness(unit.state.freshness()).0 };
     let age = format!("{} as reported {} ago", unit.unit, seconds(unit.state.age()));
     ui.add(Label::new(RichText::new(age).color(tone.color(Palette::current(ui)))).truncate());
     let mut guards: Vec<(Guard, Predicate)> = Guard::ALL.into_iter().zip(unit.guards(&shown.bounds)).collect();
