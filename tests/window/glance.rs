@@ -1,7 +1,7 @@
-//! Five questions, answered by the names of the banner's parts and without a press: what is wrong, since when, why,
-//! what to do, whether what is shown is old.
+//! Five questions, answered by the names of the banner's parts and without a press: the trouble, since when, why, the
+//! next step, the age of the picture.
 //!
-//! The answers are held against what the scripted units do (`yard`), not against the console's own model.
+//! The answers are held against the acts of the scripted units (`yard`), not against the console's own model.
 
 use console::gui::ConsoleWindow;
 use eframe::egui::{Theme, vec2};
@@ -40,7 +40,7 @@ fn heard(yard: &Yard, actor: &Actor) -> Heard {
     }
 }
 
-/// What each part has to say, in the order of [`PARTS`].
+/// Words that each part has to contain, in the order of [`PARTS`].
 fn answers(yard: &Yard, actor: &Actor) -> [Vec<String>; 5] {
     let says = |words: &[&str]| words.iter().map(|words| (*words).to_owned()).collect::<Vec<_>>();
     let (name, mode) = (actor.unit.name(), actor.mode.name());

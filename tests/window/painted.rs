@@ -1,5 +1,5 @@
-//! Everything that the last frame painted, in order, as far as it is seen. What should be there is for `layout` and
-//! `looks` to say.
+//! Everything that the last frame painted, in order, as far as it is seen. Judging it is left to `layout` and
+//! `looks`.
 
 use eframe::egui::Rect;
 use eframe::egui::epaint::text::PlacedRow;

@@ -1,4 +1,4 @@
-//! What a quiet picture is free of: saturated colours, and alarms. No pixels are drawn here, so colours are those of
+//! A quiet picture: free of saturated colours, and of alarms. No pixels are drawn here, so colours are those of
 //! the painted shapes, and their area is an upper bound.
 
 use console::gui::theme::Palette;
@@ -114,7 +114,7 @@ fn own_hold_raises_no_alarm_and_a_contradiction_one() {
     let seated = seat(scenes::hold_safe());
     assert_eq!(groups(&seated), ["unit-b contradicts itself"]);
     assert_eq!(seated.query_all_by_label_contains("led to: unit-a HOLD_SAFE").count(), 1, "not an alarm of its own");
-    assert!(!shows_text(&seated, "HOLD_SAFE, cause lost:teammates (no alarm)"), "nor an event beside it");
+    assert!(!shows_text(&seated, "unit-a went to HOLD_SAFE"), "nor an event beside it");
     assert!(shows_text(&seated, "1 in this hour"));
     assert_eq!(seated.state().yard.shown().alarms.len(), 1);
 }

@@ -1,4 +1,4 @@
-//! Ways to what is not on the first look: from a guard to its plot, from unit to unit, to every control without a
+//! Ways beyond the first look: from a guard to its plot, from unit to unit, to every control without a
 //! pointer, along a recording, and to another recording beside it.
 
 use std::sync::Arc;
@@ -84,7 +84,7 @@ fn keys_choose_units() {
     assert_eq!(seated.state().acts, [hold], "HOLD goes to the unit that the banner is about");
 }
 
-/// What is enabled and drawn in sight.
+/// Controls that are enabled and in sight.
 fn controls(seated: &Seated) -> Vec<String> {
     let window = seated.ctx.content_rect();
     let is = |node: &Node<'_>| {
@@ -144,7 +144,7 @@ fn scrubber_is_dragged_through_a_recording() {
     assert!(seated.state().acts.is_empty());
 }
 
-/// Two recordings at the same time of their runs: what stands once for one stands twice.
+/// Two recordings at the same time of their runs: each part stands there twice.
 #[test]
 fn two_recordings_stand_side_by_side() {
     for size in [vec2(1366.0, 768.0), vec2(1920.0, 1080.0)] {

@@ -27,7 +27,7 @@ const ROOMY: f32 = 900.0;
 const BLOCKS: [f32; 2] = [224.0, 300.0];
 /// Sizes of the mode.
 const MODES: [f32; 2] = [28.0, 36.0];
-/// Sizes of a headline and of what stands below it: the first that fit are taken.
+/// Sizes of a headline and of its details: the first that fit are taken.
 const SIZES: [[[f32; 2]; 4]; 2] = [
     [[18.0, BODY], [16.0, BODY], [16.0, SMALL], [BODY, SMALL]],
     [[21.0, BODY], [18.0, BODY], [16.0, BODY], [BODY, SMALL]],
@@ -129,7 +129,7 @@ fn lasted(since: &Answer) -> String {
     }
 }
 
-/// Gives a part its name, which is whole whatever there is room for.
+/// Gives a part its name, which is whole at any width.
 fn named(ui: &Ui, (unit, title): (&str, &str), answer: &Answer, place: Rect) {
     let response = ui.interact(place, ui.scope_id().with(title), Sense::hover());
     let text = format!("{} {unit}: {}", title.trim_end_matches('?').to_uppercase(), answer.sentence());
@@ -158,7 +158,7 @@ fn worse(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, (inner, ink): (
     }
 }
 
-/// An answer as laid out: the headline, and what stands below it with sign and colour.
+/// An answer as laid out: the headline, and the details with sign and colour.
 struct Laid {
     headline: Arc<Galley>,
     details: Vec<(Option<Shape>, Color32, Arc<Galley>)>,
@@ -200,7 +200,7 @@ impl Laid {
     }
 }
 
-/// One answer: its question, its headline, and what stands below it.
+/// One answer: its question, its headline, its details.
 fn part(ui: &mut Ui, (unit, title): (&str, &str), answer: &Answer, (place, size): (Rect, usize)) {
     let palette = Palette::current(ui);
     let font = FontId::proportional(BODY);
