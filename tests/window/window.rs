@@ -846,7 +846,7 @@ fn two_hundred_tracks_all_reach_the_map() {
     assert!(shows_text(&seated, &format!("MAP 4 units, {tracks} tracks")));
 }
 
-/// What is as it should be is said once, with each link by name for those who ask.
+/// A normal link is said once, with each link by name for those who ask.
 #[test]
 fn every_link_is_named_with_its_clock() {
     let mut yard = scenes::crowd();
@@ -881,7 +881,7 @@ fn invalid_recording_mark_is_always_visible() {
     }
 }
 
-/// The window says what is waived in words of its own; the policy's name, which anybody may have written, is not drawn.
+/// The window names the waived checks in words of its own; the policy's name, which comes from a file, is not drawn.
 #[test]
 fn foreign_name_cannot_break_its_line() {
     let name = format!("evil\u{202e}\n\t{}", "name ".repeat(400));

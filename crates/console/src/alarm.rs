@@ -1,4 +1,4 @@
-//! An alarm as it is drawn: one group for a cause, with what it led to. `causes` finds the causes, `alarms` decides when
+//! An alarm as it is drawn: one group for a cause, with its consequences. `causes` finds the causes, `alarms` decides when
 //! a group is raised and when it is over, `sound` when it is to be heard.
 
 use config::suite::Suite;
@@ -24,7 +24,7 @@ pub enum Priority {
 }
 
 impl Priority {
-    /// Priority of this cause by itself. What it leads to can make it more urgent.
+    /// Priority of this cause by itself. Its consequences can make it more urgent.
     pub fn from_alarm(alarm: &Alarm) -> Self {
         match alarm {
             Alarm::HoldSafe(_)
@@ -94,7 +94,7 @@ impl LedTo {
         }
     }
 
-    /// The consequence as a line below its cause; what was seen of the cause itself comes first.
+    /// The consequence as a line below its cause; the sign of the cause itself comes first.
     pub fn line(&self) -> String {
         let begins = if matches!(self, LedTo::Found(..)) { "first" } else { "led to" };
         format!("{begins}: {}", self.words())
@@ -119,7 +119,7 @@ impl LedTo {
     }
 }
 
-/// An alarm as drawn: a cause, and what it led to.
+/// An alarm as drawn: a cause, and its consequences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShownGroup {
     /// The cause.
@@ -138,9 +138,9 @@ pub struct ShownGroup {
     pub standing: bool,
     /// True if it was taken note of.
     pub acknowledged: bool,
-    /// True while a HOLD_SAFE stands that nobody here ordered: it cannot be shelved.
+    /// True while a HOLD_SAFE stands that was not ordered here: it cannot be shelved.
     pub hold_stands: bool,
-    /// What the cause led to, in the order of events; at most [`MAX_LED_TO`].
+    /// Consequences of the cause, in the order of events; at most [`MAX_LED_TO`].
     pub led_to: Vec<(Instant, LedTo)>,
     /// Consequences for which there was no room.
     pub led_more: u32,
@@ -159,7 +159,7 @@ impl ShownGroup {
         !self.acknowledged && self.shelved_until.is_none()
     }
 
-    /// True if nothing folds it away: in a flood only the most urgent are open.
+    /// True if it is not folded away: in a flood only the most urgent are open.
     pub fn unfolded(&self, flood: bool) -> bool {
         !flood || self.priority == Priority::High
     }

@@ -1,9 +1,9 @@
 //! Life of the alarms' groups: raised, acknowledged, over, put aside, back again (after ISA-18.2).
 //!
-//! A group is one cause that stands, as `causes` finds it, with what it led to. It leaves once it is over *and*
+//! A group is one cause that stands, as `causes` finds it, with its consequences. It leaves once it is over *and*
 //! acknowledged; one that is not urgent clears itself [`CLEARS_AFTER`] it is over. One that returns within
 //! [`RETURNS_WITHIN`] opens its group again and is counted there, so that chatter is one alarm. A past event (an order,
-//! a lost session) stands until it is acknowledged. What is to be heard is `sound`'s.
+//! a lost session) stands until it is acknowledged. Its sound is `sound`'s.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,8 @@ use wire::person::{Alarm, Shelf};
 use wire::time::{Instant, Span};
 
 use crate::alarm::{LedTo, MAX_LED_TO, Priority, ShownGroup};
-use crate::causes::{Causes, Finding};
+use crate::causes::Causes;
+use crate::finding::Finding;
 use crate::history::{History, Incident};
 use crate::shown::Shown;
 use crate::sound::{Rate, Silence};
@@ -62,12 +63,12 @@ impl Group {
         self.shown.standing || !self.shown.acknowledged
     }
 
-    /// True if it stands or did a short while ago: what returns now is the same alarm.
+    /// True if it stands or did a short while ago: one that returns now is the same alarm.
     fn recent(&self, now: Instant) -> bool {
         self.shown.standing || self.stood || self.over.is_some_and(|over| now.since(over) < RETURNS_WITHIN)
     }
 
-    /// Stands by a finding of its cause. What is more urgent than before asks for an act again.
+    /// Stands by a finding of its cause. A more urgent one than before asks for an act again.
     fn stand(&mut self, now: Instant, finding: &Finding) {
         let asks = self.lead_to(&finding.led_to);
         let shown = &mut self.shown;
@@ -107,7 +108,7 @@ impl Group {
         asks
     }
 
-    /// Notes that it no longer stands, and clears what is not urgent after a while.
+    /// Notes that it no longer stands, and clears one that is not urgent after a while.
     fn end(&mut self, now: Instant, history: &mut History) {
         let shown = &mut self.shown;
         if self.stood && !shown.standing {

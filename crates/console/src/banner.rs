@@ -1,5 +1,5 @@
 //! The four answers that an operator looks for first, for one unit: its mode, why and since when, the next step, and
-//! whether what is shown is true.
+//! whether the picture is true.
 //!
 //! They follow from the shown values alone, and are the same in the window, on the page and on the terminal. Names and
 //! readings are [`wording`](crate::wording)'s, drawing is left to the views.
@@ -36,7 +36,7 @@ pub enum Sign {
     Lost,
 }
 
-/// One of the answers: a headline, and what stands below it.
+/// One of the answers: a headline, and the lines below it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Answer {
     /// Sign of the headline.
@@ -73,7 +73,7 @@ pub struct Banner {
     /// The unit.
     #[serde(skip)]
     pub unit: UnitId,
-    /// Mode, with what goes with it.
+    /// Mode, with speed and authority.
     pub mode: Answer,
     /// Why it is in that mode.
     pub why: Answer,
@@ -174,7 +174,7 @@ impl Shown {
         answer.with(Sign::Normal, format!("at {}", clock(unit.since.since(self.epoch()))))
     }
 
-    /// The next step: one imperative, and what it waits for.
+    /// The next step: one imperative, and its first unmet condition.
     fn next(&self, unit: &ShownUnit) -> Answer {
         let name = unit.unit.name();
         if self.marks.replay {
@@ -235,7 +235,7 @@ impl Shown {
         }
     }
 
-    /// Whether what is shown of the unit is true.
+    /// Whether the picture of the unit is true.
     fn truth(&self, unit: &ShownUnit) -> Answer {
         let oldest = unit
             .tracks
@@ -321,7 +321,7 @@ fn mode(unit: &ShownUnit) -> Answer {
     }
 }
 
-/// What a person can do about a guard that fails.
+/// The remedy for a guard that fails.
 fn remedy(unit: &ShownUnit, guard: Guard) -> String {
     let state = unit.state.get().0;
     let name = wording::guard(state.suite(), guard);

@@ -1,6 +1,6 @@
-//! Causes: what of the shown values asks for an act of a person, and what it led to.
+//! Causes: the shown values that ask for an act of a person, and their consequences.
 //!
-//! They follow from the shown values alone, and name the actor that these know and no other. What the operator or the
+//! They follow from the shown values alone, and name the actor that these know and no other. An order of the operator or the
 //! script ordered is none, nor is silence by a unit's plan; the rest is an event in `history`. Raising a group and
 //! ending it is left to `alarms`, ended tracks to `ended`, plans of contact to `silence`.
 
@@ -16,65 +16,14 @@ use wire::time::{Instant, Span};
 
 use crate::alarm::{LedTo, Priority};
 use crate::ended::Ended;
+use crate::finding::{Finding, Findings};
 use crate::history::{History, Incident};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownUnit};
 use crate::silence::{CONTACT_LATE, Plan, gateway_silent, revoked};
 use crate::skew::Rate;
 
-/// A cause that stands.
-#[derive(Clone, Debug)]
-pub(crate) struct Finding {
-    pub(crate) cause: Alarm,
-    pub(crate) suite: Suite,
-    pub(crate) priority: Priority,
-    /// Which of its occurrences, if it is a past event.
-    pub(crate) event: Option<u64>,
-    /// True if a present condition stands by it.
-    pub(crate) stands: bool,
-    /// True if a HOLD_SAFE that nobody here ordered stands by it.
-    pub(crate) hold_stands: bool,
-    pub(crate) led_to: Vec<(Instant, LedTo)>,
-    /// Causes that turn out to be consequences of this one.
-    pub(crate) absorbs: Vec<Alarm>,
-}
-
-/// The causes that stand, each once.
-#[derive(Debug, Default)]
-pub(crate) struct Findings(pub(crate) Vec<Finding>);
-
-impl Findings {
-    /// The finding of this cause, by a present condition.
-    pub(crate) fn of(&mut self, cause: Alarm, suite: Suite) -> &mut Finding {
-        let finding = self.entry(cause, suite);
-        finding.stands = true;
-        finding
-    }
-
-    /// Adds the finding of a past event.
-    fn event(&mut self, cause: Alarm, occurrence: u64) {
-        self.entry(cause, Suite::Scene).event = Some(occurrence);
-    }
-
-    fn entry(&mut self, cause: Alarm, suite: Suite) -> &mut Finding {
-        let at = self.0.iter().position(|finding| finding.cause == cause).unwrap_or_else(|| {
-            self.0.push(Finding {
-                cause,
-                suite,
-                priority: Priority::from_alarm(&cause),
-                event: None,
-                stands: false,
-                hold_stands: false,
-                led_to: Vec::new(),
-                absorbs: Vec::new(),
-            });
-            self.0.len() - 1
-        });
-        &mut self.0[at]
-    }
-}
-
-/// What is remembered of a unit between two looks.
+/// Memory of a unit between two looks.
 #[derive(Clone, Debug, Default)]
 struct Known {
     /// The mode and its beginning.
@@ -88,7 +37,7 @@ struct Known {
     authority: Option<TrackId>,
     /// The cause of its silence, while that asks for an act.
     silent: Option<Alarm>,
-    /// True while what is shown is stale, and was fresh before.
+    /// True while the picture of it is stale, and was fresh before.
     stale: bool,
     ended: Ended,
 }
@@ -195,7 +144,7 @@ impl Causes {
 }
 
 impl Known {
-    /// Silence that no plan foresees, and what is lost with the unit. It stands until the unit is heard.
+    /// Silence that no plan foresees, and the losses with the unit. It stands until the unit is heard.
     fn silence(
         &mut self,
         shown: &Shown,

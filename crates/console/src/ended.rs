@@ -1,4 +1,4 @@
-//! Tracks that end: an event, since a unit drives past what it sees. One asks for an act if it was designated, or was
+//! Tracks that end: an event, since a unit drives past the things that it sees. One asks for an act if it was designated, or was
 //! last seen in the unit's way; several at once, and none left, are a sensor's.
 //!
 //! The way ahead is the unit's stopping distance from its present speed and the platform's sure braking, and
@@ -14,7 +14,7 @@ use wire::sensor::Pose;
 use wire::time::{Instant, Span};
 
 use crate::alarm::LedTo;
-use crate::causes::Findings;
+use crate::finding::Findings;
 use crate::history::{History, Incident};
 use crate::life::Life;
 use crate::shown::{LostTrack, Shown, ShownUnit};

@@ -1,4 +1,4 @@
-//! The hand of the person at the console: each act judged here, once, against what is shown.
+//! The hand of the person at the console: each act judged here, once, against the picture.
 //!
 //! An accepted act becomes a [`Wish`], as a step of the script does; from there on both go one way, to a signed intent
 //! and its confirmation. Towards safe one act is enough. Away from safe the order is prepared, which lapses after

@@ -1,4 +1,4 @@
-//! Event history of this display: what asks for no act (modes, orders, tracks, links), and the lives of alarms.
+//! Event history of this display: events that ask for no act (modes, orders, tracks, links), and the lives of alarms.
 //!
 //! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a
 //! recording are `moment`'s, which compares two pictures.
@@ -28,7 +28,7 @@ pub enum Incident {
     Ordered(Order, Giver),
     /// A unit no longer reports a track: the unit, the track and its class.
     TrackEnded(UnitId, TrackId, Class),
-    /// What is shown of a unit became stale, or is so no more.
+    /// The picture of a unit became stale, or is so no more.
     Stale(UnitId, bool),
     /// A session at the gateway opened or ended.
     Link(PeerId, bool),

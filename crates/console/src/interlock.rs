@@ -283,7 +283,7 @@ fn judged(value: Option<i32>, limit: Limit) -> (String, String) {
     (value.map_or("not known".to_owned(), words), bound)
 }
 
-/// What a guard waits for that fails within its limit.
+/// The condition that a guard waits for if it fails within its limit.
 fn awaited((guard, suite): (Guard, Suite), holds: bool, value: i32, limit: Limit) -> String {
     match limit {
         _ if holds || limit.exceeded(value) => String::new(),

@@ -16,6 +16,7 @@ pub mod causes;
 pub mod display;
 pub mod ended;
 pub mod eye;
+mod finding;
 #[cfg(feature = "gui")]
 pub mod gui;
 pub mod hand;

@@ -81,7 +81,7 @@ pub(crate) fn line(shown: &Shown) -> String {
     .to_string()
 }
 
-/// An alarm with what it led to. What is over is told as it was.
+/// An alarm with its consequences. One that is over is in the past tense.
 fn alarm(now: Instant, of: &ShownGroup) -> Value {
     let ago = |time: Instant| ms(now.since(time));
     json!({

@@ -194,7 +194,7 @@ pub struct Marks {
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
-    /// What it waives, in words.
+    /// The checks that it waives, in words.
     pub waived: String,
     /// Longest wait of a service for a core in the last ten seconds, where it is worth showing.
     pub host_wait: Option<Span>,
@@ -242,7 +242,7 @@ pub struct Shown {
     pub alarms_in_hour: u32,
     /// True if more alarms come than a person can read: then only the most urgent are open.
     pub alarm_flood: bool,
-    /// What of them is to be heard.
+    /// Their sound.
     pub sound: Sound,
     /// Events at this display, oldest first.
     pub past: Arc<VecDeque<Past>>,

@@ -1,4 +1,4 @@
-//! Silence: which one is planned, which is ordered, and which is the gateway's. What follows from one that is none of
+//! Silence: which one is planned, which is ordered, and which is the gateway's. The consequence of one that is none of
 //! these is left to `causes`.
 
 use wire::event::Freshness;

@@ -1,4 +1,4 @@
-//! What of the alarms is to be heard, and how many were raised: by the console's own clock, as data. Ringing is left to
+//! The sound of the alarms, and how many were raised: by the console's own clock, as data. Ringing is left to
 //! a window that can.
 
 use std::collections::VecDeque;
@@ -22,10 +22,10 @@ const RATE_WITHIN: Span = Span::s(3600);
 /// Alarms that are counted; beyond this number the count is one of at least so many.
 pub const MAX_COUNTED: usize = 128;
 
-/// What is to be heard.
+/// The sound that is due.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sound {
-    /// The motif, and the time at which it began: it is due then and every [`MOTIF_EVERY`]. None while nothing sounds.
+    /// The motif, and the time at which it began: it is due then and every [`MOTIF_EVERY`]. None in silence.
     pub motif: Option<(Priority, Instant)>,
     /// Time at which the silence ends, while there is one.
     pub silenced_until: Option<Instant>,
@@ -55,7 +55,7 @@ impl Silence {
         self.0.map(|from| from + SILENCED_FOR).filter(|until| now < *until)
     }
 
-    /// What is to be heard at `now` of these groups. A group that was raised after the silence began sounds through it.
+    /// The sound at `now` of these groups. A group that was raised after the silence began sounds through it.
     pub(crate) fn sound<'g>(&self, now: Instant, flood: bool, groups: impl Iterator<Item = &'g ShownGroup>) -> Sound {
         let silenced_until = self.until(now);
         let after = silenced_until.and(self.0);
@@ -85,7 +85,7 @@ impl Rate {
         }
     }
 
-    /// Forgets what is older than is counted.
+    /// Forgets those too old to be counted.
     pub(crate) fn prune(&mut self, now: Instant) {
         self.0.retain(|time| now.since(*time) < RATE_WITHIN);
     }

@@ -64,7 +64,7 @@ pub fn lines(shown: &Shown) -> String {
     text
 }
 
-/// The alarms with what they led to, and how many there were. In a flood, what is not urgent is only counted.
+/// The alarms with their consequences, and how many there were. In a flood, those that are not urgent are only counted.
 fn alarm_lines(text: &mut String, shown: &Shown) {
     let (open, folded): (Vec<_>, Vec<_>) = shown.alarms.iter().partition(|group| group.unfolded(shown.alarm_flood));
     open.iter().for_each(|group| alarm_line(text, shown.at, group));

@@ -1,4 +1,4 @@
-//! What a unit has reported over time: its way, its speed, the measurements of its guards, the confidence of its tracks.
+//! Reports of a unit over time: its way, its speed, the measurements of its guards, the confidence of its tracks.
 //!
 //! A trace holds accepted reports only, so a plot of it shows no value where none was heard. It is part of the picture,
 //! so that a recording that is moved to another time has the trace of that time. Drawing is left to the views.

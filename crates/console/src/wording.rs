@@ -74,7 +74,7 @@ pub fn tenths(number: f64) -> String {
     if rounded < 0.0 { format!("−{:.1}", -rounded) } else { format!("{rounded:.1}") }
 }
 
-/// Claims of a teammate that cannot all be true: what they run against.
+/// Claims of a teammate that cannot all be true: the reason.
 pub fn inconsistency(found: Inconsistency) -> &'static str {
     match found {
         Inconsistency::Kinematics => "it moved faster than its body can",
@@ -107,7 +107,7 @@ pub fn cause(state: &State, bounds: &Bounds) -> [String; 2] {
     }
 }
 
-/// The loss of what a guard watches over.
+/// The loss behind a failed guard.
 fn lost(of: Guard, state: &State, bounds: &Bounds) -> [String; 2] {
     let suite = state.suite();
     let seconds = |ms: u64| tenths(ms as f64 / 1000.0);
@@ -162,7 +162,7 @@ pub fn check(check: Check) -> &'static str {
     }
 }
 
-/// What a policy waives, in words; empty under the full policy.
+/// Checks that a policy waives, in words; empty under the full policy.
 pub fn waived(policy: &Policy) -> String {
     let off = |required: &Requirement| *required == Requirement::Waived;
     let checks: Vec<&str> = policy.boundary.iter().filter(|(_, r)| off(r)).map(|(c, _)| check(*c)).collect();

@@ -1,4 +1,4 @@
-//! One alarm of the alarms pane: its cause, what has become of it, what it led to, and what can be done about it.
+//! One alarm of the alarms pane: its cause, state, consequences and controls.
 
 use eframe::egui::{Align, Button, Label, Layout, Rect, Response, RichText, Role, Stroke, StrokeKind, TextEdit, Ui};
 use eframe::egui::{WidgetInfo, vec2};
@@ -12,11 +12,11 @@ use crate::act::{Act, Alarm, Shelf};
 use crate::alarm::{Priority, ShownGroup};
 use crate::shown::Shown;
 
-/// Size of what is to be read or pressed, points.
+/// Size of texts to be read or pressed, points.
 pub(super) const SIZE: f32 = 15.0;
 /// Size of times and keys, points.
 pub(super) const SMALL: f32 = 13.0;
-/// Height of a line of what an alarm led to, points.
+/// Height of a line of a consequence, points.
 pub(super) const LINE: f32 = 22.0;
 /// Width from which buttons have whole words, points.
 const WIDE: f32 = 600.0;
@@ -25,7 +25,7 @@ const BAR: f32 = 5.0;
 /// Longest reason, bytes, as the act carries it.
 const MAX_REASON: usize = 64;
 
-/// What the pane keeps between two pictures.
+/// State of the pane between two pictures.
 #[derive(Debug, Default)]
 pub(super) struct AlarmView {
     /// The alarm that is about to be put aside.
@@ -55,7 +55,7 @@ pub(super) fn is(group: &ShownGroup, (cause, since): (Alarm, Instant)) -> bool {
     group.cause == cause && group.since == since
 }
 
-/// One alarm: bar, priority and cause, its buttons, and what it led to.
+/// One alarm: bar, priority and cause, its buttons, and its consequences.
 pub(super) fn draw(
     ui: &mut Ui,
     view: &mut AlarmView,
@@ -148,7 +148,7 @@ fn buttons(
     }
 }
 
-/// A control's text and looks: what cannot be pressed now is weak.
+/// A control's text and looks: one that cannot be pressed now is weak.
 pub(super) fn body<'t>(ui: &Ui, locked: Option<&str>, text: &str) -> Button<'t> {
     let palette = Palette::current(ui);
     let (ink, edge) = if locked.is_some() { (palette.weak, palette.line) } else { (palette.text, palette.edge) };
@@ -163,7 +163,7 @@ pub(super) fn named(ui: &mut Ui, locked: Option<&str>, button: Button<'_>, name:
     response
 }
 
-/// When it was raised, and what has become of it.
+/// Time at which it was raised, and its state.
 fn state_of(shown: &Shown, group: &ShownGroup) -> String {
     let mut words = vec!["raised".to_owned()];
     if group.times > 1 {

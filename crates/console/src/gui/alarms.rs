@@ -1,7 +1,7 @@
-//! Alarms: one block a cause, the most urgent first, with what it led to; below them the controls for all. History is
+//! Alarms: one block a cause, the most urgent first, with its consequences; below them the controls for all. History is
 //! the other pane here.
 //!
-//! Which alarms there are, what they are about and whether they sound is `crate::alarms`'s; this draws it.
+//! Which alarms there are, their causes and sounds is `crate::alarms`'s; this draws it.
 
 use eframe::egui::{Align, Event, Frame, Key, Label, Layout, Panel, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
@@ -22,7 +22,7 @@ use crate::sound::LIMIT_AN_HOUR;
 const SHORT: f32 = 390.0;
 /// Least room for the rate beside them.
 const LEAST_RATE: f32 = 60.0;
-/// Newest events that are drawn below the alarms: what was none.
+/// Newest events that are drawn below the alarms.
 const EVENTS: usize = 3;
 /// Longest text that is searched for, bytes.
 const MAX_SEARCH: usize = 64;
@@ -59,7 +59,7 @@ fn first_open(shown: &Shown) -> Option<&ShownGroup> {
     shown.alarms.iter().find(|group| group.open() && group.unfolded(shown.alarm_flood))
 }
 
-/// The alarms, and what can be done about all of them.
+/// The alarms, and the controls for all of them.
 pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     let view = &mut view_state.alarms;
     view.shelving = view.shelving.filter(|shelving| shown.alarms.iter().any(|group| alarm_block::is(group, *shelving)));

@@ -1,4 +1,4 @@
-//! Bell for what `crate::sound` says is due: the terminal's from which the window was opened, where there is one.
+//! Bell for the sounds that are due by `crate::sound`: the terminal's from which the window was opened, where there is one.
 //!
 //! A window has no sound of its own, and no library for one is at hand: without a terminal alarms are drawn only, and
 //! the alarms pane says so.
@@ -29,7 +29,7 @@ impl Bell {
         self.terminal
     }
 
-    /// Rings what is due since the last picture: three strokes for HIGH, two for MEDIUM. A recording is silent.
+    /// Rings the sounds due since the last picture: three strokes for HIGH, two for MEDIUM. A recording is silent.
     pub(super) fn ring(&mut self, shown: &Shown) {
         let last = self.last.replace(shown.at).filter(|last| *last <= shown.at);
         let due =

@@ -1,7 +1,7 @@
 //! The command column. Towards safe takes one step, from every state of the window; away from safe takes three: choose,
 //! arm, confirm with a reason. It never covers the rest: a confirmation is in the column.
 //!
-//! Permission is no decision of this view: it draws the interlocks and what is prepared as the model has them.
+//! Permission is no decision of this view: it draws the interlocks and the prepared order as the model has them.
 
 use eframe::egui::{
     self, Align2, Button, FontId, Frame, Key, Label, Layout, Margin, Modifiers, RadioButton, Response, RichText, Role,

@@ -1,6 +1,6 @@
 //! The context bar, above all else: marks of the whole picture, the links, the person here, the time.
 //!
-//! What is as it should be is said once, in grey; a link or a clock that is not is named.
+//! A normal value is said once, in grey; a link or a clock that is not is named.
 
 use eframe::egui::{Align, FontId, Label, Layout, RichText, Role, Ui, WidgetInfo};
 use wire::event::Freshness;
@@ -53,7 +53,7 @@ fn mark(ui: &mut Ui, sign: (Tone, Shape), text: &str, filled: bool) {
     marks::chip(ui, width, sign, text, filled, &format!("MARK {text}")).on_hover_text(text);
 }
 
-/// A shape and words. What does not fit ends in an ellipsis and is whole in its name.
+/// A shape and words. A text that does not fit ends in an ellipsis and is whole in its name.
 fn said(ui: &mut Ui, (tone, shape): (Tone, Shape), text: &str, name: &str, hover: &str) {
     if ui.available_width() < 60.0 {
         return;

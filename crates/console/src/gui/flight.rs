@@ -1,7 +1,7 @@
 //! Attitude, battery, sunlight and contact of a unit that leaves the ground, above its plots.
 //!
 //! In the air the disc shows the horizon as from the cockpit; in orbit it shows the angle of the line of sight to the
-//! vertical. The plan of contacts goes on in silence, the rest is marked as what was.
+//! vertical. The plan of contacts goes on in silence, the rest is in the past tense.
 
 use eframe::egui::{Align2, Color32, FontId, Pos2, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 use wire::event::Freshness;

@@ -1,7 +1,7 @@
 //! The console's window: draws [`Shown`] and returns a person's wishes. All of egui is in here, and only egui.
 //!
 //! [`ConsoleWindow::draw`] is a function of the picture and of the window's own state (`view_state`, `layout`); it
-//! reads no clock, counts no age and decides nothing. Panels that must always be seen stand fixed around the panes: the
+//! reads no clock, counts no age and makes no decision. Panels that must always be seen stand fixed around the panes: the
 //! `context` bar, the `banner`, the `units`, the `command` column. Getting pictures and sending acts is left to
 //! [`app`].
 

@@ -76,7 +76,7 @@ impl Series {
         }
     }
 
-    /// The present value in words; `None` where nothing is known of it.
+    /// The present value in words; `None` where it is not known.
     pub(super) fn now(self, shown: &Shown, unit: &ShownUnit) -> Option<String> {
         if self == Series::Age {
             return Some(wording::at_most(unit.state.age()));
@@ -145,7 +145,7 @@ impl Series {
         matches!(self, Series::Guard(guard) if unit.state.get().0.failing.contains(guard))
     }
 
-    /// Points of the plot, seconds before now and value, in pieces: nothing is drawn where nothing was heard. The age
+    /// Points of the plot, seconds before now and value, in pieces: a time without reports is left out. The age
     /// of a report grows until the next one.
     pub(super) fn pieces(self, shown: &Shown, unit: &ShownUnit, whole: bool) -> Vec<Vec<[f64; 2]>> {
         let gap = if whole {

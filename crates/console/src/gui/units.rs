@@ -28,7 +28,7 @@ struct Line {
     mode: String,
     since: String,
     why: String,
-    /// Whether what stands here was so, and is not known to be.
+    /// True if the values were so, and are not known to be.
     was: bool,
     room: String,
     speed: String,

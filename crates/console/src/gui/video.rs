@@ -1,5 +1,5 @@
-//! Images of the tracks of the chosen unit: each of the four sensors with what it found, what supports the track and
-//! what contradicts it.
+//! Images of the tracks of the chosen unit: each of the four sensors with its detections, and
+//! whether it supports the track or contradicts it.
 //!
 //! The images came over the link and the unit vouches for them, unlike the pictures of `sidecar`.
 
@@ -140,7 +140,7 @@ fn choice(ui: &mut Ui, view_state: &mut ViewState, unit: &ShownUnit) {
     });
 }
 
-/// What the track is, and how old its images are.
+/// The track, and the age of its images.
 fn head(ui: &mut Ui, unit: &ShownUnit, track: Option<&Labelled<ReportedTrack>>, id: u32, age: &str) {
     let words = match track {
         Some(track) => {

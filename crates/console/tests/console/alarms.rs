@@ -1,4 +1,4 @@
-//! Alarms after ISA-18.2: one group a cause, none for what was ordered or planned, and none that comes too often.
+//! Alarms after ISA-18.2: one group a cause, none for an order or a plan, and none that comes too often.
 
 use console::act::{Act, Alarm, Order, Role};
 use console::alarm::{LedTo, Priority, ShownGroup};

@@ -1,6 +1,6 @@
 //! Debian's Chromium without a screen, driven by its DevTools protocol over two pipes.
 //!
-//! Looked for on the PATH. What a page has to show is left to `page`.
+//! Looked for on the PATH. The content of a page is left to `page`.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use serde_json::{Value, json};
 
-/// Chromium takes commands from descriptor 3 and answers on 4; what it prints is of no use here.
+/// Chromium takes commands from descriptor 3 and answers on 4; its own output is of no use here.
 const PIPED: &str = r#"exec chromium "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#;
 
 /// A browser with no page open yet; it ends with this value.
@@ -98,7 +98,7 @@ impl Tab<'_> {
         answer["result"]["value"].clone()
     }
 
-    /// Waits until an expression holds in the page; what the page says then is the failure, after 20 s without.
+    /// Waits until an expression holds in the page; the page's text is then the failure, after 20 s without.
     pub(crate) fn until(&mut self, expression: &str) {
         let wait = format!(
             "new Promise((done) => {{ const end = performance.now() + 20000; const look = () => {{ \

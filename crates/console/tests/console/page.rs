@@ -154,7 +154,7 @@ fn tapped_unit_is_chosen_and_stays_so() {
 
 /// For `tools/release/pictures`: the page of a unit that holds, into the file that the environment names.
 #[test]
-#[ignore = "draws a picture"]
+#[ignore = "long: draws a picture"]
 fn page_is_photographed() {
     let Some(into) = std::env::var_os("HOLDSAFE_PICTURE") else { return };
     let served = served(last_second(&scenes::hold_safe()));

@@ -34,7 +34,7 @@ pub fn write_console(run: &RunFolder, topology: &Topology, entries: &[Witnessed]
     std::fs::write(run.path().join(TRUTH), serde_json::to_vec(&done)?)
 }
 
-/// Writes what the console of a run in the twin was fed, beside the files of [`write_console`].
+/// Writes the inputs of the console of a run in the twin, beside the files of [`write_console`].
 ///
 /// # Errors
 /// When a file cannot be written.

@@ -15,7 +15,7 @@ use results::mode::Mode;
 use results::report::{AcceptedRate, RunObject, Summary};
 use scenario::{Scenario, Setup};
 
-use super::closing::Ended;
+use super::ended::Ended;
 use super::engine;
 use super::failure::{Exit, Failure};
 use super::out;

@@ -1,16 +1,17 @@
 //! The end of a command that measures, for a person: a summary in one line, and two commands to go on with.
 //!
-//! The summary is no result: it has the time that the command took, which no object has. With `--json` nothing is printed.
+//! The summary is no result: it has the time that the command took, which no object has. With `--json` it is not printed.
 
 use std::path::{Path, PathBuf};
 
-use evidence::trial::{Outcome, Outcomes, Trial};
+use evidence::trial::{Outcome, Trial};
 use parallel::progress::duration;
 use recording::{Checked, RunFolder};
 use results::mode::Mode;
-use results::report::{CampaignRow, MatrixRun, ReferenceRow, width};
+use results::report::width;
 
 use crate::batch::{self, Batch, odd, reproduce};
+use crate::ended::Ended;
 use crate::failure::Failure;
 use crate::plan::Planned;
 use crate::{Context, checked, out, own_arguments, quoted};
@@ -26,47 +27,6 @@ const SHORT_S: f64 = 120.0;
 const GAP: &str = "   ";
 /// Word before the commands.
 const NEXT: &str = "next: ";
-
-/// Outcomes of one variation.
-#[derive(Clone, Debug)]
-pub struct Ended {
-    /// Trials by class.
-    pub outcomes: Outcomes,
-    /// Trials outside the classes that were stated beforehand; `None` where none was stated.
-    pub unexpected: Option<u64>,
-}
-
-impl Ended {
-    /// Number of trials.
-    fn trials(&self) -> u64 {
-        self.outcomes.values().sum()
-    }
-
-    fn count(&self, class: Outcome) -> u64 {
-        self.outcomes.get(&class).copied().unwrap_or(0)
-    }
-}
-
-impl From<&MatrixRun> for Ended {
-    fn from(run: &MatrixRun) -> Self {
-        let odd = if run.is_as_expected() { 0 } else { run.unexpected };
-        Self { outcomes: run.summary.outcomes.clone(), unexpected: (!run.expected.is_empty()).then_some(odd) }
-    }
-}
-
-impl From<&ReferenceRow> for Ended {
-    fn from(row: &ReferenceRow) -> Self {
-        // A run that the host spoilt is not judged, and counts as INVALID.
-        let odd = if row.is_as_expected() { 0 } else { row.unexpected };
-        Self { outcomes: row.summary.outcomes.clone(), unexpected: (!row.expected.is_empty()).then_some(odd) }
-    }
-}
-
-impl From<&CampaignRow> for Ended {
-    fn from(row: &CampaignRow) -> Self {
-        Self { outcomes: row.outcomes.clone(), unexpected: (!row.expected.is_empty()).then_some(row.unexpected) }
-    }
-}
 
 /// Parts of a summary, in their order.
 #[derive(Clone, Debug)]

@@ -16,6 +16,7 @@ pub mod claims;
 pub mod closing;
 mod context;
 pub mod custom_detector;
+pub mod ended;
 pub mod engine;
 pub mod error;
 pub mod failure;

@@ -333,7 +333,7 @@ impl Twin {
     }
 
     /// Keeps the inputs and outputs of the first start of one node from now on, at most [`MAX_VIEWED`], for a viewer of
-    /// what it showed.
+    /// its display.
     pub fn view(&mut self, node: NodeId) {
         self.viewed = self.index(node).map(|index| (index, Vec::new()));
     }

@@ -70,7 +70,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     .inspect(|exit| close(context, args, *exit))
 }
 
-/// The last lines: what was read or written, and its route in the closed loop. A first map has none, it is a file.
+/// The last lines: the files read or written, and its route in the closed loop. A first map has none, it is a file.
 fn close(context: &Context, args: &Args, exit: Exit) {
     let Some(map) = &args.map else { return };
     let map = map.to_string_lossy();

@@ -190,7 +190,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if object.findings.is_empty() { Exit::Fine } else { Exit::Unexpected })
 }
 
-/// A finding run again and explained; without any the page, and what to cite.
+/// A finding run again and explained; without any the page, and the citation.
 fn next(context: &Context, args: &Args, object: &SearchObject, dir: &Path) -> [String; 2] {
     let Some(first) = object.findings.first() else {
         return [context.report_of(dir), context.explain_of(&args.scenario, args.cell.as_deref())];

@@ -149,13 +149,16 @@ fn report_replaces_no_evidence() {
 }
 
 #[test]
-fn twin_run_says_why_it_cannot_be_watched() {
+fn twin_run_shows_its_last_view_and_cannot_be_followed() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
-    for (verb, code, word) in [(&["watch"][..], 4, "no console"), (&["inspect", "replay"], 2, "no input journals")] {
-        let (got, text) = run_command(&[verb, &[run.to_str().unwrap()]].concat());
-        assert!(got == Some(code) && text.contains("a run in the twin") && text.contains(word), "{text}");
-    }
+    let path = run.to_str().unwrap();
+    let (got, text) = run_command(&["watch", path]);
+    assert!(got == Some(0) && text.contains("REPLAY of a recording") && text.contains("unit-a   "), "{text}");
+    let (got, text) = run_command(&["watch", "--web", path]);
+    assert!(got == Some(4) && text.contains("is over") && text.contains("--window"), "{text}");
+    let (got, text) = run_command(&["inspect", "replay", path]);
+    assert!(got == Some(2) && text.contains("a run in the twin") && text.contains("no input journals"), "{text}");
     fs::remove_file(run.join("held.json")).unwrap();
     let (code, text) = run_command(&["inspect", "verify", run.to_str().unwrap()]);
     assert!(code == Some(4) && text.contains("held.json") && text.contains("nothing is verified"), "{text}");

@@ -79,12 +79,12 @@ fn coloured(text: &str) -> String {
     out + rest
 }
 
-/// True if what follows a class counts it zero times.
+/// True if a count of zero follows a class.
 fn is_none(after: &str) -> bool {
     after.strip_prefix(" 0").is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
-/// True if a class is named, and nothing ended in it: as expected, or in a list of names.
+/// True if a class is named, and no trial ended in it: as expected, or in a list of names.
 fn is_only_named(before: &str, after: &str) -> bool {
     let is_listed = after.strip_prefix(", ").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_uppercase()));
     let ends = ["expected ", " or "].iter().any(|word| before.ends_with(word));

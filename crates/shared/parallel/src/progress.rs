@@ -29,7 +29,7 @@ pub enum Talk {
     Normal,
 }
 
-/// Trials by class: what its colour asks for, its rank among those, and its name.
+/// Trials by class: the attention that its colour asks for, its rank among those, and its name.
 type Counts = BTreeMap<(u8, usize, &'static str), u64>;
 
 /// The progress of one batch; shared by its threads. The line goes with the last of its owners.
@@ -80,7 +80,7 @@ impl Progress {
         Self::of_bar(self.bar.clone(), weight)
     }
 
-    /// One trial ended in the class of this name. Those that ask for attention stand first, where a narrow terminal cuts nothing off, and then
+    /// One trial ended in the class of this name. Those that ask for attention stand first, where no terminal cuts them off, and then
     /// the others, each in the order of their ranks.
     pub fn count(&self, rank: usize, class: &'static str) {
         let Some(bar) = &self.bar else { return };
@@ -115,7 +115,7 @@ thread_local! {
     static IS_HIDDEN: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Result of `work`, which writes to the terminal, with the line out of its way, whoever shows it.
+/// Result of `work`, which writes to the terminal, with the line out of its way.
 pub fn beside<T>(work: impl FnOnce() -> T) -> T {
     let bar = SHOWN.lock().unwrap_or_else(PoisonError::into_inner).as_ref().and_then(WeakProgressBar::upgrade);
     match bar.filter(|bar| !bar.is_finished() && !IS_HIDDEN.get()) {

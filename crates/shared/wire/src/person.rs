@@ -169,7 +169,7 @@ pub enum Alarm {
     /// Several tracks of the unit ended at once.
     #[n(15)]
     TracksLost(#[n(0)] UnitId),
-    /// Nothing is heard from the gateway, nor of any unit.
+    /// Neither the gateway nor any unit is heard.
     #[n(16)]
     GatewaySilent,
 }

@@ -52,7 +52,7 @@ fn unverified(run: &RunFolder, error: RecordingError) -> Failure {
     error.into()
 }
 
-/// Summary, and what the run shows or, of one that is no evidence, what is left in it.
+/// Summary, and the outcome of the run or, of one that is no evidence, its remains.
 fn close(context: &Context, args: &Args, (holds, valid): (bool, bool), outcome: Option<Outcome>) {
     let text = match (holds, valid) {
         (true, true) => "the evidence holds",
