@@ -21,6 +21,8 @@ use crate::{Console, ConsoleConfig, ConsoleError, picture, text};
 
 /// The file of keys and settings needed to view the recording, beside it.
 pub const READING: &str = "console.json";
+/// The input journal of a console in the twin, beside it: the twin's other cores leave none.
+pub const DISPLAY: &str = "display.cbor";
 /// The longest that is read, bytes.
 const MAX_READING: u64 = 1 << 20;
 /// Inputs that are kept: hours of a console that is fed forty times a second.
@@ -126,7 +128,7 @@ impl Player {
         let file = link::files::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
         let live = link::files::input_journal(run_dir, NodeId::CONSOLE, Boot(1));
-        let log = if live.exists() { live } else { link::files::display_journal(run_dir) };
+        let log = if live.exists() { live } else { run_dir.join(DISPLAY) };
         let log = input_journal::Reader::new(BufReader::new(link::files::open(&log).map_err(JournalError::from)?))?;
         let header = log.header();
         let mut player = Self::new(&config, header.boot, header.started, turns(log)?)?;

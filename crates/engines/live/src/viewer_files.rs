@@ -4,7 +4,7 @@
 //! `recording`.
 
 use console::moment::{Happened, MAX_MOMENTS};
-use console::process::player::{READING, TRUTH};
+use console::process::player::{DISPLAY, READING, TRUTH};
 use evidence::{Witnessed, truth};
 use link::input_journal::{Header, Writer};
 use recording::RunFolder;
@@ -48,7 +48,7 @@ pub fn write_display(
         return Ok(());
     }
     write_console(run, topology, entries)?;
-    let file = std::io::BufWriter::new(std::fs::File::create(link::files::display_journal(run.path()))?);
+    let file = std::io::BufWriter::new(std::fs::File::create(run.path().join(DISPLAY))?);
     let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
     let mut journal = Writer::new(file, header, MAX_DISPLAY)?;
     for turn in turns {

@@ -26,12 +26,6 @@ pub fn input_journals(run_dir: &Path) -> PathBuf {
     if !folder.exists() && former.is_dir() { former } else { folder }
 }
 
-/// The input journal of the console of a run in the twin, below its folder: the twin's other cores leave none, and its
-/// log is replayed from the seed.
-pub fn display_journal(run_dir: &Path) -> PathBuf {
-    run_dir.join("display.cbor")
-}
-
 /// The input journal of `node`'s start `boot` below the folder of a run.
 pub fn input_journal(run_dir: &Path, node: NodeId, boot: Boot) -> PathBuf {
     input_journals(run_dir).join(log_name(node, boot))
