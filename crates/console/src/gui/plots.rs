@@ -27,7 +27,7 @@ const WIDE: f32 = 400.0;
 /// Least distance of two times on the axis.
 const APART: f32 = 52.0;
 /// Least and greatest height of a plot.
-const HEIGHTS: [f32; 2] = [64.0, 120.0];
+const HEIGHTS: [f32; 2] = [64.0, 240.0];
 /// Height of the axis, with the names of the events.
 const AXIS: f32 = 40.0;
 /// Least time that is plotted, seconds.
