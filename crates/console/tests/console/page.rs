@@ -157,7 +157,8 @@ fn tapped_unit_is_chosen_and_stays_so() {
 #[ignore = "long: draws a picture"]
 fn page_is_photographed() {
     let Some(into) = std::env::var_os("HOLDSAFE_PICTURE") else { return };
-    let served = served(last_second(&scenes::hold_safe()));
+    let last = last_second(&scenes::hold_safe()).pop().unwrap();
+    let served = served(vec![last]);
     let screenshot = format!("--screenshot={}", into.to_string_lossy());
     let options = ["--headless=new", "--no-sandbox", "--hide-scrollbars", "--window-size=1280,900", "--timeout=4000"];
     let status = std::process::Command::new("chromium").args(options).args([&screenshot, &served.address()]).status();
