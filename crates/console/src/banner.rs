@@ -2,7 +2,7 @@
 //! whether the picture is true.
 //!
 //! They follow from the shown values alone, and are the same in the window, on the page and on the terminal. Names and
-//! readings are [`wording`](crate::wording)'s, drawing is left to the views.
+//! readings are [`wording`]'s, drawing is left to the views.
 
 use serde::Serialize;
 use wire::event::Freshness;

@@ -1,7 +1,7 @@
 //! Words for persons, of every view: names of sensors and guards, readings beside their limits, causes, waived checks,
 //! times. One list a concept: the window, the terminal and the page take them from here.
 //!
-//! A cause names the actor that is known and no other. Arranging the words is left to [`banner`](crate::banner) and the
+//! A cause names the actor that is known and no other. Arranging the words is left to [`banner`](mod@crate::banner) and the
 //! views.
 
 use config::suite::Suite;
