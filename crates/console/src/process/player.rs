@@ -11,6 +11,7 @@ use config::setup::Setup;
 use link::input_journal::{self, Entry, JournalError};
 use wire::core::{Core, Input, Output, Topic};
 use wire::id::{Boot, NodeId, UnitId};
+use wire::mode::Mode;
 use wire::sign::Secret;
 use wire::time::{Instant, Span};
 
@@ -106,6 +107,8 @@ pub struct Player {
     began: Instant,
     /// Time at which a unit was first shown in another mode than before.
     first_change: Option<Instant>,
+    /// Time at which a unit was first shown to hold or to be degraded.
+    first_loss: Option<Instant>,
     /// Reason for which the recording is INVALID, if it is.
     invalid: Option<String>,
 }
@@ -117,8 +120,8 @@ impl Player {
         Self { invalid: Some(reason), ..self }
     }
 
-    /// Opens the recording below `run_dir`, goes through it once, and stands at the first change of mode in it; at its
-    /// beginning where there is none.
+    /// Opens the recording below `run_dir`, goes through it once, and stands where a unit is first shown to hold or to be
+    /// degraded, else at the first true event, else at the first change of mode, else at its beginning.
     ///
     /// # Errors
     /// When something of it is missing or is no recording. One that ends within an entry is read up to there.
@@ -133,6 +136,10 @@ impl Player {
         let header = log.header();
         let mut player = Self::new(&config, header.boot, header.started, turns(log)?)?;
         player.learn(truth(run_dir));
+        let first_truth = player.moments.iter().find(|moment| moment.truth).map(|moment| moment.at);
+        if let (None, Some(first)) = (player.first_loss, first_truth) {
+            player.seek(first);
+        }
         Ok((player, config))
     }
 
@@ -141,8 +148,9 @@ impl Player {
         let console = Console::retrace(setup, config.config.clone(), started)?;
         let at = turns.first().ok_or(PlayerError::Empty)?.now;
         let (copies, moments) = (Vec::new(), Vec::new());
-        let (began, first_change, invalid) = (at, None, None);
-        let mut player = Self { turns, copies, console, taken: 0, at, moments, began, first_change, invalid };
+        let (began, first_change, first_loss, invalid) = (at, None, None, None);
+        let mut player =
+            Self { turns, copies, console, taken: 0, at, moments, began, first_change, first_loss, invalid };
         let mut before = player.shown();
         while player.taken < player.turns.len() {
             if player.taken.is_multiple_of(APART) {
@@ -153,7 +161,8 @@ impl Player {
             player.mark(&before, &after);
             before = after;
         }
-        player.seek(player.first_change.map_or(Span::ZERO, |time| time.since(player.begins())));
+        let first = player.first_loss.or(player.first_change);
+        player.seek(first.map_or(Span::ZERO, |time| time.since(player.begins())));
         Ok(player)
     }
 
@@ -255,6 +264,13 @@ impl Player {
         let at = after.at.since(self.begins());
         if self.first_change.is_none() && moment::mode_changed(before, after) {
             self.first_change = Some(after.at);
+        }
+        let lost = |shown: &Shown| {
+            let modes = shown.units.iter().map(|unit| unit.state.get().0.mode);
+            modes.filter(|mode| matches!(mode, Mode::HoldSafe | Mode::Degraded)).count()
+        };
+        if self.first_loss.is_none() && lost(after) > lost(before) {
+            self.first_loss = Some(after.at);
         }
         let room = MAX_MOMENTS.saturating_sub(self.moments.len());
         let new = moment::changes(before, after).into_iter().take(room);

@@ -33,27 +33,28 @@ fn recorded(bench: &Bench, name: &str) -> PathBuf {
     folder
 }
 
-/// At its beginning where there is none.
+/// Else at the first change of mode, and at its beginning where there is none.
 #[test]
-fn recording_opens_at_the_first_mode_change() {
+fn recording_opens_where_a_unit_first_holds() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::Idle, Span::s(2));
     let folder = recorded(&bench, "unchanged");
     assert_eq!(Player::open(&folder).unwrap().0.position(), Span::ZERO);
     let begun = bench.journal[0].0;
-    let before = bench.now;
     bench.reports(Mode::Ready, Span::s(2));
+    let mode = |player: &Player| player.shown().units[0].state.get().0.mode;
+    assert_eq!(mode(&Player::open(&recorded(&bench, "enabled")).unwrap().0), Mode::Ready);
+    let before = bench.now;
     bench.reports(Mode::HoldSafe, Span::s(2));
     let (mut player, _) = Player::open(&recorded(&bench, "changed")).unwrap();
-    let mode = |player: &Player| player.shown().units[0].state.get().0.mode;
-    assert_eq!(mode(&player), Mode::Ready);
+    assert_eq!(mode(&player), Mode::HoldSafe);
     assert!(
         player.position() >= before.since(begun) && player.position() < before.since(begun) + Span::s(1),
         "{}",
         player.position()
     );
     player.step(-1);
-    assert_eq!(mode(&player), Mode::Idle, "just before it");
+    assert_eq!(mode(&player), Mode::Ready, "just before it");
 }
 
 #[test]
