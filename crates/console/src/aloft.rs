@@ -2,10 +2,10 @@
 //! Their drawing is left to `text` and to the window.
 
 use wire::motion::{Attitude, ReportedMotion};
-use wire::report::ReportedContact;
 use wire::time::Span;
 
 use crate::shown::State;
+use crate::silence::Plan;
 
 /// Height from which on kilometres are reported, metres.
 const HIGH_M: f64 = 10_000.0;
@@ -28,9 +28,16 @@ pub(crate) fn motion(state: &State) -> Vec<String> {
     words
 }
 
-/// Contact by the plan of a report that is `age` old. The plan goes on in silence, so this holds at any age.
-pub(crate) fn contact(state: &State, age: Span) -> Option<String> {
-    state.contact.map(|of| planned(of, age))
+/// Contact by the unit's plan; none of a unit without one. The plan goes on in silence, so this holds at any age.
+pub(crate) fn contact(plan: Plan) -> Option<String> {
+    let seconds = |span: Span| format!("{:.0} s", span.0 as f64 / 1e6);
+    Some(match plan {
+        Plan::None => return None,
+        Plan::Contact(left) => format!("contact for {}", seconds(left)),
+        Plan::Silence(Some(next)) => format!("next contact in {}", seconds(next)),
+        Plan::Silence(None) => "no other contact planned".to_owned(),
+        Plan::Due(_) => "contact is due".to_owned(),
+    })
 }
 
 fn height(up_mm: i64) -> String {
@@ -38,16 +45,25 @@ fn height(up_mm: i64) -> String {
     if metres < HIGH_M { format!("height {metres:.1} m") } else { format!("height {:.0} km", metres / 1000.0) }
 }
 
-/// Nose and bank, as in an aircraft; in an orbit the angle of the payload's line of sight, the body's z axis, to the
-/// vertical.
-fn turned(attitude: Attitude, orbits: bool) -> String {
+/// Nose and bank, as in an aircraft, radians: down and to the right.
+pub(crate) fn nose_and_bank(attitude: Attitude) -> [f64; 2] {
     let [w, x, y, z] = attitude.parts();
+    let nose = libm::asin((2.0 * (w * y - z * x)).clamp(-1.0, 1.0));
+    [nose, libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))]
+}
+
+/// Angle of the payload's line of sight, the body's z axis, to the vertical, radians.
+pub(crate) fn off_nadir(attitude: Attitude) -> f64 {
+    let [_, x, y, _] = attitude.parts();
+    libm::acos((2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0))
+}
+
+/// Nose and bank; in an orbit the angle off nadir.
+fn turned(attitude: Attitude, orbits: bool) -> String {
     if orbits {
-        let down = -(1.0 - 2.0 * (x * x + y * y));
-        return format!("{:.0}° off nadir", libm::acos(down.clamp(-1.0, 1.0)).to_degrees());
+        return format!("{:.0}° off nadir", off_nadir(attitude).to_degrees());
     }
-    let nose = libm::asin((2.0 * (w * y - z * x)).clamp(-1.0, 1.0)).to_degrees().round();
-    let bank = libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)).to_degrees().round();
+    let [nose, bank] = nose_and_bank(attitude).map(|angle| angle.to_degrees().round());
     let part = |name: &str, degrees: f64, [less, more]: [&str; 2]| match degrees {
         0.0 => format!("{name} level"),
         degrees => format!("{name} {:.0}° {}", degrees.abs(), if degrees < 0.0 { less } else { more }),
@@ -55,18 +71,10 @@ fn turned(attitude: Attitude, orbits: bool) -> String {
     format!("{}, {}", part("nose", nose, ["up", "down"]), part("bank", bank, ["left", "right"]))
 }
 
-fn planned(contact: ReportedContact, age: Span) -> String {
-    let seconds = |span: Span| format!("{:.0} s", (span.0 - age.0) as f64 / 1e6);
-    match contact.next {
-        _ if contact.left > age => format!("contact for {}", seconds(contact.left)),
-        Some(next) if next > age => format!("next contact in {}", seconds(next)),
-        Some(_) => "contact is due".to_owned(),
-        None => "no other contact planned".to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use wire::report::ReportedContact;
+
     use super::*;
 
     #[test]
@@ -88,10 +96,14 @@ mod tests {
 
     #[test]
     fn contact_is_told_by_the_plan_in_silence() {
-        let contact = |left, next: Option<u64>| ReportedContact { left: Span::s(left), next: next.map(Span::s) };
-        assert_eq!(planned(contact(12, Some(42)), Span::s(2)), "contact for 10 s");
-        assert_eq!(planned(contact(12, Some(42)), Span::s(15)), "next contact in 27 s");
-        assert_eq!(planned(contact(12, Some(42)), Span::s(43)), "contact is due");
-        assert_eq!(planned(contact(12, None), Span::s(13)), "no other contact planned");
+        let told = |left, next: Option<u64>, age| {
+            let planned = ReportedContact { left: Span::s(left), next: next.map(Span::s) };
+            contact(Plan::new(Some(planned), Span::s(age)))
+        };
+        assert_eq!(told(12, Some(42), 2).as_deref(), Some("contact for 10 s"));
+        assert_eq!(told(12, Some(42), 15).as_deref(), Some("next contact in 27 s"));
+        assert_eq!(told(12, Some(42), 43).as_deref(), Some("contact is due"));
+        assert_eq!(told(12, None, 13).as_deref(), Some("no other contact planned"));
+        assert_eq!(contact(Plan::None), None);
     }
 }

@@ -142,7 +142,7 @@ fn unit_lines(text: &mut String, time: Instant, bounds: &Bounds, unit: &ShownUni
         format_args!("         authority {authority}  failing {failing}  speed {}", aloft::speed(state.speed_mm_s)),
     );
     let mut aloft = aloft::motion(state);
-    aloft.extend(aloft::contact(state, unit.state.age()));
+    aloft.extend(aloft::contact(unit.plan()));
     if !aloft.is_empty() {
         line(text, format_args!("         {}", aloft.join("  ")));
     }

@@ -60,7 +60,7 @@ pub(super) fn draw(ui: &mut Ui, unit: &ShownUnit) {
         "FLIGHT {} {}{}",
         unit.unit,
         words.join(", "),
-        plan_words(unit).map_or(String::new(), |plan| format!(", {plan}"))
+        aloft::contact(unit.plan()).map_or(String::new(), |plan| format!(", {plan}"))
     );
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
 }
@@ -74,9 +74,7 @@ fn words(unit: &ShownUnit, known: bool) -> Vec<String> {
 /// The horizon as seen from the body: ground below, sky above, the body fixed.
 fn horizon(ui: &Ui, attitude: Attitude, center: Pos2, ink: Color32) {
     let palette = Palette::current(ui);
-    let [w, x, y, z] = attitude.parts().map(|part| part as f32);
-    let nose = libm::asinf((2.0 * (w * y - z * x)).clamp(-1.0, 1.0));
-    let bank = libm::atan2f(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y));
+    let [nose, bank] = aloft::nose_and_bank(attitude).map(|angle| angle as f32);
     ui.painter().circle_filled(center, RADIUS, palette.ground);
     // A degree of the nose moves the horizon by a fortieth of the disc.
     let shift = (-nose.to_degrees() / 40.0).clamp(-0.95, 0.95);
@@ -102,9 +100,7 @@ fn horizon(ui: &Ui, attitude: Attitude, center: Pos2, ink: Color32) {
 /// The line of sight against the vertical, seen from the side.
 fn nadir(ui: &Ui, attitude: Attitude, center: Pos2, ink: Color32) {
     let palette = Palette::current(ui);
-    let [_, x, y, _] = attitude.parts().map(|part| part as f32);
-    let down = -(1.0 - 2.0 * (x * x + y * y));
-    let off = libm::acosf(down.clamp(-1.0, 1.0));
+    let off = aloft::off_nadir(attitude) as f32;
     ui.painter().circle_filled(center, RADIUS, palette.ground);
     ui.painter().circle_stroke(center, RADIUS, Stroke::new(1.5, palette.edge));
     let (sin, cos) = libm::sincosf(off);
@@ -132,10 +128,6 @@ fn contact(ui: &Ui, unit: &ShownUnit, place: Rect) {
     let share = left.map_or(0.0, |left| (left.as_ms() / LONGEST.as_ms()).min(1.0) as f32);
     let words = left.map_or_else(|| "none planned".to_owned(), |left| format!("{} more", lasting(left)));
     bar(ui, place, title, &words, (share, matches!(unit.plan(), Plan::Contact(_))));
-}
-
-fn plan_words(unit: &ShownUnit) -> Option<String> {
-    aloft::contact(unit.state.get().0, unit.state.age())
 }
 
 /// A titled bar; hollow where its value is not current.
