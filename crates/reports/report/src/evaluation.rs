@@ -5,6 +5,7 @@
 
 mod fidelity;
 mod retrained;
+mod worlds;
 
 use core::fmt::Write;
 
@@ -99,6 +100,7 @@ pub fn evaluation(results: &Results) -> String {
         put(&mut text, format_args!("\n## {name}: {}\n\n", answer.status.name()));
         answer.lines.iter().for_each(|line| put(&mut text, format_args!("- {line}\n")));
     }
+    text.push_str(&worlds::worlds(results));
     text.push_str(&fidelity::fidelity(results));
     text.push_str("\n## Made from\n\n| file | kind | SHA-256 |\n|---|---|---|\n");
     for given in results.files() {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use results::report::{
-    Ablation, BenchLive, CampaignObject, Comparison, CurveObject, Matrix, Reference, RunObject, RunsObject,
+    Ablation, BenchLive, CampaignObject, Comparison, CurveObject, InWorlds, Matrix, Reference, RunObject, RunsObject,
     SearchObject, TwinCost,
 };
 use serde::Deserialize;
@@ -60,6 +60,8 @@ pub enum FoundResult {
     Ablation(Ablation),
     /// `bench-twin`.
     TwinCost(TwinCost),
+    /// `worlds`.
+    Worlds(InWorlds),
 }
 
 impl FoundResult {
@@ -76,6 +78,7 @@ impl FoundResult {
             FoundResult::Curve(_) => "curve",
             FoundResult::Ablation(_) => "ablation",
             FoundResult::TwinCost(_) => "bench-twin",
+            FoundResult::Worlds(_) => "worlds",
         }
     }
 
@@ -97,13 +100,15 @@ impl FoundResult {
             | FoundResult::BenchLive(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
-            | FoundResult::TwinCost(_) => None,
+            | FoundResult::TwinCost(_)
+            | FoundResult::Worlds(_) => None,
         }
     }
 }
 
 /// The kinds that are read.
-const KINDS: &str = "matrix, run, runs, reference, campaign, search, guests, bench-live, curve, ablation, bench-twin";
+const KINDS: &str =
+    "matrix, run, runs, reference, campaign, search, guests, bench-live, curve, ablation, bench-twin, worlds";
 
 /// A refused file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -239,6 +244,7 @@ fn found(bytes: &[u8]) -> Result<FoundResult, Reason> {
         "curve" => FoundResult::Curve(object(bytes)?),
         "ablation" => FoundResult::Ablation(object(bytes)?),
         "bench-twin" => FoundResult::TwinCost(object(bytes)?),
+        "worlds" => FoundResult::Worlds(object(bytes)?),
         _ => return Err(Reason::OtherKind(kind)),
     })
 }

@@ -136,7 +136,8 @@ pub fn tried(file: &Given) -> Vec<Tried<'_>> {
         | FoundResult::Comparison(_)
         | FoundResult::Curve(_)
         | FoundResult::Ablation(_)
-        | FoundResult::TwinCost(_) => Vec::new(),
+        | FoundResult::TwinCost(_)
+        | FoundResult::Worlds(_) => Vec::new(),
     }
 }
 

@@ -34,7 +34,8 @@ pub(super) fn rows(dossier: &Dossier) -> Table {
             | FoundResult::BenchLive(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
-            | FoundResult::TwinCost(_) => {}
+            | FoundResult::TwinCost(_)
+            | FoundResult::Worlds(_) => {}
         }
     }
     rows

@@ -36,7 +36,8 @@ fn prices(given: &Given) -> Vec<Price> {
         | FoundResult::Search(_)
         | FoundResult::Curve(_)
         | FoundResult::Ablation(_)
-        | FoundResult::TwinCost(_) => Vec::new(),
+        | FoundResult::TwinCost(_)
+        | FoundResult::Worlds(_) => Vec::new(),
     }
 }
 

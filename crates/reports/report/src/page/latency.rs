@@ -65,7 +65,8 @@ pub(super) fn rows(dossier: &Dossier) -> Table {
             | FoundResult::Comparison(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
-            | FoundResult::TwinCost(_) => continue,
+            | FoundResult::TwinCost(_)
+            | FoundResult::Worlds(_) => continue,
         };
         for run in runs {
             let (place, l) = (run.mode.evidence().name(), &run.summary.latency_ms);

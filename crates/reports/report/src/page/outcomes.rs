@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use evidence::trial::{Outcome, Outcomes};
 use maud::{Markup, html};
-use results::report::{Comparison, ComparisonRow, Matrix, MatrixRow, Reference};
+use results::report::{Comparison, ComparisonRow, InWorlds, Matrix, MatrixRow, Reference};
 use stats::{LEVEL, rate_lower};
 
 use super::ablation;
@@ -18,6 +18,7 @@ use super::words;
 use super::{curves, figure, latency};
 use crate::Dossier;
 use crate::reader::{FoundResult, Given};
+use crate::tried::class_counts;
 
 /// Most columns of a picture.
 const COLUMNS: usize = 4;
@@ -43,6 +44,7 @@ fn picture(dossier: &Dossier, given: &Given) -> Markup {
         }
         FoundResult::Ablation(checks) => ablation::picture(checks),
         FoundResult::TwinCost(_) => html! {},
+        FoundResult::Worlds(worlds) => of_worlds(worlds),
     }
 }
 
@@ -92,6 +94,24 @@ fn threat(row: &MatrixRow, (evidence, ablation): (scenario::Evidence, bool)) -> 
     };
     let bound = format!("unsafe < {}", words::percent(kind.unsafe_upper_95));
     Some(Cell { outcomes: &kind.outcomes, n: kind.n, expected: &[], off: kind.unexpected, reason, bound, run: None })
+}
+
+/// Each scenario in its own scene and in drawn worlds.
+fn of_worlds(worlds: &InWorlds) -> Markup {
+    html! {
+        h2 { "In drawn worlds" }
+        table {
+            tr { th { "scenario" } th { "own scene" } th { "drawn worlds" } th { "holds" } }
+            @for row in &worlds.rows {
+                tr {
+                    td { (row.scenario) @if let Some(cell) = &row.cell { " (" (cell) ")" } }
+                    td { (class_counts(&row.own.outcomes)) }
+                    td { (class_counts(&row.drawn.outcomes)) }
+                    td { (row.holds.words()) }
+                }
+            }
+        }
+    }
 }
 
 fn of_reference(reference: &Reference) -> Markup {

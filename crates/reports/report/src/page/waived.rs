@@ -55,7 +55,8 @@ fn marks(dossier: &Dossier) -> BTreeSet<&str> {
             | FoundResult::Campaign(_)
             | FoundResult::BenchLive(_)
             | FoundResult::Ablation(_)
-            | FoundResult::TwinCost(_) => {}
+            | FoundResult::TwinCost(_)
+            | FoundResult::Worlds(_) => {}
         }
         all.extend(tried(given).iter().filter_map(|one| one.watermark));
     }

@@ -1,7 +1,7 @@
 //! The finding of results without classed trials of their own: searches, curves, measurements of checks and of
 //! cost; and of runs that were given without a result.
 
-use results::report::{Ablation, CurveObject, SearchObject, TwinCost};
+use results::report::{Ablation, CurveObject, Holds, InWorlds, SearchObject, TwinCost};
 use results::summary::RunSummary;
 
 use super::{Fact, Finding, Part, Rank, comparison};
@@ -16,6 +16,7 @@ pub(super) fn found(given: &Given) -> Option<Finding> {
         FoundResult::Curve(curve) => Some(of_curve(curve)),
         FoundResult::Ablation(ablation) => Some(of_ablation(ablation)),
         FoundResult::TwinCost(cost) => Some(of_cost(cost)),
+        FoundResult::Worlds(worlds) => Some(of_worlds(worlds)),
         FoundResult::Matrix(_)
         | FoundResult::Runs(_)
         | FoundResult::Reference(_)
@@ -26,6 +27,20 @@ pub(super) fn found(given: &Given) -> Option<Finding> {
 
 pub(super) fn finding(rank: Rank, sentence: Vec<Part>, lead: String, facts: Vec<Fact>) -> Finding {
     Finding { rank, sentence, lead, facts, about: Vec::new() }
+}
+
+/// Rows that hold in their own scene and not in drawn worlds lead.
+fn of_worlds(worlds: &InWorlds) -> Finding {
+    let lost = worlds.rows.iter().filter(|row| row.holds == Holds::OwnScene).count() as u64;
+    let rows = words::number(worlds.rows.len() as u64, "row");
+    let lead = format!("{rows}, each in its own scene and in drawn worlds of {} families.", worlds.families.len());
+    let (rank, sentence) = match lost {
+        0 => (Rank::Fine, Part::Plain("Every row that holds in its own scene holds in drawn worlds.".to_owned())),
+        lost => {
+            (Rank::NotStated, Part::Marked(format!("{} of {rows} hold in the own scene alone.", words::count(lost))))
+        }
+    };
+    finding(rank, vec![sentence], lead, Vec::new())
 }
 
 fn of_search(search: &SearchObject) -> Finding {

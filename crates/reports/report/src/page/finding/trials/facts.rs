@@ -76,7 +76,8 @@ impl View<'_> {
             | FoundResult::Comparison(_)
             | FoundResult::Curve(_)
             | FoundResult::Ablation(_)
-            | FoundResult::TwinCost(_) => return None,
+            | FoundResult::TwinCost(_)
+            | FoundResult::Worlds(_) => return None,
         };
         let worst = |pick: fn(&LatencySummary) -> &Sample| {
             let samples = each.iter().map(|latency| pick(latency)).filter(|sample| sample.p95.is_some());
