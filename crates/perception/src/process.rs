@@ -5,8 +5,10 @@
 
 pub mod detector;
 
+use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::os::fd::AsRawFd;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -154,12 +156,26 @@ fn drawn(number: u64) -> Vec<u8> {
 /// # Errors
 /// Unreadable, too large, not the pinned bytes, not loadable, or too late.
 pub fn adopt(library: &ModelRef) -> Result<(), LoadError> {
-    let got = hex_digest(&read(&library.path, MAX_LIBRARY)?);
+    let file = held(library)?;
+    Ok(runtime::adopt(&loadable(&file, &library.path))?)
+}
+
+/// The library, open, after its content was held to its pin.
+fn held(library: &ModelRef) -> Result<File, LoadError> {
+    let file = opened(&library.path)?;
+    let got = hex_digest(&content(&file, &library.path, MAX_LIBRARY)?);
     if !got.eq_ignore_ascii_case(&library.sha256) {
         let why = ModelError::Changed { pinned: library.sha256.clone(), got };
         return Err(LoadError::Pin { path: library.path.display().to_string(), why });
     }
-    Ok(runtime::adopt(&library.path)?)
+    Ok(file)
+}
+
+/// Path by which the loader gets the open file itself: another file may have taken its place at `path` since.
+fn loadable(file: &File, path: &Path) -> PathBuf {
+    let open = PathBuf::from(format!("/proc/self/fd/{}", file.as_raw_fd()));
+    // A process with a root of its own has no /proc; there `path` is a mount of this one file, which no other replaces.
+    if open.exists() { open } else { path.to_owned() }
 }
 
 /// The file at `path` under its present hash, for callers without a pin.
@@ -171,11 +187,18 @@ pub fn pin(path: &Path) -> Result<ModelRef, LoadError> {
     Ok(ModelRef { path: path.to_owned(), sha256: hex_digest(&read(path, MAX_MODEL)?) })
 }
 
-/// At most `max` bytes; a larger file is refused by its length, without being read.
+fn opened(path: &Path) -> Result<File, LoadError> {
+    link::files::open(path).map_err(|why| LoadError::Read { path: path.display().to_string(), why })
+}
+
 fn read(path: &Path, max: usize) -> Result<Vec<u8>, LoadError> {
+    content(&opened(path)?, path, max)
+}
+
+/// At most `max` bytes of the file that was opened at `path`; a larger one is refused by its length, without being read.
+fn content(file: &File, path: &Path, max: usize) -> Result<Vec<u8>, LoadError> {
     let failed = |why| LoadError::Read { path: path.display().to_string(), why };
     let mut bytes = Vec::new();
-    let file = link::files::open(path).map_err(failed)?;
     let length = file.metadata().map_err(failed)?.len() as usize;
     if length <= max {
         // It may grow meanwhile.
@@ -186,5 +209,28 @@ fn read(path: &Path, max: usize) -> Result<Vec<u8>, LoadError> {
             Err(LoadError::Pin { path: path.display().to_string(), why: ModelError::TooLarge { max, got } })
         }
         _ => Ok(bytes),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// The loader gets the bytes that were hashed, though another file has taken their place at the path.
+    #[test]
+    fn a_library_swapped_after_its_hash_is_not_loaded() {
+        let folder = std::env::temp_dir().join(format!("holdsafe-library-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let [path, other] = ["lib.so", "other.so"].map(|name| folder.join(name));
+        fs::write(&path, "pinned").unwrap();
+        let library = ModelRef { path: path.clone(), sha256: hex_digest(b"pinned") };
+        let file = held(&library).unwrap();
+        fs::write(&other, "another").unwrap();
+        fs::rename(&other, &path).unwrap();
+        assert_eq!(fs::read(loadable(&file, &path)).unwrap(), b"pinned");
+        assert!(matches!(held(&library), Err(LoadError::Pin { .. })));
+        fs::remove_dir_all(&folder).unwrap();
     }
 }
