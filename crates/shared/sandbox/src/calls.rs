@@ -10,6 +10,7 @@ use seccompiler::{
     TargetArch, apply_filter,
 };
 
+use crate::numbering::in_both;
 use crate::table::{Network, ServiceRights};
 
 /// Rights over other processes: their memory, their registers, their descriptors.
@@ -229,7 +230,7 @@ pub(crate) fn apply_fatal() -> Result<(), Error> {
 /// Ends a process at its next call that is one of [`fatal`].
 fn fatal() -> BTreeMap<i64, Vec<SeccompRule>> {
     let all = [&OTHERS[..], &FILES, &NAMESPACES, &KERNEL, &MACHINE, &PROCESSOR, &PROGRAMS].concat();
-    all.into_iter().map(|call| (call, Vec::new())).collect()
+    in_both(all.into_iter().map(|call| (call, Vec::new())).collect())
 }
 
 fn filter(
@@ -297,3 +298,6 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, Error> {
     let conditions: Result<Vec<_>, _> = conditions.iter().map(condition).collect();
     Ok(SeccompRule::new(conditions?)?)
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests;

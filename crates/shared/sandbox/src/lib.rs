@@ -12,6 +12,7 @@ pub mod host;
 mod level;
 pub mod limits;
 pub mod namespaces;
+pub mod numbering;
 pub mod probe;
 mod ruleset;
 pub mod table;

@@ -4,23 +4,17 @@ use std::collections::BTreeMap;
 
 use nix::libc;
 use sandbox::calls::{FILES, KERNEL, MACHINE, NAMESPACES, OTHERS, PROCESSOR};
+use sandbox::numbering::in_both;
 use seccompiler::{
     BpfProgram, Error, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
     TargetArch, apply_filter,
 };
 
-/// The x32 numbering of calls on x86-64: every call of the first has this bit set; `ptrace` and `kexec_load` have other
-/// numbers.
-#[cfg(target_arch = "x86_64")]
-const SECOND: Option<(i64, [i64; 2])> = Some((0x4000_0000, [521, 528]));
-#[cfg(not(target_arch = "x86_64"))]
-const SECOND: Option<(i64, [i64; 2])> = None;
-
 /// Applies the filter to this process and all that it starts. `network` is true in a network namespace, in which sockets reach no other.
 pub(super) fn apply(network: bool) -> Result<(), Error> {
     apply_filter(&program(rules(network)?, libc::EPERM)?)?;
     // The flags of clone3 lie in memory, where no filter sees them. A C library that gets ENOSYS takes clone.
-    apply_filter(&program(numbered(BTreeMap::from([(libc::SYS_clone3, Vec::new())])), libc::ENOSYS)?)
+    apply_filter(&program(in_both(BTreeMap::from([(libc::SYS_clone3, Vec::new())])), libc::ENOSYS)?)
 }
 
 fn program(rules: BTreeMap<i64, Vec<SeccompRule>>, errno: i32) -> Result<BpfProgram, Error> {
@@ -34,19 +28,7 @@ fn rules(network: bool) -> Result<BTreeMap<i64, Vec<SeccompRule>>, Error> {
     let mut rules: BTreeMap<i64, Vec<SeccompRule>> = always.into_iter().map(|call| (call, Vec::new())).collect();
     rules.insert(libc::SYS_clone, namespaces()?);
     rules.insert(libc::SYS_socket, if network { vec![families()?] } else { Vec::new() });
-    Ok(numbered(rules))
-}
-
-/// Adds the rules for the second numbering of calls, by which a filter of the first alone could be bypassed.
-fn numbered(mut rules: BTreeMap<i64, Vec<SeccompRule>>) -> BTreeMap<i64, Vec<SeccompRule>> {
-    if let Some((bit, rest)) = SECOND {
-        let repeated: Vec<_> = rules.iter().map(|(call, rules)| (call | bit, rules.clone())).collect();
-        rules.extend(repeated);
-        if rules.contains_key(&libc::SYS_ptrace) {
-            rules.extend(rest.map(|call| (call | bit, Vec::new())));
-        }
-    }
-    rules
+    Ok(in_both(rules))
 }
 
 /// Any flag of `clone` that asks for a namespace.
