@@ -107,6 +107,8 @@ fn next_commands_of_many_trials_work_when_pasted() {
     shell.try_next(&estimate, 0, "estimate 1.00e0", &[0]);
     let compare = ["guest", "compare", "follower", "--scenarios", "localisation_freeze", "--trials", "1", "--out", "g"];
     shell.try_next(&compare, 0, "guarded harmed in 0 of 1", &[0, 3]);
+    let (_, next) = shell.end_of(&compare, 0);
+    assert!(next.iter().any(|command| command.contains(" report g ")), "{next:?}");
 }
 
 #[test]

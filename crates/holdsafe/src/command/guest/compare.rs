@@ -2,7 +2,7 @@
 //!
 //! Running trials is `runner`'s, folding them `results::report`'s. Finished trials are kept, so that a comparison resumes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use evidence::trial::Trial;
 use guest::Conduct;
@@ -89,12 +89,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     } else {
         out::show(comparison_table(&comparison));
     }
-    close(context, args, &parts, &comparison);
+    close(context, args, &dir, &parts, &comparison);
     Ok(Exit::Fine)
 }
 
-/// Summary, and the first attack that harmed a guest, to be run with a recording.
-fn close(context: &Context, args: &Args, parts: &[Part], comparison: &Comparison) {
+/// Summary, the first attack that harmed a guest, to be run with a recording, and the page of the comparison.
+fn close(context: &Context, args: &Args, dir: &Path, parts: &[Part], comparison: &Comparison) {
     let of = |conduct: Conduct| {
         let totals = comparison.totals.iter().filter(|total| total.conduct == conduct.name());
         let (harmed, all) = totals.fold((0, 0), |(harmed, all), one| (harmed + one.harmed, all + one.variations));
@@ -111,7 +111,7 @@ fn close(context: &Context, args: &Args, parts: &[Part], comparison: &Comparison
     run.extend(row.cell.iter().flat_map(|cell| ["--cell", cell]));
     run.extend(args.platform.iter().flat_map(|platform| ["--platform", platform]));
     let closing = Closing::new(context).part(of(Conduct::Bare)).part(of(Conduct::Guarded));
-    closing.print([context.command(run), context.command(["guest", "check", &file])]);
+    closing.print([context.command(run), context.report_of(dir)]);
 }
 
 fn row(part: &Part, planned: &Planned, trials: &[Trial]) -> ComparisonRow {
