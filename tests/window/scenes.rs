@@ -269,7 +269,7 @@ pub(crate) fn replayed(mut shown: Shown) -> (Shown, Tape) {
         moment(1_020, "unit-a READY: operator", false),
         moment(5_300, "unit-a PREPARE_TO_ACT: operator", false),
         moment(6_700, "insider-b: sends a report of unit-b that is a lie", true),
-        moment(6_900, "unit-a HOLD_SAFE: lost:teammates", false),
+        moment(6_900, "unit-a HOLD_SAFE: unit-b contradicts itself", false),
     ];
     (shown, Tape { at: Span::ms(8_100), length: Span::s(9), lead: Span::s(2), moments, playing: false })
 }

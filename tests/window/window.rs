@@ -714,7 +714,7 @@ fn recording_can_seek_and_never_looks_live() {
     let before = tape.moments[3].at;
     assert_eq!(seated.state().seeks, [Seek::Step(1), Seek::Step(-1), Seek::To(before), Seek::Play(true)]);
     assert!(shows_text(&seated, "run time 6.10 s of 7.00 s"));
-    assert!(shows_text(&seated, "what was shown: unit-a HOLD_SAFE: lost:teammates at 4.90 s"));
+    assert!(shows_text(&seated, "what was shown: unit-a HOLD_SAFE: unit-b contradicts itself at 4.90 s"));
     assert!(shows_text(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 4.70 s"));
 }
 

@@ -159,7 +159,7 @@ impl Shown {
             let heard = if others.is_empty() { String::new() } else { format!("heard: {}", others.join(", ")) };
             return Answer::new(sign, headline).with(sign, self.session(unit.unit)).with(Sign::Normal, heard);
         }
-        let [headline, detail] = wording::cause(state, &self.bounds);
+        let [headline, detail] = state.why(&self.bounds);
         Answer::new(sign, headline).with(sign, detail)
     }
 

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use config::suite::Suite;
+use wire::bounds::Bounds;
 use wire::id::{PeerId, TrackId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::person::{Alarm, Order, Shelf};
@@ -15,6 +16,7 @@ use wire::time::Instant;
 
 use crate::alarm::{self, Priority};
 use crate::life::Giver;
+use crate::wording;
 
 /// The most that is kept.
 pub const MAX_PAST: usize = 256;
@@ -52,13 +54,14 @@ impl Incident {
         if let Incident::Raised(_, _, priority) = self { Some(*priority) } else { None }
     }
 
-    /// Text of the event.
-    pub fn words(&self) -> String {
+    /// Text of the event on a platform with these bounds.
+    pub fn words(&self, bounds: &Bounds) -> String {
         let was = |alarm: &Alarm, suite: &Suite| alarm::words(alarm, *suite, false);
         let is = |alarm: &Alarm, suite: &Suite| alarm::words(alarm, *suite, true);
         match self {
             Incident::Mode(unit, mode, cause, suite) => {
-                format!("{unit} went to {}, cause {}", mode.name(), suite.cause(*cause))
+                let [why, _] = wording::cause((*cause, *mode), *suite, None, bounds);
+                format!("{unit} went to {}: {why}", mode.name())
             }
             Incident::Ordered(Order::Command(unit, kind), by) => {
                 format!("{} to {unit}, given by {}", kind.name(), by.words())

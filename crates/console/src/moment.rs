@@ -8,6 +8,7 @@ use wire::time::Span;
 
 use crate::alarm;
 use crate::shown::Shown;
+use crate::wording;
 
 /// Moments of either kind that are kept, at most.
 pub const MAX_MOMENTS: usize = 256;
@@ -46,9 +47,10 @@ pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
         let (state, _) = unit.state.get();
         let was = before.unit(unit.unit).map(|unit| unit.state.get().0.mode);
         if was != Some(state.mode) {
-            let failing: Vec<&str> = state.failing.iter().map(|guard| state.suite().guard(guard)).collect();
+            let failing: Vec<&str> = state.failing.iter().map(|guard| wording::guard(state.suite(), guard)).collect();
             let failing = if failing.is_empty() { String::new() } else { format!(", failing {}", failing.join(", ")) };
-            changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause()));
+            let [why, _] = state.why(&after.bounds);
+            changes.push(format!("{} {}: {why}{failing}", unit.unit, state.mode.name()));
         }
     }
     let known = |cause: &Alarm| before.alarms.iter().any(|group| group.cause == *cause);

@@ -31,6 +31,7 @@ use crate::life::ShownCommand;
 use crate::skew::Rate;
 use crate::sound::Sound;
 use crate::trace::Trace;
+use crate::wording;
 
 /// State that a unit reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +66,12 @@ impl State {
         Suite::from_motion(self.motion.as_ref())
     }
 
-    /// Cause of the last transition, in words.
+    /// Reason for its mode: a sentence, and a detail that may be empty.
+    pub fn why(&self, bounds: &Bounds) -> [String; 2] {
+        wording::cause((self.cause, self.mode), self.suite(), self.measured.teammate(), bounds)
+    }
+
+    /// Cause of the last transition, as logs name it.
     pub fn cause(&self) -> String {
         self.suite().cause(self.cause)
     }

@@ -7,13 +7,12 @@
 use config::suite::Suite;
 use wire::bounds::Bounds;
 use wire::event::Inconsistency;
+use wire::id::UnitId;
 use wire::measured::Limit;
 use wire::mode::{Cause, Guard, Mode};
 use wire::policy::{Check, DisplayRule, Policy, Requirement};
 use wire::sensor::Modality;
 use wire::time::Span;
-
-use crate::shown::State;
 
 /// A microsecond count of one second.
 const S: u64 = 1_000_000;
@@ -84,10 +83,16 @@ pub fn inconsistency(found: Inconsistency) -> &'static str {
     }
 }
 
-/// The reason for a unit's mode: a sentence, and a detail that may be empty.
-pub fn cause(state: &State, bounds: &Bounds) -> [String; 2] {
+/// The reason for a unit's change of mode, with the contradicting teammate where it is known: a sentence, and a detail that
+/// may be empty.
+pub fn cause(
+    change: (Cause, Mode),
+    suite: Suite,
+    teammate: Option<(UnitId, Inconsistency)>,
+    bounds: &Bounds,
+) -> [String; 2] {
     let plain = |words: &str| [words.to_owned(), String::new()];
-    match (state.cause, state.mode) {
+    match change {
         (Cause::Start, _) => plain("Not enabled since its start"),
         (Cause::Operator, Mode::HoldSafe) => plain("An operator held it"),
         (Cause::Operator, Mode::Ready) => plain("Enabled by an operator"),
@@ -99,17 +104,16 @@ pub fn cause(state: &State, bounds: &Bounds) -> [String; 2] {
             format!("Authority ended unused after {} s", tenths(Span::ms(bounds.authority_ms).as_ms() / 1000.0)),
             String::new(),
         ],
-        (Cause::Lost(guard), _) => lost(guard, state, bounds),
+        (Cause::Lost(guard), _) => lost(guard, suite, teammate, bounds),
         (Cause::Unrecovered(guard), _) => {
-            let [what, _] = lost(guard, state, bounds);
+            let [what, _] = lost(guard, suite, teammate, bounds);
             [what, format!("not made good within {} s", tenths(Span::ms(bounds.unrecovered_ms).as_ms() / 1000.0))]
         }
     }
 }
 
 /// The loss behind a failed guard.
-fn lost(of: Guard, state: &State, bounds: &Bounds) -> [String; 2] {
-    let suite = state.suite();
+fn lost(of: Guard, suite: Suite, teammate: Option<(UnitId, Inconsistency)>, bounds: &Bounds) -> [String; 2] {
     let seconds = |ms: u64| tenths(ms as f64 / 1000.0);
     let silent = |ms: u64| [format!("{}: nothing for more than {} s", guard(suite, of), seconds(ms)), String::new()];
     match of {
@@ -122,7 +126,7 @@ fn lost(of: Guard, state: &State, bounds: &Bounds) -> [String; 2] {
             format!("No permission for more than {} s", seconds(bounds.lease_ms)),
             "the gateway is not heard, or an operator holds".to_owned(),
         ],
-        Guard::Teammates => match state.measured.teammate() {
+        Guard::Teammates => match teammate {
             Some((unit, found)) => [format!("{unit} contradicts itself"), inconsistency(found).to_owned()],
             None => ["A teammate contradicts itself".to_owned(), String::new()],
         },
@@ -256,6 +260,16 @@ mod tests {
         assert_eq!(reading(0, Limit::Drift(20)), "0 % of its limit");
         assert_eq!(reading(-266, Limit::Offset(5_000)), "0.3 of 5 ms");
         assert_eq!([-0.04, -1.26].map(tenths), ["0.0", "−1.3"]);
+    }
+
+    #[test]
+    fn a_change_of_mode_is_worded_without_its_picture() {
+        let worded = |of, mode| cause((of, mode), Suite::Scene, None, &Bounds::GROUND)[0].clone();
+        let teammate = worded(Cause::Lost(Guard::Teammates), Mode::HoldSafe);
+        assert_eq!(
+            (teammate.as_str(), worded(Cause::Operator, Mode::Ready).as_str()),
+            ("A teammate contradicts itself", "Enabled by an operator")
+        );
     }
 
     #[test]

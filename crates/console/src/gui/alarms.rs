@@ -154,7 +154,7 @@ fn newest(ui: &mut Ui, shown: &Shown) {
         ui.horizontal(|ui| {
             ui.label(RichText::new(words::event_time(shown, past.at)).monospace().size(SMALL).weak());
             let none = matches!(past.what, Incident::TrackEnded(..) | Incident::Ordered(..));
-            let text = format!("{}{}", past.what.words(), if none { " (no alarm)" } else { "" });
+            let text = format!("{}{}", past.what.words(&shown.bounds), if none { " (no alarm)" } else { "" });
             ui.add(Label::new(RichText::new(text).size(SIZE).weak()).truncate());
         });
     }
@@ -208,7 +208,7 @@ pub(super) fn draw_history(ui: &mut Ui, view_state: &mut ViewState, shown: &Show
         }
     });
     let wanted = view_state.search.to_lowercase();
-    let fits = |past: &&Past| past.what.words().to_lowercase().contains(&wanted);
+    let fits = |past: &&Past| past.what.words(&shown.bounds).to_lowercase().contains(&wanted);
     let listed: Vec<&Past> = shown.past.iter().rev().filter(fits).collect();
     if listed.is_empty() {
         ui.label(RichText::new("Nothing that fits has happened.").size(SIZE).weak());
@@ -227,7 +227,7 @@ pub(super) fn draw_history(ui: &mut Ui, view_state: &mut ViewState, shown: &Show
                 if let Some(priority) = past.what.priority() {
                     marks::shape(ui, sign_of(priority).1, Tone::Weak, priority.name());
                 }
-                ui.add(Label::new(RichText::new(past.what.words()).size(SIZE)).truncate());
+                ui.add(Label::new(RichText::new(past.what.words(&shown.bounds)).size(SIZE)).truncate());
             });
         });
     });

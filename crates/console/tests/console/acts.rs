@@ -5,6 +5,7 @@ use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Shelf, Un
 use console::alarm::Priority;
 use console::history::{Incident, MAX_PAST};
 use console::life::Life;
+use wire::bounds::Bounds;
 use wire::codec::Text;
 use wire::command::{Ack, CommandKind};
 use wire::core::Input;
@@ -339,6 +340,8 @@ fn history_keeps_order_and_drops_the_oldest() {
     let about: Vec<Incident> =
         past.iter().map(|past| past.what).filter(|incident| incidents.contains(incident)).collect();
     assert_eq!(about, incidents);
+    let lost = Incident::Mode(UnitId::A, Mode::HoldSafe, Cause::Lost(Guard::Teammates), Suite::Scene);
+    assert_eq!(lost.words(&Bounds::GROUND), "unit-a went to HOLD_SAFE: A teammate contradicts itself", "as the banner");
     assert!(past.iter().is_sorted_by_key(|past| past.at));
     for n in 0..2 * MAX_PAST {
         bench.feed(&Feed::Session(PeerId::UNIT_A, n % 2 == 0));
