@@ -206,8 +206,16 @@ fn short(digest: &str) -> &str {
 
 /// Escapes the characters that BibTeX and LaTeX interpret; scenarios' names have underscores.
 fn escaped(text: &str) -> String {
-    let special = |c: char| matches!(c, '_' | '%' | '&' | '#' | '$' | '{' | '}');
-    text.chars().flat_map(|c| special(c).then_some('\\').into_iter().chain([c])).collect()
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '_' | '%' | '&' | '#' | '$' | '{' | '}' => escaped.extend(['\\', c]),
+            // Two backslashes are a line break, and braces keep the command from taking what follows.
+            '\\' => escaped.push_str("\\textbackslash{}"),
+            plain => escaped.push(plain),
+        }
+    }
+    escaped
 }
 
 /// The value of a key of `CITATION.cff` that stands on one line.
@@ -226,6 +234,11 @@ mod tests {
                            "watermarks":["WAIVED: a_b"],"bounds":{"rgb_loss":{},"thermal_loss":{}}}"#;
         let results = results.iter().map(|(name, digest)| ((*name).to_owned(), (*digest).to_owned())).collect();
         cited(serde_json::from_str(manifest).expect("a manifest"), Some("twin".to_owned()), results, "m", "")
+    }
+
+    #[test]
+    fn backslash_is_text_and_no_command() {
+        assert_eq!(escaped("a\\b_c"), "a\\textbackslash{}b\\_c");
     }
 
     /// LaTeX takes the entry.
