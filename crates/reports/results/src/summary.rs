@@ -149,18 +149,16 @@ pub fn from_entries(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Op
     // Accounts are closed a while after the plant's last word, and the display is late by then: no part of the run.
     let end = measured::last(entries).or_else(|| entries.iter().map(|w| w.at).max());
     let clock = Clock { end: end.unwrap_or_default() };
-    let done = truth::lasting(entries).into_iter().map(|l| clock.lasted(l.action, l.from, l.to)).collect();
     let explained: Vec<Explanation> = explain(entries, bounds).into_iter().filter(Explanation::restricts).collect();
-    let why = explained.iter().map(|e| clock.reason(e)).collect();
     RunSummary {
         name: name.to_owned(),
         seconds: clock.seconds_at(clock.end),
         flaw,
         modes: modes(entries, clock),
         authority: authority(entries, clock),
-        done,
+        done: truth::lasting(entries).into_iter().map(|l| clock.lasted(l.action, l.from, l.to)).collect(),
         refused: refused(entries, clock),
-        why,
+        why: explained.iter().map(|e| clock.reason(e)).collect(),
         guards: lanes::guards(entries, clock),
         shown: lanes::shown(entries, clock),
         truth: measured::truth(entries, clock),
@@ -202,7 +200,7 @@ impl Clock {
 }
 
 fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
-    let (mut all, mut now) = (Vec::new(), (Mode::Idle, 0));
+    let (mut all, mut now, mut unlisted) = (Vec::new(), (Mode::Idle, 0), 0_u64);
     for w in entries {
         let to = match w.entry.event {
             Any::Service(Event::Transition { to, .. }) if w.entry.node == NodeId::UNIT_A => to,
@@ -210,13 +208,16 @@ fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
             Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, .. }) => Mode::Idle,
             _ => continue,
         };
-        // Later changes are left out: the last listed mode is then drawn to the end.
         if all.len() + 1 < MAX_STRETCHES {
             all.push(clock.lasted(now.0.name().to_owned(), now.1, w.at));
             now = (to, w.at);
+        } else {
+            unlisted += 1;
         }
     }
-    all.push(clock.lasted(now.0.name().to_owned(), now.1, clock.end));
+    // The last stretch stands for all that has no room, and says so.
+    let more = if unlisted == 0 { String::new() } else { format!(", then {unlisted} changes not listed") };
+    all.push(clock.lasted(format!("{}{more}", now.0.name()), now.1, clock.end));
     all
 }
 
@@ -308,6 +309,14 @@ mod tests {
         let stale = &story.refused[0];
         assert_eq!((stale.reason.as_str(), stale.n, stale.at.len()), ("stale", 3, 2));
         assert_eq!((stale.at[0].from, stale.at[0].to), (1.0, 1.05));
+    }
+
+    #[test]
+    fn changes_of_mode_without_room_are_counted() {
+        let event = Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
+        let entry = Entry { event, ..seen(1, NodeId::SIM, Event::Started).entry };
+        let last = |n| modes(&vec![Witnessed { at: 1, entry }; n], Clock { end: 2 })[511].what.clone();
+        assert_eq!([511, 514].map(last), ["IDLE", "IDLE, then 3 changes not listed"]);
     }
 
     #[test]
