@@ -117,6 +117,28 @@ async fn connections_are_capped_and_a_slot_comes_back() {
     gateway.publish("hs/cmd/unit-a", b"in").await.expect("the first session stands");
 }
 
+/// A connection that never becomes a session keeps its place for a bounded time.
+#[tokio::test]
+async fn silent_handshake_loses_its_slot() {
+    let limits = ServerLimits { connections: 1, handshake: Duration::from_millis(100), ..ServerLimits::default() };
+    let (pki, mut server) = start(limits).await;
+    let _silent = TcpStream::connect(server.address().socket()).await.expect("accepted");
+    assert_eq!(denial(&mut server).await, Denial::HandshakeTimeout);
+    let _unit = pki.connect(server.address(), PeerId::UNIT_A).await;
+}
+
+/// The broker's library waits ten seconds for CONNECT.
+#[tokio::test]
+#[ignore = "long: waits ten seconds for a CONNECT that does not come"]
+async fn certificate_without_connect_loses_its_slot() {
+    let limits = ServerLimits { connections: 1, ..ServerLimits::default() };
+    let (pki, server) = start(limits).await;
+    let mut half_open = raw_tls(server.address(), pki.tls(PeerId::UNIT_A)).await;
+    let closed = tokio::time::timeout(Duration::from_secs(15), half_open.read(&mut [0; 8])).await;
+    assert!(matches!(closed.expect("closed in time"), Ok(0) | Err(_)), "closed without an answer");
+    let _unit = pki.connect(server.address(), PeerId::UNIT_B).await;
+}
+
 #[tokio::test]
 async fn one_certificate_holds_few_connections() {
     let (pki, mut server) = start(ServerLimits::default()).await;
