@@ -54,6 +54,8 @@ mod recordings;
 mod shipped;
 #[path = "command/tour.rs"]
 mod tour;
+#[path = "command/tutorials.rs"]
+mod tutorials;
 #[path = "command/verbs.rs"]
 mod verbs;
 #[path = "command/verification.rs"]
