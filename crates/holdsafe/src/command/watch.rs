@@ -23,7 +23,7 @@ use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::input_journal::{Entry, JournalError};
 use recording::find::find_one_run;
-use recording::{Checked, RunFolder, read_site};
+use recording::{RunFolder, read_site};
 use runner::checked::Unverified;
 use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
@@ -175,24 +175,12 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut looked = None;
     let mut now = trace_us();
     let mut news = News::read_log(&mut log).map_err(unread)?;
-    if news.finished && args.web.or(args.foxglove).or(args.packets).is_some() {
-        let run = run.path().display();
-        return Err(Failure::new(
-            Exit::NoEvidence,
-            format!("{run} is over: `holdsafe watch --window {run}` shows its recording"),
-        ));
+    if news.finished || run.is_over() {
+        return last_view(context, args, &run);
     }
     if news.newest.is_none() && args.once {
         let line = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
         return Err(Failure::new(Exit::NoEvidence, line));
-    }
-    // A run that goes on cannot be verified yet; one that is over is checked like any other recording.
-    let ended = news.finished || run.is_over();
-    let checked = ended.then(|| checked::open_run(run.clone())).transpose()?;
-    let read: Vec<&Checked> = checked.iter().collect();
-    checked::print_marks(context, &read);
-    if context.json && ended {
-        checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &read)?;
     }
     let mut place = Place::open(context, args, &run)?;
     let (mut heard, mut reported) = (trace_us(), false);
@@ -203,8 +191,8 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
             (heard, reported) = (trace_us(), false);
             place.show(&text, picture, since)?;
         }
-        if news.finished || ended || args.once {
-            return Ok(args.unverified.exit(&read, Exit::Fine));
+        if news.finished || args.once {
+            return Ok(Exit::Fine);
         }
         let silent = trace_us().saturating_sub(heard);
         if silent > CURRENT_US && !reported {
@@ -222,7 +210,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Interrupted)
 }
 
-/// The last view of a run in the twin, which is over at once.
+/// The last view of a run that is over, as one in the twin is at once: checked like any other recording, and marked as a replay.
 fn last_view(context: &Context, args: &Args, run: &RunFolder) -> Result<Exit, Failure> {
     let path = run.path().display();
     if args.web.or(args.foxglove).or(args.packets).is_some() {

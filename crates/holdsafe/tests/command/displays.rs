@@ -112,7 +112,11 @@ fn live_run_is_watched_and_shown_again() {
 
     let once = holdsafe(&["watch", run, "--once"]);
     let text = String::from_utf8(once.stdout).unwrap();
-    assert!(once.status.success() && text.contains("SIMULATION") && text.contains("IDLE"), "{text}");
+    assert!(once.status.success() && text.starts_with("REPLAY of a recording"), "{text}");
+    assert!(text.contains("SIMULATION") && text.contains("IDLE"), "{text}");
+    let replayed = String::from_utf8(holdsafe(&["watch", run, "--json"]).stdout).unwrap();
+    let last: Value = serde_json::from_str(replayed.lines().last().unwrap()).unwrap();
+    assert!(last["replay"] == true && pictures.iter().all(|picture| picture["replay"] != true), "{last}");
     let (code, words) = blind(&["watch", run, "--window"]);
     assert_eq!(code, Some(5), "{words}");
 
