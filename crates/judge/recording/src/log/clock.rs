@@ -70,21 +70,22 @@ fn covered(stop: &ProcessStop, from: i128, until: i128) -> i128 {
     (until.min(i128::from(stop.until_us)) - from.max(i128::from(stop.from_us))).max(0)
 }
 
-/// Description of an entry with a late handover. In the recording a host that stalled, a process that was stopped and a time that was
-/// changed look the same.
-pub(super) fn lateness(node: NodeId, delay: u64, stopped: u64, allowed: u64) -> String {
+/// Description of an entry with a late handover. In the recording of a live run a host that stalled, a process that was stopped and a
+/// time that was changed look the same. The twin has no host that could be late.
+pub(super) fn lateness(node: NodeId, delay: u64, stopped: u64, allowed: u64, in_twin: bool) -> String {
     let stopped = if stopped > 0 {
         format!(" beside the {} for which the launcher stopped it", milliseconds(stopped))
     } else {
         String::new()
     };
-    format!(
-        "{node} handed this over {} after it wrote it{stopped}, at most {} are allowed: the host or somebody kept the \
-         process from running, or one of the two times was changed, which cannot be told apart here; end other work or \
-         use --jobs 1, and run it again",
-        milliseconds(delay),
-        milliseconds(allowed)
-    )
+    let why = if in_twin {
+        "the time does not fit a run of the twin, where nothing is late; the recording was changed"
+    } else {
+        "the host or another process kept this one from running, or one of the two times was changed, which cannot be \
+         told apart here; end other work or use --jobs 1, and run it again"
+    };
+    let [delay, allowed] = [delay, allowed].map(milliseconds);
+    format!("{node} handed this over {delay} after it wrote it{stopped}, at most {allowed} are allowed: {why}")
 }
 
 /// A duration in microseconds, as text.
@@ -130,6 +131,16 @@ mod tests {
         assert!(!allowed(START, START + 3_000_000));
         assert!(allowed(START + 10, START + 90_000) && !allowed(START + 10, START + 110_000));
         assert!(!allowed(START + 10_000, START + 9_000), "before it was written");
+    }
+
+    #[test]
+    fn lateness_in_the_twin_is_not_blamed_on_the_host() {
+        let [twin, live] = [true, false].map(|in_twin| lateness(NodeId::GATEWAY, 24_000_000, 0, 1_000, in_twin));
+        assert!(
+            twin.contains("the recording was changed") && !twin.contains("host") && !twin.contains("--jobs"),
+            "{twin}"
+        );
+        assert!(live.contains("the host or another process") && live.contains("--jobs 1"), "{live}");
     }
 
     #[test]

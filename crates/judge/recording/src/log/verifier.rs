@@ -204,7 +204,9 @@ impl<'a> LogVerifier<'a> {
             ClockFit::Fits => {}
             ClockFit::Late { delay, stopped, allowed } => {
                 self.late.push(delay);
-                self.add_flaw(place, lateness(node, delay, stopped, allowed));
+                // A live run's start is on a clock of the host, which is past zero.
+                let in_twin = self.anchors.start_us == 0;
+                self.add_flaw(place, lateness(node, delay, stopped, allowed, in_twin));
             }
             ClockFit::Early(lead) => self.add_flaw(
                 place,
