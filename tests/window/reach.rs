@@ -157,7 +157,7 @@ fn two_recordings_stand_side_by_side() {
         let middle = size.x / 2.0;
         for (part, [left, right]) in [
             ("MODE unit-a: ", ["HOLD_SAFE", "READY"]),
-            ("WHY unit-a: ", ["unit-b contradicts itself", "Enabled by an operator"]),
+            ("WHY unit-a: ", ["unit-b contradicts itself", "Put in READY by an operator"]),
             ("SINCE unit-a: ", ["1.", "4."]),
             ("DO NEXT unit-a: ", ["Nothing: this has happened"; 2]),
             ("IS THIS TRUE unit-a: ", ["It was, then"; 2]),

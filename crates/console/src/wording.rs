@@ -95,7 +95,7 @@ pub fn cause(
     match change {
         (Cause::Start, _) => plain("Not enabled since its start"),
         (Cause::Operator, Mode::HoldSafe) => plain("An operator held it"),
-        (Cause::Operator, Mode::Ready) => plain("Enabled by an operator"),
+        (Cause::Operator, Mode::Ready) => plain("Put in READY by an operator"),
         (Cause::Operator, Mode::PrepareToAct) => plain("Armed by an operator"),
         (Cause::Operator, Mode::Idle | Mode::Degraded) => plain("Ordered by an operator"),
         (Cause::Recovered, _) => plain("Every guard holds again"),
@@ -268,7 +268,7 @@ mod tests {
         let teammate = worded(Cause::Lost(Guard::Teammates), Mode::HoldSafe);
         assert_eq!(
             (teammate.as_str(), worded(Cause::Operator, Mode::Ready).as_str()),
-            ("A teammate contradicts itself", "Enabled by an operator")
+            ("A teammate contradicts itself", "Put in READY by an operator")
         );
     }
 
