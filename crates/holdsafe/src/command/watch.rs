@@ -13,7 +13,7 @@ mod onlook;
 mod sensors;
 mod window;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::input_journal::{Entry, JournalError};
 use recording::find::find_one_run;
-use recording::{RunFolder, read_site};
+use recording::{RecordingError, RunFolder, read_site};
 use runner::checked::Unverified;
 use runner::custom_detector::DetectorOptions;
 use runner::failure::{Exit, Failure};
@@ -155,9 +155,21 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     print(context, args)
 }
 
+/// Refusal of a folder without a run. One that does not exist yet may be a misspelt name: it is not waited for.
+fn not_begun(folder: &Path, error: RecordingError) -> Failure {
+    let failure = Failure::from(error);
+    if folder.exists() {
+        return failure;
+    }
+    Failure::new(
+        Exit::Usage,
+        format!("{failure}; a run that has still to begin is not waited for: watch it once it has"),
+    )
+}
+
 /// Shows the operator's view until the run ends, a person asks, or, of a run that is over, once.
 fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let run = find_one_run(&args.run)?;
+    let run = find_one_run(&args.run).map_err(|error| not_begun(&args.run, error))?;
     if !run.has_input_journals() {
         return last_view(context, args, &run);
     }
@@ -179,7 +191,10 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return last_view(context, args, &run);
     }
     if news.newest.is_none() && args.once {
-        let line = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
+        let line = format!(
+            "{}: the console has shown nothing yet; without `--once` its first view is waited for",
+            path.display()
+        );
         return Err(Failure::new(Exit::NoEvidence, line));
     }
     let mut place = Place::open(context, args, &run)?;

@@ -231,4 +231,7 @@ fn folder_without_a_run_is_not_watched() {
         assert!(text.contains(none) || text.contains("display"), "{arguments:?}: {text}");
         assert!(!text.contains("panicked"), "{text}");
     }
+    let output = holdsafe(&["watch", folder.path().join("later").to_str().unwrap()]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && text.contains("is not waited for"), "{text}");
 }
