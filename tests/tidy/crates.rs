@@ -207,7 +207,11 @@ const LARGE: [(&str, usize, &str); 7] = [
     ("autonomy", 6_450, "boundary, machine and driving are one core, which is forked and judged as one"),
     ("holdsafe", 8_400, "a verb a file or a folder, each with its options, its lines and their tests"),
     ("results", 6_200, "an object a command, each with its table, and the summary of one run over time for the report"),
-    ("lab", 7_000, "a measurement a file, on plans, tables and statistics that they share"),
+    (
+        "lab",
+        7_500,
+        "a measurement a file, on plans, tables and statistics that they share, and the records of published figures",
+    ),
     (
         "scenario",
         8_900,

@@ -59,19 +59,51 @@ fn checks(phrase: &str, verbs: &BTreeSet<String>) -> bool {
     verbs.contains(first) || PROGRAMS.contains(&first) || file || test
 }
 
-/// True if the text gives a count or a share: "7 of 20", "84 %".
-fn has_a_figure(text: &str) -> bool {
-    let digits = |word: &str| {
-        let word = word.trim_matches(|c: char| !c.is_ascii_alphanumeric()).replace(',', "");
-        !word.is_empty() && word.chars().all(|c| c.is_ascii_digit() || c == '.')
+/// Words before a share that make it a bound.
+const BOUNDS: [&str; 12] =
+    ["most", "least", "below", "above", "over", "under", "to", "beyond", "within", "be", "on", "from"];
+/// Levels of confidence.
+const LEVELS: [&str; 1] = ["99"];
+/// Words behind a share that make it a condition of a link or a wheel.
+const CONDITIONS: [&str; 6] = ["loss", "late", "lost", "jitter", "slip", "packet"];
+/// The highest value of a pixel, in which strengths are given.
+const FULL_PIXEL: &str = "255";
+
+/// True for a share that is rather set than measured: of one digit, or a multiple of five.
+fn is_round(share: &str) -> bool {
+    let digits = share.trim_start_matches(['0', '.']);
+    digits.len() == 1 || digits.parse::<u32>().is_ok_and(|share| share.is_multiple_of(5))
+}
+
+/// True if the text gives a count or a share of measured things: "7 of 20", "84 %". Bounds, levels, conditions, strengths, round shares, and
+/// text in backticks are none.
+pub(super) fn has_a_figure(text: &str) -> bool {
+    let outside: String = text.split('`').step_by(2).collect::<Vec<_>>().join(" ");
+    let words: Vec<&str> = outside.split_whitespace().collect();
+    let bare = |word: &str| word.trim_matches(|c: char| !c.is_ascii_alphanumeric()).replace(',', "");
+    let number = |index: usize| {
+        let word = bare(words.get(index).copied().unwrap_or_default());
+        let digits = word.chars().all(|c| c.is_ascii_digit() || c == '.');
+        (!word.is_empty() && digits).then_some(word)
     };
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let share = words.windows(2).any(|w| digits(w[0]) && w[1].starts_with('%'));
-    share || words.windows(3).any(|w| digits(w[0]) && w[1] == "of" && digits(w[2]))
+    let word = |index: usize| words.get(index).copied().unwrap_or_default();
+    let before = |index: usize| index.checked_sub(1).map(word).unwrap_or_default();
+    let is_share = |index: usize| {
+        let first = word(index).trim_start_matches(['(', '*']).chars().next();
+        let is_bound = BOUNDS.contains(&before(index)) || first.is_some_and(|c| !c.is_ascii_digit());
+        let is_condition = CONDITIONS.iter().any(|name| word(index + 2).starts_with(name));
+        let is_level = number(index).is_some_and(|share| LEVELS.contains(&share.as_str()) || is_round(&share));
+        word(index + 1).starts_with('%') && !is_bound && !is_condition && !is_level
+    };
+    let is_count = |index: usize| {
+        let behind = if word(index + 2) == "the" { index + 3 } else { index + 2 };
+        word(index + 1) == "of" && number(behind).is_some_and(|all| all != FULL_PIXEL)
+    };
+    (0..words.len()).any(|index| number(index).is_some() && (is_share(index) || is_count(index)))
 }
 
 /// The sections of a page, each under its own heading; the text under a deeper heading is its own section.
-fn sections(text: &str) -> Vec<(String, String)> {
+pub(super) fn sections(text: &str) -> Vec<(String, String)> {
     let mut found = vec![(String::new(), String::new())];
     let mut in_block = false;
     for line in text.lines() {

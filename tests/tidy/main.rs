@@ -10,6 +10,7 @@ mod figures;
 mod judge;
 mod links;
 mod measurements;
+mod records;
 mod results;
 mod supply;
 mod words;

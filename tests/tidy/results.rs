@@ -1,4 +1,4 @@
-//! Kinds of the objects that the programs print: each has a golden file for its version. The results page against its part by hand.
+//! Kinds of the objects that the programs print: each has a golden file for its version.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -40,12 +40,4 @@ fn every_printed_kind_has_a_golden_file() {
             assert!(kind.is_some_and(|kind| kinds.contains(&kind)), "{folder}: {name} is of no kind that is printed");
         }
     }
-}
-
-/// The whole page is held by a test of `lab`, which daily tests leave out.
-#[test]
-fn results_page_ends_with_the_rows_by_hand() {
-    let read = |file: &str| fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
-    let by_hand = read("docs/results/by-hand.txt");
-    assert!(read("docs/results.md").ends_with(&by_hand), "docs/results.md does not end with docs/results/by-hand.txt");
 }

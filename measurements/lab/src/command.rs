@@ -4,8 +4,7 @@
 
 mod catalogue;
 mod dataset;
-mod record;
-mod results;
+mod records;
 
 use std::ffi::OsString;
 
@@ -38,10 +37,8 @@ enum Verb {
     Dataset(dataset::Args),
     /// Print the threat catalogue: docs/reference/threats.md, or its rows with --json.
     Catalogue(catalogue::Args),
-    /// Run a measurement and keep its result in docs/results/ with command, commit and machine.
-    Record(record::Args),
-    /// Write docs/results.md from the records in docs/results/.
-    Results,
+    /// Take published figures again, keep each with its origin, and write docs/results.md and the sentences of other pages.
+    Records(records::Args),
 }
 
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
@@ -55,8 +52,7 @@ pub fn main(arguments: Vec<OsString>) -> Exit {
         Verb::Measure(measurement) => bench::run(&context, &measurement),
         Verb::Dataset(args) => dataset::run(&context, &args),
         Verb::Catalogue(args) => catalogue::run(&context, &args),
-        Verb::Record(args) => record::run(&context, &args),
-        Verb::Results => results::run(&context),
+        Verb::Records(args) => records::run(&context, &args),
     };
     result.unwrap_or_else(|failure| failure.report(context.json))
 }

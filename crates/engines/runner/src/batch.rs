@@ -366,8 +366,14 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     rates.iter().flat_map(|(_, rates)| rates).filter_map(AcceptedRate::line).for_each(out::note);
     for (trial, planned) in odd.iter().take(MAX_PRINTED) {
         let reasons = reasons(trial);
-        let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
-        out::note(format_args!("{}{reasons}, expected {}", trial.outcome.name(), expected.join(" or ")));
+        let stated: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
+        // A waived check, or a guest without guards: nothing is stated, and harm is told all the same.
+        let expected = if stated.is_empty() {
+            "no class is stated".to_owned()
+        } else {
+            format!("expected {}", stated.join(" or "))
+        };
+        out::note(format_args!("{}{reasons}, {expected}", trial.outcome.name()));
         out::note(format_args!("reproduce: {}", reproduce(mode, planned, trial.seed)));
     }
     if odd.len() > MAX_PRINTED {

@@ -14,7 +14,8 @@ pub const MAX_FILE_BYTES: u64 = 256 * 1024;
 pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
     let meta = fs::metadata(path).map_err(|e| {
         if e.kind() == std::io::ErrorKind::NotFound {
-            let remedy = "`holdsafe scenario check` lists the scenarios; `holdsafe scenario new NAME` starts one";
+            let remedy =
+                "check the path; `holdsafe scenario list` lists the scenarios, `holdsafe scenario new NAME` starts one";
             Problem::with_file(file, "no such file", remedy)
         } else {
             Problem::with_file(file, format!("cannot be read: {e}"), "check the path and its permissions")
