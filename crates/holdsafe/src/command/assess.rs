@@ -75,11 +75,12 @@ fn close(context: &Context, args: &Args, exit: Exit) {
     let Some(map) = &args.map else { return };
     let map = map.to_string_lossy();
     let files: Vec<_> = args.files.iter().map(|file| file.to_string_lossy()).collect();
-    let platform = args.platform.as_ref().map(|file| file.to_string_lossy());
-    let on_it = platform.iter().flat_map(|file| ["--platform", file.as_ref()]);
+    let platform = args.platform.as_ref().map(|file| file.to_string_lossy().into_owned());
     let assess = |more: &[&str]| {
-        let words = ["assess"].into_iter().chain(files.iter().map(AsRef::as_ref)).chain(more.iter().copied());
-        context.command(words.chain(on_it.clone()))
+        let mut words = vec!["assess"];
+        words.extend(files.iter().map(AsRef::as_ref).chain(more.iter().copied()));
+        words.extend(platform.iter().flat_map(|file| ["--platform", file.as_str()]));
+        context.command(words)
     };
     let (text, next) = match (&args.scenario, exit) {
         (Some(file), Exit::Fine) => {
