@@ -142,7 +142,7 @@ fn each_row_of_published_figures_names_its_command() {
     for page in ["README.md", "docs/results.md"] {
         let text = fs::read_to_string(root().join(page)).expect("a page");
         let mut rows = 0;
-        for table in text.split("\n\n").filter(|table| table.starts_with("| what | figure |")) {
+        for table in text.split("\n\n").filter(|table| table.starts_with("| quantity | figure |")) {
             let cells = |row: &str| row.split(" | ").map(str::to_owned).collect::<Vec<_>>();
             let head = table.lines().next().unwrap_or_default().trim_end_matches(" |");
             let column = cells(head).iter().position(|cell| cell == "command").expect("a column of commands");

@@ -6,6 +6,9 @@ use super::kept::{self, Kept};
 use super::list::{Entry, List, Older, PARTS, Tier};
 use super::quotes;
 
+/// Longest commands that a row shows, in bytes.
+const LONGEST_COMMAND: usize = 110;
+
 /// The page for a program of these sources: records of other sources are marked with their commit and day.
 ///
 /// # Errors
@@ -24,14 +27,14 @@ pub fn page(list: &List, folder: &Path, sources: &str) -> Result<String, String>
         let rows: Vec<&(&Entry, Kept)> = taken.iter().filter(|(entry, _)| entry.part == part).collect();
         if !rows.is_empty() {
             text += &format!(
-                "\n## {part}\n\n| what | figure | sample, interval | before | command |\n|---|---|---|---|---|\n"
+                "\n## {part}\n\n| quantity | figure | sample, interval | before | command |\n|---|---|---|---|---|\n"
             );
             text.extend(rows.iter().map(|(entry, kept)| taken_row(entry, kept, sources)));
         }
     }
     if !missing.is_empty() {
         text += "\n## Not taken again\n\nPublished before, with the command that takes them and its minutes on two idle cores.\n\n";
-        text += "| what | figure before | minutes | needs | command |\n|---|---|---|---|---|\n";
+        text += "| quantity | figure before | minutes | needs | command |\n|---|---|---|---|---|\n";
         text.extend(missing.iter().map(|entry| missing_row(entry)));
     }
     if !list.older.is_empty() {
@@ -70,7 +73,7 @@ fn head(list: &List, taken: &[(&Entry, Kept)], sources: &str) -> String {
 After this page you can quote or check every headline figure: its sample, its command, its commit. Written by `lab records` from docs/results/records.toml and
 the records beside it; a test holds it equal. Do not edit.
 
-The program has the sources `{sources}`. {origin} The first seed is {}, which nobody had run before. A record of other sources has its commit and day.
+The program has the sources `{sources}`. {origin} The first seed is {}, fresh for these records. A record of other sources has its commit and day.
 
 `lab records --tier hour` takes those of {:.0} minutes again, `lab records --tier long` the rest, {:.1} hours on two cores ([build](../CONTRIBUTING.md#build-and-test)). Intervals are at 95 %. Trials
 of the twin, of the real stacks in memory and of live runs are never added. *Live* runs are rendered, with the detector in the loop. Classes: [outcomes](reference/outcomes.md);
@@ -112,8 +115,12 @@ fn older_row(older: &Older) -> String {
     row(&[&section, &format!("`{}`", older.command), &format!("`{}`", older.commit), &older.why])
 }
 
+/// The commands without their folders where they are short, else the command that runs them.
 fn commands(entry: &Entry) -> String {
-    entry.run.iter().map(|command| format!("`{command}`")).collect::<Vec<_>>().join(", ")
+    let short = |command: &String| command.split(" --out $OUT").next().unwrap_or_default().to_owned();
+    let all: Vec<String> = entry.run.iter().map(|command| format!("`{}`", short(command))).collect();
+    let text = all.join(", ");
+    if text.len() > LONGEST_COMMAND || text.contains('$') { format!("`lab records {}`", entry.name) } else { text }
 }
 
 fn row(cells: &[&str]) -> String {

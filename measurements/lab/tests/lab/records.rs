@@ -62,10 +62,28 @@ fn a_record_is_kept_once_and_fills_the_pages() {
     assert_eq!(read("README.md"), "Measured: 100 records, seed 3.\n");
     let kept = read("docs/results/records/window.json");
     assert!(kept.contains("\"commit\": \"abc\"") && kept.contains("--records 100 --seed 3 --json"), "{kept}");
+    let listed = records(dir.path(), &["--list", "--json"]);
+    let object: Value = serde_json::from_slice(&listed.stdout).unwrap();
+    assert_eq!(object["records"][0]["figure"], "100, 5 ms");
+    super::golden::hold(&listed.stdout);
+    let checked = records(dir.path(), &["--check"]);
+    assert!(String::from_utf8_lossy(&checked.stdout).contains("1 records, 0 differ"), "{checked:?}");
     // A second call has nothing left to do; changed pages are written again.
     fs::remove_dir_all(dir.path().join("out")).unwrap();
     assert_eq!(records(dir.path(), &[]).status.code(), Some(0));
     assert!(!dir.path().join("out").exists());
+}
+
+/// A figure that repeats and differs, or a claim that held and does not, is told by name.
+#[test]
+fn a_record_that_does_not_come_out_again_is_told() {
+    let dir = repository(&LIST.replace("tier =", "repeats = true\ntier ="));
+    assert_eq!(records(dir.path(), &[]).status.code(), Some(0));
+    let changed = LIST.replace("tier =", "repeats = true\ntier =").replace("took 5 ms", "took 6 ms");
+    fs::write(dir.path().join("docs/results/records.toml"), changed).unwrap();
+    let checked = records(dir.path(), &["--check"]);
+    let said = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(checked.status.code() == Some(3) && said.contains("`100, 6 ms`, recorded `100, 5 ms`"), "{said}");
 }
 
 #[test]
