@@ -118,7 +118,8 @@ fn over(act: &str, pointer: &str, results: &Value) -> Result<Value, String> {
     let is_wanted = |value: &&&Value| wanted.is_none_or(|text| value.as_str() == Some(text));
     let result = match act {
         "count" => Some(found.iter().filter(is_wanted).count() as f64),
-        "sum" => Some(numbers().sum()),
+        // The sum of no numbers is −0 otherwise.
+        "sum" => Some(numbers().fold(0.0, |sum, number| sum + number)),
         "min" => numbers().reduce(f64::min),
         "max" => numbers().reduce(f64::max),
         _ => return Err(format!("`{act}` is none of sum, min, max, count")),
@@ -133,11 +134,9 @@ fn collect<'a>(value: &'a Value, steps: &[&str], to: &mut Vec<&'a Value>) {
         return;
     };
     let (step, filter) = filtered(step);
-    let is_wanted = |one: &&Value| {
-        filter.is_none_or(|(field, text)| {
-            one.get(field).is_some_and(|value| value.as_str().map_or_else(|| value.to_string() == text, |v| v == text))
-        })
-    };
+    let is_text = |value: &Value, text: &str| value.as_str().map_or_else(|| value.to_string(), str::to_owned) == text;
+    let is_wanted =
+        |one: &&Value| filter.is_none_or(|(field, text)| one.get(field).is_some_and(|value| is_text(value, text)));
     let next: Vec<&Value> = match (step, value) {
         ("*", Value::Array(all)) => all.iter().filter(is_wanted).collect(),
         ("*", Value::Object(all)) => all.values().filter(is_wanted).collect(),

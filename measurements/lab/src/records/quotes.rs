@@ -34,7 +34,7 @@ fn end(page: &str, at: usize, pieces: &[String]) -> Option<usize> {
         let is_last = i + 1 == pieces.len();
         let gap = match piece.is_empty() {
             // Behind the last pointer: up to the end of its number.
-            true if is_last => rest.find(|c: char| !c.is_ascii_digit() && !",.".contains(c)).unwrap_or(rest.len()),
+            true if is_last => number_end(rest),
             true => return None,
             false => rest.find(piece.as_str())?,
         };
@@ -45,6 +45,13 @@ fn end(page: &str, at: usize, pieces: &[String]) -> Option<usize> {
         at += gap + piece.len();
     }
     Some(at)
+}
+
+/// Length of the number at the begin of a text; a full stop or comma belongs to it only before a digit.
+fn number_end(text: &str) -> usize {
+    let is_digit = |at: usize| text.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
+    let is_inside = |(at, c): (usize, char)| is_digit(at) || (",.".contains(c) && is_digit(at + 1));
+    text.char_indices().find(|one| !is_inside(*one)).map_or(text.len(), |(at, _)| at)
 }
 
 /// The text before, between and behind the pointers.
@@ -71,6 +78,7 @@ mod tests {
         assert_eq!(&page[found], "mean 182 ms, p95 188 ms");
         let found = place("| 59 of 59 |", "of {/0/n}").unwrap();
         assert_eq!(found, 5..10);
+        assert_eq!(place("seed 1.", "seed {/0/seed}"), Ok(0..6));
     }
 
     #[test]

@@ -4,7 +4,6 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use runner::Context;
 use runner::failure::{Exit, Failure};
@@ -138,13 +137,13 @@ fn open_folder(session: &Session<'_>, out: &Path, run: &[String]) -> Result<(), 
 
 /// Runs one command, and keeps its output and its end.
 fn measure(session: &Session<'_>, out: &Path, index: usize, line: &str) -> Result<Ended, Failure> {
-    let began = Instant::now();
+    let began_us = link::clock::trace_us();
     let (exit, printed) = shell(session, out, line)?;
     fs::write(output(out, index), &printed)?;
     if !WITH_RESULT.contains(&exit) {
         return Err(Failure::new(Exit::NoEvidence, format!("`{line}` ended with code {exit} and no result")));
     }
-    let ended = Ended { exit, seconds: began.elapsed().as_secs_f64() };
+    let ended = Ended { exit, seconds: link::clock::trace_us().saturating_sub(began_us) as f64 / 1e6 };
     fs::write(Ended::file(out, index), format!("{} {:.1}\n", ended.exit, ended.seconds))?;
     Ok(ended)
 }
@@ -224,19 +223,12 @@ fn shell(session: &Session<'_>, out: &Path, line: &str) -> Result<(i32, Vec<u8>)
     command.env("SEED", session.origin.seed.to_string());
     command.env("HOLDSAFE_ROOT", root);
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
-    let printed = child.stdout.take().ok_or_else(|| Failure::new(Exit::Internal, "no output"))?;
-    let reader = std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        printed.take(LONGEST_OUTPUT).read_to_end(&mut bytes).map(|_| bytes)
-    });
-    let status = loop {
-        if let Some(status) = child.try_wait()? {
-            break status;
-        }
-        // Ctrl-C reaches the child too, which ends in its own way.
-        std::thread::sleep(Duration::from_millis(50));
-    };
-    let printed = reader.join().map_err(|_| Failure::new(Exit::Internal, "the reader panicked"))??;
+    let mut printed = Vec::new();
+    if let Some(output) = child.stdout.take() {
+        output.take(LONGEST_OUTPUT).read_to_end(&mut printed)?;
+    }
+    // Ctrl-C reaches the child too, which ends in its own way.
+    let status = child.wait()?;
     if session.context.stop.is_requested() {
         return Err(Failure::new(Exit::Interrupted, "interrupted: what is finished is kept, the same command goes on"));
     }
