@@ -22,7 +22,7 @@ pub fn fill(sentence: &str, results: &Value) -> Result<String, String> {
     Ok(filled)
 }
 
-/// Whether this comparison is true: a pointer, `>=`, `<=` or `==`, and a number or a text.
+/// Truth of this comparison: a pointer, `>=`, `<=` or `==`, and a number or a text.
 ///
 /// # Errors
 /// It is no comparison, or its number is not there.

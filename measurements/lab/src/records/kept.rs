@@ -34,7 +34,7 @@ pub struct Kept {
     pub figure: String,
     /// Sample and interval.
     pub sample: String,
-    /// Each comparison of the list, and whether it is true.
+    /// Each comparison of the list, with its truth.
     pub claims: Vec<Claim>,
     /// Sentences of other pages, with their numbers.
     pub quotes: Vec<Quoted>,
@@ -58,7 +58,7 @@ pub struct Raw {
 pub struct Claim {
     /// The comparison.
     pub claim: String,
-    /// Whether it is true.
+    /// Its truth.
     pub holds: bool,
 }
 

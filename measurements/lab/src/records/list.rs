@@ -64,7 +64,7 @@ pub struct Entry {
     pub figure: String,
     /// Sample and interval, likewise.
     pub sample: String,
-    /// Whether another run on the same architecture gives the same figure to the digit; else its claims are its tolerance.
+    /// True if another run on the same architecture gives the same figure to the digit; else its claims are its tolerance.
     #[serde(default)]
     pub repeats: bool,
     /// Comparisons that must be true for the published claim to stand: a pointer, an operator and a number.

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sentence_that_is_not_there_once_is_an_error() {
+    fn missing_or_repeated_sentence_is_an_error() {
         let page = "mean 1 ms. mean 2 ms.";
         for (template, why) in [
             ("mean {/a} s", "no sentence"),

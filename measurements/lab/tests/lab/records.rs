@@ -76,7 +76,7 @@ fn a_record_is_kept_once_and_fills_the_pages() {
 
 /// A figure that repeats and differs, or a claim that held and does not, is told by name.
 #[test]
-fn a_record_that_does_not_come_out_again_is_told() {
+fn differing_record_is_told() {
     let dir = repository(&LIST.replace("tier =", "repeats = true\ntier ="));
     assert_eq!(records(dir.path(), &[]).status.code(), Some(0));
     let changed = LIST.replace("tier =", "repeats = true\ntier =").replace("took 5 ms", "took 6 ms");

@@ -29,8 +29,8 @@ pub(super) fn worlds(results: &Results) -> String {
         all.iter().flat_map(|w| &w.rows).filter(|row| OF_THE_PAPER.contains(&row.scenario.as_str())).collect();
     let (Some(first), false) = (all.first(), rows.is_empty()) else { return String::new() };
     let mut text = format!(
-        "\n## Which conclusions hang on the yard?\n\nThe same scenarios in their own scene and in drawn worlds of {} families (`docs/researcher/worlds.md`), up to 600 s \
-         long, seed {}. A trial that is INVALID, since its attack meets nothing to act on, is not counted as unexpected.\n\n\
+        "\n## Which conclusions hang on the yard?\n\nThe same scenarios in their own scene and in drawn worlds of {} families (`docs/researcher/worlds.md`), \
+         seed {}. A trial that is INVALID, since its attack meets nothing to act on, is not counted as unexpected.\n\n\
          | scenario | own scene | drawn worlds | holds |\n|---|---|---|---|\n",
         first.families.len(),
         first.seed

@@ -28,7 +28,7 @@ pub(super) struct Session<'a> {
     pub(super) root: PathBuf,
     /// Folder of the commands' output.
     pub(super) out: PathBuf,
-    /// Whether output of an earlier call is left aside.
+    /// True if output of an earlier call is left aside.
     pub(super) anew: bool,
     pub(super) origin: Origin,
 }

@@ -35,7 +35,7 @@ fn of_worlds(worlds: &InWorlds) -> Finding {
     let rows = words::number(worlds.rows.len() as u64, "row");
     let lead = format!("{rows}, each in its own scene and in drawn worlds of {} families.", worlds.families.len());
     let (rank, sentence) = match lost {
-        0 => (Rank::Fine, Part::Plain("Every row that holds in its own scene holds in drawn worlds.".to_owned())),
+        0 => (Rank::Fine, Part::Plain("No row holds in its own scene alone.".to_owned())),
         lost => {
             (Rank::NotStated, Part::Marked(format!("{} of {rows} hold in the own scene alone.", words::count(lost))))
         }
