@@ -397,6 +397,23 @@ mod tests {
         }
     }
 
+    /// A body that rocks on its springs after a stop does not move over the ground.
+    #[test]
+    fn speed_is_that_of_the_place() {
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        let mut world = World::new(Arc::new(scene.clone()));
+        let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
+        drive(&mut plant, &mut world, 0, 400, Some((3.0, 0.0)));
+        for k in 400..600 {
+            let before = plant.state(&world);
+            drive(&mut plant, &mut world, k, 1, None);
+            let after = plant.state(&world);
+            let displaced = (after.position - before.position).dot(after.rotation * Vector::X) / 0.01;
+            let told = (before.speed() + after.speed()) / 2.0;
+            assert!((displaced - told).abs() < 0.05, "step {k}: {displaced} m/s by the place, {told} m/s told");
+        }
+    }
+
     #[test]
     fn lease_is_bounded_by_the_plant() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };

@@ -117,10 +117,12 @@ impl Moves for Wheeled {
         let body = &world.physics.bodies[self.vehicle.chassis];
         let pose = body.position();
         let up = pose.rotation * Vector::Z;
+        let position = pose.translation - up * self.limits.ride_height_m();
         State {
-            position: pose.translation - up * self.limits.ride_height_m(),
+            position,
             rotation: pose.rotation,
-            velocity: body.linvel(),
+            // Of the same point: above the wheels a body that rocks on its springs still moves.
+            velocity: body.velocity_at_point(position),
             yaw_rate: body.angvel().dot(up),
         }
     }
