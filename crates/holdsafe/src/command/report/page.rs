@@ -21,8 +21,8 @@ use super::Args;
 use crate::command::campaign::recount;
 
 /// The file in a folder of a command's results that holds the result.
-pub(super) const RESULTS: [&str; 6] =
-    ["matrix.json", "reference.json", "campaign.json", "ablation.json", "guests.json", "result.json"];
+pub(super) const RESULTS: [&str; 7] =
+    ["matrix.json", "reference.json", "campaign.json", "ablation.json", "guests.json", "worlds.json", "result.json"];
 /// The page where no other is named.
 const PAGE: &str = "report.html";
 /// Largest number of runs described one by one.
