@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn lateness_in_the_twin_is_not_blamed_on_the_host() {
+    fn twin_has_no_late_host() {
         let [twin, live] = [true, false].map(|in_twin| lateness(NodeId::GATEWAY, 24_000_000, 0, 1_000, in_twin));
         assert!(
             twin.contains("the recording was changed") && !twin.contains("host") && !twin.contains("--jobs"),

@@ -13,7 +13,7 @@ fn no_service_makes_a_call_of_x32() {
 
 /// A process with a window has this list alone.
 #[test]
-fn call_that_ends_a_process_ends_it_under_its_x32_numbers_too() {
+fn x32_numbers_of_a_denied_call_are_denied() {
     let fatal = fatal();
     for call in [libc::SYS_ptrace, 521, libc::SYS_mount, 540, 545, libc::SYS_io_uring_setup] {
         assert!(fatal.contains_key(&(call | X32)), "{call}");
