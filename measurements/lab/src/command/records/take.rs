@@ -39,8 +39,8 @@ pub(super) struct Origin {
     pub(super) sources: String,
     host: String,
     pub(super) seed: u64,
-    /// `PATH` with the two programs first.
-    path: String,
+    /// The two programs, by the names that commands call them by.
+    programs: [(&'static str, PathBuf); 2],
 }
 
 impl Origin {
@@ -64,11 +64,27 @@ impl Origin {
             );
             return Err(Failure::new(Exit::Environment, why));
         }
-        let folders = [holdsafe.canonicalize()?, lab].map(|file| file.parent().map(Path::to_owned).unwrap_or_default());
-        let path = std::env::var("PATH").unwrap_or_default();
-        let path =
-            folders.iter().map(|folder| folder.display().to_string()).chain([path]).collect::<Vec<_>>().join(":");
-        Ok(Origin { commit, sources, host: host(), seed, path })
+        Ok(Origin {
+            commit,
+            sources,
+            host: host(),
+            seed,
+            programs: [("holdsafe", holdsafe.canonicalize()?), ("lab", lab)],
+        })
+    }
+
+    /// `PATH` with a folder first that has links to the two programs. Their own folders may hold others of these names.
+    fn path(&self, out: &Path) -> Result<String, Failure> {
+        let folder = std::path::absolute(out.join("programs"))?;
+        fs::create_dir_all(&folder)?;
+        for (name, program) in &self.programs {
+            let link = folder.join(name);
+            match fs::remove_file(&link) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error.into()),
+                _ => std::os::unix::fs::symlink(program, &link)?,
+            }
+        }
+        Ok(format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default()))
     }
 }
 
@@ -219,7 +235,7 @@ fn command_line(command: &str, seed: u64) -> String {
 fn shell(session: &Session<'_>, out: &Path, line: &str) -> Result<(i32, Vec<u8>), Failure> {
     let mut command = Command::new("sh");
     let root = &session.root;
-    command.args(["-c", line]).current_dir(root).env("PATH", &session.origin.path).env("OUT", out);
+    command.args(["-c", line]).current_dir(root).env("PATH", session.origin.path(&session.out)?).env("OUT", out);
     command.env("SEED", session.origin.seed.to_string());
     command.env("HOLDSAFE_ROOT", root);
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
