@@ -58,10 +58,9 @@ fn head(list: &List, taken: &[(&Entry, Kept)], sources: &str) -> String {
         |kept| {
             let minutes = current.iter().map(|kept| kept.seconds).sum::<f64>() / 60.0;
             format!(
-                "{} of {} records are of it, taken from commit `{}` on {}, in {minutes:.0} minutes together.",
+                "{} of {} records are of it, taken on {} in {minutes:.0} minutes together.",
                 current.len(),
                 list.records.len(),
-                kept.commit,
                 kept.host
             )
         },
@@ -73,7 +72,7 @@ fn head(list: &List, taken: &[(&Entry, Kept)], sources: &str) -> String {
 After this page you can quote or check every headline figure: its sample, its command, its commit. Written by `lab records` from docs/results/records.toml and
 the records beside it; a test holds it equal. Do not edit.
 
-The program has the sources `{sources}`. {origin} The first seed is {}, fresh for these records. A record of other sources has its commit and day.
+The program has the sources `{sources}`, as `holdsafe --version` prints. {origin} The first seed is {}, fresh for these records. A record of other sources has its commit and day.
 
 `lab records --tier hour` takes those of {:.0} minutes again, `lab records --tier long` the rest, {:.1} hours on two cores ([build](../CONTRIBUTING.md#build-and-test)). Intervals are at 95 %. Trials
 of the twin, of the real stacks in memory and of live runs are never added. *Live* runs are rendered, with the detector in the loop. Classes: [outcomes](reference/outcomes.md);
