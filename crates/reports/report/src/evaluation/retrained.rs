@@ -1,4 +1,5 @@
-//! Retraining against a thermovisual attack: one curve with the detector that ships, and one with another.
+//! Retraining against a thermovisual attack: one curve with the detector before it, and one with that after it. What ships fuses several networks,
+//! so its own curve is told beside them and decides nothing.
 
 use results::report::{CurveObject, CurvePoint};
 use stats::Share;
@@ -9,27 +10,31 @@ use crate::reader::{FoundResult, Results};
 /// The scenario in which paint and warmth deceive together, in steps of strength.
 const THERMOVISUAL: &str = "decoy_printed_heated";
 
-/// Statement of the two curves: fewer decoys acted on at some strength, and more at none.
+/// Statement of the two curves of other detectors, in the order of the files: fewer decoys acted on at some strength, and more at none.
 pub(super) fn retrained(results: &Results) -> Answer {
     let curves =
         results.files().iter().filter_map(|g| if let FoundResult::Curve(c) = &g.found { Some(c) } else { None });
     let curves: Vec<&CurveObject> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
-    let shipped = curves.iter().find(|c| c.detector.is_none());
-    let same = |c: &&&CurveObject| shipped.is_some_and(|s| c.detector.is_some() && c.seed == s.seed);
-    let Some((shipped, other)) = shipped.zip(curves.iter().find(same)) else { return missing() };
+    let mut own = curves.iter().filter(|c| c.detector.is_some());
+    let Some((before, after)) = own.next().zip(own.next()).filter(|(a, b)| a.seed == b.seed) else { return missing() };
     let pairs: Vec<(&CurvePoint, &CurvePoint)> =
-        points(shipped).filter_map(|a| Some((a, points(other).find(|b| b.value == a.value)?))).collect();
+        points(before).filter_map(|a| Some((a, points(after).find(|b| b.value == a.value)?))).collect();
     let fewer = pairs.iter().filter(|(a, b)| b.harmed.upper_95 < a.harmed.lower_95).count();
     let more = pairs.iter().filter(|(a, b)| a.harmed.upper_95 < b.harmed.lower_95).count();
-    let mut lines: Vec<String> = pairs.iter().map(|(a, b)| line(&shipped.unit, a, b)).collect();
+    let mut lines: Vec<String> = pairs.iter().map(|(a, b)| line(&before.unit, a, b)).collect();
     lines.push(format!(
         "fewer at {fewer} of {} strengths and more at {more}, where the 95 % intervals do not meet; judged by what the platform did, not by the network",
         pairs.len()
     ));
-    lines.push(format!("the retrained detector: `{}`", other.detector.as_deref().unwrap_or_default()));
+    let digest = |curve: &CurveObject| curve.detector.clone().unwrap_or_default();
+    lines.push(format!("the detectors, before and after: `{}`, `{}`", digest(before), digest(after)));
+    if let Some(shipped) = curves.iter().find(|c| c.detector.is_none() && c.seed == before.seed) {
+        let counts: Vec<String> = points(shipped).map(|p| format!("{} at {}", fraction(p.harmed), p.value)).collect();
+        lines.push(format!("as shipped, with fused networks: {}", counts.join(", ")));
+    }
     lines.push(
-        "the print was made with the weights of the detector that ships, so this says nothing of an attacker who knows of the retraining; `docs/researcher/perception.md` \
-         has a print that was made with the retrained one's weights, and what that comes to"
+        "the print was made with the weights before the retraining, so this says nothing of an attacker who knows of it; `docs/researcher/perception.md` has a print \
+         that was made with the retrained one's weights, and what that comes to"
             .to_owned(),
     );
     let status = if fewer > 0 && more == 0 { Status::Reproduced } else { Status::NotReproduced };
@@ -40,11 +45,14 @@ fn points(curve: &CurveObject) -> impl Iterator<Item = &CurvePoint> {
     curve.lines.iter().filter(|line| line.cell.is_none()).flat_map(|line| &line.points)
 }
 
-fn line(unit: &str, shipped: &CurvePoint, other: &CurvePoint) -> String {
-    let fraction = |Share { hits, n, .. }: Share| format!("{hits} of {n}");
-    let (value, shipped, other) = (shipped.value, fraction(shipped.harmed), fraction(other.harmed));
+fn fraction(Share { hits, n, .. }: Share) -> String {
+    format!("{hits} of {n}")
+}
+
+fn line(unit: &str, before: &CurvePoint, after: &CurvePoint) -> String {
+    let (value, before, after) = (before.value, fraction(before.harmed), fraction(after.harmed));
     format!(
-        "`{THERMOVISUAL}` at {value} {unit}: the decoy is acted on in {shipped} with the detector that ships, {other} with the retrained one"
+        "`{THERMOVISUAL}` at {value} {unit}: the decoy is acted on in {before} before the retraining, {after} after it"
     )
 }
 
@@ -65,13 +73,16 @@ mod tests {
         curve.to_string()
     }
 
-    fn compare_status(shipped: (u64, f64, f64), other: (u64, f64, f64)) -> Status {
+    fn compare_status(before: (u64, f64, f64), after: (u64, f64, f64)) -> Status {
         let mut results = Results::default();
-        let shipped = curve(None, shipped.0, shipped.1, shipped.2);
-        let other = curve(Some("ab"), other.0, other.1, other.2);
-        results.read("a.json", shipped.as_bytes()).expect("a curve");
-        assert_eq!(retrained(&results).status, Status::NotMeasured, "one curve says nothing");
-        results.read("b.json", other.as_bytes()).expect("a curve");
+        let shipped = curve(None, 20, 0.83, 1.0);
+        let before = curve(Some("aa"), before.0, before.1, before.2);
+        let after = curve(Some("ab"), after.0, after.1, after.2);
+        for (name, curve) in [("a.json", shipped), ("b.json", before)] {
+            results.read(name, curve.as_bytes()).expect("a curve");
+            assert_eq!(retrained(&results).status, Status::NotMeasured, "that of what ships is no detector before it");
+        }
+        results.read("c.json", after.as_bytes()).expect("a curve");
         retrained(&results).status
     }
 
