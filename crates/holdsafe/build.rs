@@ -111,9 +111,12 @@ fn list_shipped(root: &Path) -> std::io::Result<()> {
         println!("cargo::rerun-if-changed={}", root.join(place).display());
         for file in files(&root.join(place))? {
             if file.extension().is_some_and(|ending| ENDINGS.iter().any(|shipped| ending == *shipped)) {
-                let path = file.strip_prefix(root).unwrap_or(&file);
-                let [path, file] = [path, &file].map(|path| path.display().to_string());
-                list.push_str(&format!("({path:?}, include_bytes!({file:?})),\n"));
+                let path = file.strip_prefix(root).unwrap_or(&file).display().to_string();
+                // Without the folder's name: it would reach the compiled crate, and no two folders would give the same program.
+                let below = format!("/../../{path}");
+                list.push_str(&format!(
+                    "({path:?}, include_bytes!(concat!(env!(\"CARGO_MANIFEST_DIR\"), {below:?}))),\n"
+                ));
             }
         }
     }
